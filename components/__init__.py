@@ -1,0 +1,1 @@
+"""What things are: one file, one part; equations become a `Model`."""

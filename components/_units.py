@@ -1,0 +1,81 @@
+"""Units by their Modelica name: SI exponents, factor and display units.
+
+A unit is written as a product of symbols with integer exponents, `N.m`, `m/s2`, `kg.m2`, `1/s`, `N.m/rad`; everything
+behind a `/` divides, until a `.`-product in parentheses says otherwise: `N/(m.s)`. `1` is the dimensionless unit.
+"""
+
+import difflib
+import re
+from dataclasses import dataclass
+from functools import cache
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""The base units of FMI's `BaseUnit`, in the order of `Unit.exponents`."""
+
+_SYMBOLS: dict[str, dict[str, int]] = {
+    "1": {},
+    **{base: {base: 1} for base in BASE},
+    "Hz": {"s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "C": {"A": 1, "s": 1},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
+    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
+    "T": {"kg": 1, "s": -2, "A": -1},
+}
+
+_DISPLAY: dict[str, tuple[tuple[str, float], ...]] = {
+    "m": (("mm", 1e3), ("um", 1e6)),
+    "m/s": (("mm/s", 1e3),),
+    "rad": (("deg", 57.29577951308232), ("mrad", 1e3)),
+    "rad/s": (("deg/s", 57.29577951308232),),
+    "s": (("ms", 1e3), ("us", 1e6)),
+    "N/m": (("N/um", 1e-6),),
+    "Pa": (("MPa", 1e-6),),
+}
+
+_FACTOR = re.compile(r"^(1|[A-Za-z]+)(-?\d+)?$")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One unit: `exponents` of `BASE`, and display units as (name, factor from the unit)."""
+
+    name: str
+    exponents: tuple[int, ...]
+    display: tuple[tuple[str, float], ...] = ()
+
+
+@cache
+def unit(name: str) -> Unit:
+    """Return the unit of that Modelica name.
+
+    Raises `ValueError` for a symbol or spelling that is not known; the message names the nearest symbols.
+    """
+    powers = dict.fromkeys(BASE, 0)
+    head, *divisors = _split(name)
+    for sign, product in [(1, head)] + [(-1, d) for d in divisors]:
+        for text in product.split("."):
+            match = _FACTOR.match(text)
+            if match is None or match[1] not in _SYMBOLS:
+                raise ValueError(f"unit {name!r}: {_advice(text)}")
+            for base, power in _SYMBOLS[match[1]].items():
+                powers[base] += sign * power * int(match[2] or 1)
+    return Unit(name, tuple(powers[base] for base in BASE), _DISPLAY.get(name, ()))
+
+
+def _split(name: str) -> list[str]:
+    """Split at `/`, taking off the parentheses of a divisor."""
+    head, *divisors = name.split("/")
+    return [head] + [d[1:-1] if d.startswith("(") and d.endswith(")") else d for d in divisors]
+
+
+def _advice(text: str) -> str:
+    if "^" in text or "*" in text:
+        return f"{text!r} is not Modelica spelling; write exponents as m2 and products as N.m"
+    near = difflib.get_close_matches(text, _SYMBOLS, n=3, cutoff=0.5)
+    return f"no symbol {text!r}" + (f"; did you mean {', '.join(near)}?" if near else "; products are written N.m")

@@ -1,0 +1,1 @@
+"""What decides: controllers, one file each, as `Model`s like any component."""

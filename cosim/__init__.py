@@ -1,0 +1,1 @@
+"""From FMUs to measurements: wiring, co-simulation, sweeps, results."""

@@ -1,0 +1,105 @@
+"""The variables of an exported FMU: one list that the C table and both model descriptions are written from.
+
+Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities an
+FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings of its
+Co-Simulation solver, and the structural arguments the model was built with.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from hfsa.components._functions import Functions
+from hfsa.components._model import Kind, Model, Quantity
+
+
+class Role(StrEnum):
+    """What a variable is to the runtime; `index` counts within the role."""
+
+    TIME = "time"
+    STATE = "state"
+    DERIVATIVE = "derivative"
+    SAMPLED_STATE = "sampled_state"
+    NEXT = "next"
+    INPUT = "input"
+    OUTPUT = "output"
+    SAMPLED_OUTPUT = "sampled_output"
+    PARAMETER = "parameter"
+    SOLVER = "solver"
+    CONSTANT = "constant"
+    TEXT = "text"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable: `start` is a number, a string for `Role.TEXT`, or `None` where it is calculated."""
+
+    reference: int
+    name: str
+    role: Role
+    index: int
+    unit: str
+    description: str
+    start: float | str | None
+    nominal: float = 1.0
+    min: float | None = None
+    max: float | None = None
+    fixed: bool = False
+
+
+SOLVER_SETTINGS = {
+    "exact": (),
+    "rk4": (("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"),),
+    "rosenbrock": (
+        ("solver.relative_tolerance", 1e-8, "1", "Relative tolerance; absolute per state: this times its nominal"),
+        ("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver"),
+    ),
+}
+"""Settings by solver: name, start, unit, description; fixed parameters of the FMU, above 0."""
+
+
+def solver_of(model: Model, functions: Functions) -> str:
+    """Return the Co-Simulation solver: the model's own choice, else `exact` for linear models and `rosenbrock` otherwise."""
+    return model.solver or ("exact" if functions.is_linear else "rosenbrock")
+
+
+def variables(model: Model, functions: Functions) -> list[Variable]:
+    """Return all variables of the model's FMU in the order of their value references."""
+    rows = [("time", Role.TIME, "s", "Time", None, {})]
+    states, sampled = model.of(Kind.STATE), model.of(Kind.SAMPLED_STATE)
+    rows += [_row(q, Role.STATE) for q in states]
+    rows += [(f"der({q.name})", Role.DERIVATIVE, rate_unit(q.unit), f"Derivative of {q.name}", None, {}) for q in states]
+    rows += [_row(q, Role.SAMPLED_STATE) for q in sampled]
+    rows += [(f"next.{q.name}", Role.NEXT, q.unit, f"Value of {q.name} after the next tick", None, {}) for q in sampled]
+    for kind in (Kind.INPUT, Kind.OUTPUT, Kind.SAMPLED_OUTPUT, Kind.PARAMETER):
+        rows += [_row(q, Role(kind.value)) for q in model.of(kind)]
+    if states:
+        rows += [
+            (name, Role.SOLVER, unit, description, start, {"fixed": True, "min": 0.0})
+            for name, start, unit, description in SOLVER_SETTINGS[solver_of(model, functions)]
+        ]
+    for name, value in model.information.items():
+        role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
+        rows.append((name, role, "1", f"Structural argument {name}", value, {}))
+    counts: dict[Role, int] = {}
+    result = []
+    for reference, (name, role, unit, description, start, more) in enumerate(rows):
+        index = counts.get(role, 0)
+        counts[role] = index + 1
+        result.append(Variable(reference, name, role, index, unit, description, start, **more))
+    return result
+
+
+def rate_unit(unit: str) -> str:
+    """Return the unit of a derivative in Modelica spelling: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
+    if unit.endswith("/s"):
+        return unit + "2"
+    head, slash, below = unit.partition("/")
+    if slash:
+        below = below[1:-1] if below.startswith("(") else below
+        return f"{head}/({below}.s)"
+    return f"{unit}/s"
+
+
+def _row(q: Quantity, role: Role):
+    start = None if role is Role.OUTPUT else q.start
+    return q.name, role, q.unit, q.description, start, {"nominal": q.nominal, "min": q.min, "max": q.max, "fixed": q.fixed}
