@@ -100,7 +100,9 @@ def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Fun
         [ca.jacobian(results[0], v[1]), ca.jacobian(results[0], a), ca.jacobian(residual, v[1])],
         ("d_x", "d_a", "r_x"),
     )
-    residual_fwd = _function("residual_fwd", [*v, a, *seeds], [ca.jtimes(residual, stacked, ca.vertcat(*seeds))], ("r",))
+    residual_fwd = _function(
+        "residual_fwd", [*v, a, *seeds], [ca.jtimes(residual, stacked, ca.vertcat(*seeds))], ("r",)
+    )
     values_fwd = _function(
         "values_fwd", [*v, a, *seeds, da], [ca.jtimes(r, every, ca.vertcat(*seeds, da)) for r in results], RESULTS
     )

@@ -260,7 +260,9 @@ class Model:
         for equations in (self.der, self.next):
             for quantity in self.of(equations.kind):
                 if quantity.name not in equations:
-                    raise ModelError(f"{self.name}: state {quantity.name} has no equation; write m.{equations.word}[...] = ...")
+                    raise ModelError(
+                        f"{self.name}: state {quantity.name} has no equation; write m.{equations.word}[...] = ..."
+                    )
         if self.solver is not None and self.solver not in SOLVERS:
             raise ModelError(f"{self.name}: solver {self.solver!r} is not one of {', '.join(SOLVERS)}")
         base = [self.time, *[q.symbol for q in self if q.symbol is not None]]
@@ -279,7 +281,11 @@ class Model:
         members = expand(name)
         symbols = [ca.SX.sym(member) for member in members]
         for member, symbol, value in zip(members, symbols, _column(name, start, len(members)), strict=True):
-            self._add(Quantity(member, kind, unit, description, value, _nominal(nominal, value), min, max, symbol, None, fixed))
+            self._add(
+                Quantity(
+                    member, kind, unit, description, value, _nominal(nominal, value), min, max, symbol, None, fixed
+                )
+            )
         return ca.vertcat(*symbols)
 
     def _expressions(self, name, kind, expression, unit, description, start, nominal, min, max) -> None:
@@ -294,7 +300,9 @@ class Model:
 
     def _add(self, quantity: Quantity) -> None:
         if not _NAME.match(quantity.name):
-            raise ModelError(f"{self.name}: name {quantity.name!r} is not of the form terminal.member[1] with 1-based indices")
+            raise ModelError(
+                f"{self.name}: name {quantity.name!r} is not of the form terminal.member[1] with 1-based indices"
+            )
         if quantity.name in self._quantities:
             raise ModelError(f"{self.name}: {quantity.name} is declared twice")
         try:
@@ -305,7 +313,9 @@ class Model:
 
     def _require_sampling(self, name: str) -> None:
         if not self.is_sampled:
-            raise ModelError(f"{self.name}: {name} is sampled, but the model has no sample time; call m.sample_time(...) first")
+            raise ModelError(
+                f"{self.name}: {name} is sampled, but the model has no sample time; call m.sample_time(...) first"
+            )
 
     def _names_of(self, symbols: ca.SX, kind: Kind, word: str) -> tuple[str, ...]:
         """Return the names of a column of symbols, each of which must be a quantity of `kind` of this model."""
@@ -324,7 +334,9 @@ class Model:
         known = {s.element_hash() for column in allowed for s in ca.symvar(column)}
         for symbol in free:
             if symbol.element_hash() not in known:
-                raise ModelError(f"{self.name}: {where} uses {symbol.name()}, which is not declared here or not allowed there")
+                raise ModelError(
+                    f"{self.name}: {where} uses {symbol.name()}, which is not declared here or not allowed there"
+                )
 
 
 class Equations(dict[str, ca.SX]):
@@ -340,7 +352,9 @@ class Equations(dict[str, ca.SX]):
         names = self.model._names_of(states, self.kind, self.word)
         column = ca.SX(expression)
         if column.shape != (len(names), 1):
-            raise ModelError(f"{self.model.name}: {self.word}[{', '.join(names)}] has shape {column.shape}, expected ({len(names)}, 1)")
+            raise ModelError(
+                f"{self.model.name}: {self.word}[{', '.join(names)}] has shape {column.shape}, expected ({len(names)}, 1)"
+            )
         for i, name in enumerate(names):
             if name in self:
                 raise ModelError(f"{self.model.name}: {self.word}[{name}] is given twice")
@@ -383,5 +397,7 @@ def _checked(quantity: Quantity) -> Quantity:
     low = -math.inf if quantity.min is None else quantity.min
     high = math.inf if quantity.max is None else quantity.max
     if not low <= quantity.start <= high:
-        raise ModelError(f"{quantity.name} is {quantity.start:g} {quantity.unit}, expected {low:g} to {high:g} {quantity.unit}")
+        raise ModelError(
+            f"{quantity.name} is {quantity.start:g} {quantity.unit}, expected {low:g} to {high:g} {quantity.unit}"
+        )
     return quantity

@@ -68,6 +68,17 @@ def unit(name: str) -> Unit:
     return Unit(name, tuple(powers[base] for base in BASE), _DISPLAY.get(name, ()))
 
 
+def rate_unit(unit: str) -> str:
+    """Return the unit of a derivative in Modelica spelling: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
+    if unit.endswith("/s"):
+        return unit + "2"
+    head, slash, below = unit.partition("/")
+    if slash:
+        below = below[1:-1] if below.startswith("(") else below
+        return f"{head}/({below}.s)"
+    return f"{unit}/s"
+
+
 def _split(name: str) -> list[str]:
     """Split at `/`, taking off the parentheses of a divisor."""
     head, *divisors = name.split("/")

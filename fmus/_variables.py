@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from hfsa.components._functions import Functions
 from hfsa.components._model import Kind, Model, Quantity
+from hfsa.components._units import rate_unit
 
 
 class Role(StrEnum):
@@ -67,7 +68,9 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
     rows = [("time", Role.TIME, "s", "Time", None, {})]
     states, sampled = model.of(Kind.STATE), model.of(Kind.SAMPLED_STATE)
     rows += [_row(q, Role.STATE) for q in states]
-    rows += [(f"der({q.name})", Role.DERIVATIVE, rate_unit(q.unit), f"Derivative of {q.name}", None, {}) for q in states]
+    rows += [
+        (f"der({q.name})", Role.DERIVATIVE, rate_unit(q.unit), f"Derivative of {q.name}", None, {}) for q in states
+    ]
     rows += [_row(q, Role.SAMPLED_STATE) for q in sampled]
     rows += [(f"next.{q.name}", Role.NEXT, q.unit, f"Value of {q.name} after the next tick", None, {}) for q in sampled]
     for kind in (Kind.INPUT, Kind.OUTPUT, Kind.SAMPLED_OUTPUT, Kind.PARAMETER):
@@ -89,17 +92,13 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
     return result
 
 
-def rate_unit(unit: str) -> str:
-    """Return the unit of a derivative in Modelica spelling: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
-    if unit.endswith("/s"):
-        return unit + "2"
-    head, slash, below = unit.partition("/")
-    if slash:
-        below = below[1:-1] if below.startswith("(") else below
-        return f"{head}/({below}.s)"
-    return f"{unit}/s"
-
-
 def _row(q: Quantity, role: Role):
     start = None if role is Role.OUTPUT else q.start
-    return q.name, role, q.unit, q.description, start, {"nominal": q.nominal, "min": q.min, "max": q.max, "fixed": q.fixed}
+    return (
+        q.name,
+        role,
+        q.unit,
+        q.description,
+        start,
+        {"nominal": q.nominal, "min": q.min, "max": q.max, "fixed": q.fixed},
+    )

@@ -1,0 +1,219 @@
+"""Parts: the functions named as their files, found in the packages `components` and `controllers`.
+
+    parts = find([hfsa.components, hfsa.controllers])
+    model = parts["sdelta"].model(level="cartesian", **{"posture.rotation": "10,5,8", "damping_ratio": 0.02})
+
+Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a dataclass.
+A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter of the built
+model is accepted too and sets its start value.
+"""
+
+import dataclasses
+import difflib
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType, NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from hfsa.components._model import Kind, Model, ModelError, nearest
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One structural argument by its full name, `posture.rotation`; `values` are the admissible ones of a `Literal`."""
+
+    name: str
+    annotation: Any
+    default: Any
+
+    @property
+    def values(self) -> tuple[str, ...]:
+        """Admissible values of a `Literal` argument, otherwise empty."""
+        return get_args(self.annotation) if get_origin(self.annotation) is Literal else ()
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part: `build` returns its `Model`, `analyze` its engineering numbers; either may be missing."""
+
+    name: str
+    module: ModuleType
+    build: Callable[..., Model] | None
+    analyze: Callable[..., dict[str, Any]] | None
+
+    @property
+    def doc(self) -> str:
+        """First sentence of the module's docstring."""
+        return inspect.cleandoc(self.module.__doc__ or "").split("\n")[0]
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """Levels of fidelity, cheapest first; empty where the part has none."""
+        level = self.arguments.get("level")
+        return level.values if level else ()
+
+    @cached_property
+    def arguments(self) -> dict[str, Argument]:
+        """Structural arguments of `build` (of `analyze` for an analysis) by full name."""
+        return _arguments(self.build or self.analyze)
+
+    def model(self, level: str | None = None, **arguments: Any) -> Model:
+        """Build the model; unknown names and inadmissible values are a `ModelError` that names them."""
+        if self.build is None:
+            raise ModelError(f"{self.name} is an analysis and has no model; use its analysis instead")
+        if level is not None:
+            arguments = {"level": level, **arguments}
+        structural = {name: value for name, value in arguments.items() if name in self.arguments}
+        model = self.build(**_values(self.name, self.build, structural))
+        parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
+        for name, value in arguments.items():
+            if name in structural:
+                continue
+            if name not in parameters:
+                raise ModelError(f"{self.name} has no argument {name!r}{nearest(name, [*self.arguments, *parameters])}")
+            model.set_start(name, _read(f"{self.name}: {name}", float, value))
+        model.information = _information(self, structural, taken=set(parameters))
+        return model
+
+    def analysis(self, level: str | None = None, **arguments: Any) -> dict[str, Any]:
+        """Return the part's engineering numbers in SI; errors as in `model`."""
+        if self.analyze is None:
+            raise ModelError(f"{self.name} has no analysis of its own; it is a model to export")
+        if level is not None:
+            arguments = {"level": level, **arguments}
+        return self.analyze(**_values(self.name, self.analyze, arguments))
+
+
+def find(packages: Iterable[ModuleType]) -> dict[str, Part]:
+    """Return all parts of the packages by name, in alphabetical order within each package."""
+    parts = {}
+    for package in packages:
+        for info in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
+            if info.name.startswith("_"):
+                continue
+            module = importlib.import_module(f"{package.__name__}.{info.name}")
+            part = Part(info.name, module, getattr(module, info.name, None), getattr(module, "analyze", None))
+            if part.build is None and part.analyze is None:
+                raise ModelError(
+                    f"{module.__file__} defines neither a function {info.name} nor analyze; a part needs one"
+                )
+            parts[info.name] = part
+    return parts
+
+
+def part_named(name: str, parts: Mapping[str, Part]) -> Part:
+    """Return the part of that name; `ModelError` with the nearest names if there is none."""
+    if name not in parts:
+        raise ModelError(f"no part is called {name!r}{nearest(name, parts)}")
+    return parts[name]
+
+
+def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
+    if function is None:
+        return {}
+    hints = get_type_hints(function)
+    arguments = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        annotation, default = hints[name], parameter.default
+        if dataclasses.is_dataclass(annotation):
+            fields = get_type_hints(annotation)
+            for field in dataclasses.fields(annotation):  # type: ignore[arg-type]
+                full = f"{name}.{field.name}"
+                arguments[full] = Argument(full, fields[field.name], getattr(default, field.name))
+        else:
+            arguments[name] = Argument(name, annotation, default)
+    return arguments
+
+
+def _values(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keyword arguments of `function`: values read by annotation, dotted names gathered into dataclasses."""
+    known = _arguments(function)
+    hints = get_type_hints(function)
+    values: dict[str, Any] = {}
+    fields: dict[str, dict[str, Any]] = {}
+    for name, value in arguments.items():
+        if name in hints and dataclasses.is_dataclass(value):
+            values[name] = value
+        elif name not in known:
+            raise ModelError(f"{part} has no argument {name!r}{nearest(name, known)}")
+        elif name in hints:
+            values[name] = _read(f"{part}: {name}", known[name].annotation, value)
+        else:
+            owner, field = name.split(".", 1)
+            fields.setdefault(owner, {})[field] = _read(f"{part}: {name}", known[name].annotation, value)
+    defaults = inspect.signature(function).parameters
+    for owner, given in fields.items():
+        base = values.get(owner, defaults[owner].default)
+        values[owner] = dataclasses.replace(base, **given)
+    return values
+
+
+def _read(where: str, annotation: Any, value: Any) -> Any:
+    """Return `value` as the annotation says; text is parsed, numbers and sequences are checked."""
+    origin, members = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        if value not in members:
+            near = difflib.get_close_matches(str(value), members, n=1, cutoff=0.5)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            raise ModelError(f"{where} is {value!r}, expected one of {', '.join(map(str, members))}{hint}")
+        return value
+    if origin in (Union, UnionType):
+        return _read_union(where, members, value)
+    if origin in (tuple, list):
+        items = value.split(",") if isinstance(value, str) else list(value)
+        fixed = origin is tuple and Ellipsis not in members
+        if fixed and len(items) != len(members):
+            raise ModelError(f"{where} has {len(items)} values, expected {len(members)}")
+        kinds = members if fixed else [members[0]] * len(items)
+        return origin(_read(where, kind, item) for kind, item in zip(kinds, items, strict=True))
+    if annotation is bool:
+        words = {"true": True, "false": False, "1": True, "0": False, "yes": True, "no": False}
+        if str(value).lower() not in words:
+            raise ModelError(f"{where} is {value!r}, expected true or false")
+        return words[str(value).lower()]
+    if annotation in (int, float, str):
+        try:
+            return annotation(value.strip() if isinstance(value, str) else value)
+        except (TypeError, ValueError):
+            kind = {int: "a whole number", float: "a number", str: "a text"}[annotation]
+            raise ModelError(f"{where} is {value!r}, expected {kind}") from None
+    return value
+
+
+def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
+    if value is None and NoneType in members:
+        return None
+    errors = []
+    for member in members:
+        if member is NoneType:
+            continue
+        try:
+            return _read(where, member, value)
+        except ModelError as error:
+            errors.append(error)
+    raise errors[0]
+
+
+def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
+    """Return the structural arguments as flat constants: numbers as numbers, sequences by member, the rest as text."""
+    assert part.build is not None
+    values = _values(part.name, part.build, given)
+    flat: dict[str, float | str] = {}
+    for argument in part.arguments.values():
+        owner, _, field = argument.name.partition(".")
+        value = (
+            values.get(owner, argument.default) if not field else getattr(values.get(owner), field, argument.default)
+        )
+        if isinstance(value, tuple | list):
+            flat |= {f"{argument.name}[{i}]": _constant(item) for i, item in enumerate(value, 1)}
+        elif value is not None:
+            flat[argument.name] = _constant(value)
+    return {name: value for name, value in flat.items() if name not in taken}
+
+
+def _constant(value: Any) -> float | str:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
