@@ -1,8 +1,9 @@
 """A model's equations as CasADi functions: what code generation and linearisation both start from.
 
-All functions take the same five columns first: time t, continuous states x, sampled states z, inputs u, parameters p, each
-in the order of declaration. With a mass-matrix form, `M(t,x,z,u,p) a = h(t,x,z,u,p)` is solved by LDL^T inside the
-functions, and its derivatives follow from the implicit function theorem, d a = M^-1 (dh - dM a), never from an explicit inverse.
+All functions take the same five columns first: time t, continuous states x, sampled states z, inputs u, parameters p,
+each in the order of declaration. With a mass-matrix form, `M(t,x,z,u,p) a = h(t,x,z,u,p)` is solved by LDL^T inside the
+functions, and its derivatives follow from the implicit function theorem, d a = M^-1 (dh - dM a), never from an explicit
+inverse.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,8 @@ class Functions:
         out: (t, x, z, u, p) -> outputs.
         tick: (t, x, z, u, p) -> next(z), sampled outputs.
         jacobian: (t, x, z, u, p) -> d der(x) / dx, sparse.
-        fwd: (t, x, z, u, p, dt, dx, dz, du, dp) -> derivatives of der(x), outputs, next(z), sampled outputs in that direction.
+        fwd: (t, x, z, u, p, dt, dx, dz, du, dp) -> derivatives of der(x), outputs, next(z), sampled
+            outputs in that direction.
         adj: (t, x, z, u, p, and weights of der(x), outputs, next(z), sampled outputs) -> weighted gradients
             with respect to t, x, z, u, p.
         is_linear: whether der(x) is affine in x and u, with coefficients that only parameters change.
@@ -65,7 +67,7 @@ def functions(model: Model) -> Functions:
     return Functions(*build(model, v, results), is_linear=_is_linear(model, v, results[0]))
 
 
-def _explicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
+def _explicit(_: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
     """All functions from SX expressions, common subexpressions removed."""
     der, out, nxt, held = results
     seeds, weights = _like(v, "d"), _like(results, "w")

@@ -48,7 +48,7 @@ def linearize(model: Model, values: Mapping[str, float] | None = None, *, time: 
     A, C = _columns(model, point, state, sampled)
     B, D = _columns(model, point, Kind.INPUT, sampled)
     sample_time = values.get("sample_time", model["sample_time"].start) if sampled else 0
-    return control.ss(
+    return control.StateSpace(
         A,
         B,
         C,
@@ -71,7 +71,7 @@ def _values(model: Model, kind: Kind, values: Mapping[str, float]) -> np.ndarray
 
 
 def _columns(model: Model, point: list, kind: Kind, sampled: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of (der, out) or (next, held) with respect to all quantities of one kind, column by column."""
+    """Return the derivatives of (der, out) or (next, held) with respect to all quantities of one kind."""
     fwd = functions(model).fwd
     seeds = [np.zeros(np.size(v)) for v in point]
     where = {Kind.STATE: 1, Kind.SAMPLED_STATE: 2, Kind.INPUT: 3}[kind]

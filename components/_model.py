@@ -10,8 +10,8 @@ The order of calls, as a part's function makes them:
     a = m.motion(v, mass=M, force=h)                                           # M der(v) = h, mass-matrix form
     m.output("position", x, "m", "Measured displacement")
 
-A sampled model declares `m.sample_time(1e-3)`, `m.sampled_state(...)`, `m.next[z] = ...` and `m.sampled_output(...)`: at each
-tick the outputs are evaluated first, from the states and inputs before the tick, and held until the next tick.
+A sampled model declares `m.sample_time(1e-3)`, `m.sampled_state(...)`, `m.next[z] = ...` and `m.sampled_output(...)`:
+at each tick the outputs are evaluated first, from the states and inputs before the tick, and held until the next tick.
 
 A range in a name, `drive[1..3].slide`, declares one quantity per member and stands for a column vector of symbols.
 """
@@ -53,8 +53,8 @@ class Kind(StrEnum):
 class Quantity:
     """A scalar quantity of a model: each fact once, in FMI words.
 
-    `symbol` is the CasADi symbol of a parameter, input or state, `expression` the value of an output. `fixed` parameters can be
-    set only before initialization, the others at any communication point.
+    `expression` is the CasADi symbol of a parameter, input or state, and what an output equals. `fixed` parameters can
+    be set only before initialization, the others at any communication point.
     """
 
     name: str
@@ -65,8 +65,7 @@ class Quantity:
     nominal: float
     min: float | None
     max: float | None
-    symbol: ca.SX | None = None
-    expression: ca.SX | None = None
+    expression: ca.SX
     fixed: bool = False
 
 
@@ -154,7 +153,7 @@ class Model:
         return self._symbols(name, Kind.STATE, unit, description, start, nominal, min, max)
 
     def sample_time(self, start: float) -> ca.SX:
-        """Declare the sample time [s]: a fixed parameter `sample_time`; ticks are at experiment start + n * sample_time."""
+        """Declare the fixed parameter `sample_time` [s]; ticks are at experiment start + n * sample_time."""
         return self.parameter("sample_time", start, "s", "Time between two ticks", min=1e-12, nominal=start, fixed=True)
 
     def sampled_state(
@@ -198,22 +197,22 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> None:
-        """Declare an output that is evaluated at a tick, before the states change, and held; `start` until the first tick."""
+        """Declare an output evaluated at ticks, before the states change, and held; `start` until the first tick."""
         self._require_sampling(name)
         self._expressions(name, Kind.SAMPLED_OUTPUT, expression, unit, description, start, nominal, min, max)
 
     def motion(self, rate: ca.SX, *, mass: ca.SX | ca.DM, force: ca.SX) -> ca.SX:
         """State the equation `mass @ der(rate) = force` and return the symbols of der(rate), shape (n, 1).
 
-        `rate` is a column of n states, `mass` (n, n) symmetric positive definite, `force` (n, 1). The accelerations may be used in
-        outputs and other equations, not in `mass` or `force`.
+        `rate` is a column of n states, `mass` (n, n) symmetric positive definite, `force` (n, 1). The accelerations may
+        be used in outputs and other equations, not in `mass` or `force`.
         """
         names = self._names_of(rate, Kind.STATE, "motion")
         n, label = len(names), ", ".join(names)
         mass, force = ca.SX(mass), ca.SX(force)
         if mass.shape != (n, n) or force.shape != (n, 1):
             raise ModelError(
-                f"motion of {label}: mass has shape {mass.shape} and force {force.shape}, expected ({n}, {n}) and ({n}, 1)"
+                f"motion of {label}: mass has shape {mass.shape}, force {force.shape}, expected ({n}, {n}) and ({n}, 1)"
             )
         acceleration = ca.vertcat(*[ca.SX.sym(f"der({name})") for name in names])
         self.der[rate] = acceleration
@@ -241,7 +240,7 @@ class Model:
 
     def symbols(self, *kinds: Kind) -> ca.SX:
         """Return the symbols of these kinds as one column, shape (n, 1)."""
-        return ca.vertcat(ca.SX(0, 1), *[q.symbol for q in self.of(*kinds)])
+        return ca.vertcat(ca.SX(0, 1), *[q.expression for q in self.of(*kinds)])
 
     @property
     def is_sampled(self) -> bool:
@@ -265,7 +264,7 @@ class Model:
                     )
         if self.solver is not None and self.solver not in SOLVERS:
             raise ModelError(f"{self.name}: solver {self.solver!r} is not one of {', '.join(SOLVERS)}")
-        base = [self.time, *[q.symbol for q in self if q.symbol is not None]]
+        base = [self.time, *[q.expression for q in self if q.kind not in (Kind.OUTPUT, Kind.SAMPLED_OUTPUT)]]
         accelerations = [motion.acceleration for motion in self.motions]
         for motion in self.motions:
             self._check_symbols(f"motion of {', '.join(motion.rates)}", ca.veccat(motion.mass, motion.force), base)
@@ -282,9 +281,7 @@ class Model:
         symbols = [ca.SX.sym(member) for member in members]
         for member, symbol, value in zip(members, symbols, _column(name, start, len(members)), strict=True):
             self._add(
-                Quantity(
-                    member, kind, unit, description, value, _nominal(nominal, value), min, max, symbol, None, fixed
-                )
+                Quantity(member, kind, unit, description, value, _nominal(nominal, value), min, max, symbol, fixed)
             )
         return ca.vertcat(*symbols)
 
@@ -296,7 +293,7 @@ class Model:
         starts = _column(name, start, len(members))
         for i, member in enumerate(members):
             nominal_i = _nominal(nominal, starts[i])
-            self._add(Quantity(member, kind, unit, description, starts[i], nominal_i, min, max, None, column[i]))
+            self._add(Quantity(member, kind, unit, description, starts[i], nominal_i, min, max, column[i]))
 
     def _add(self, quantity: Quantity) -> None:
         if not _NAME.match(quantity.name):
@@ -324,12 +321,12 @@ class Model:
         for element in [column[i] for i in range(column.numel())]:
             name = element.name() if element.is_symbolic() else str(element)
             quantity = self._quantities.get(name)
-            if quantity is None or quantity.kind is not kind or not ca.is_equal(quantity.symbol, element):
+            if quantity is None or quantity.kind is not kind or not ca.is_equal(quantity.expression, element):
                 raise ModelError(f"{self.name}: {word} of {name}: not a {kind.replace('_', ' ')} of this model")
             names.append(name)
         return tuple(names)
 
-    def _check_symbols(self, where: str, expression: ca.SX | None, allowed: Iterable[ca.SX]) -> None:
+    def _check_symbols(self, where: str, expression: ca.SX, allowed: Iterable[ca.SX]) -> None:
         free = ca.symvar(ca.SX(expression))
         known = {s.element_hash() for column in allowed for s in ca.symvar(column)}
         for symbol in free:
@@ -352,9 +349,8 @@ class Equations(dict[str, ca.SX]):
         names = self.model._names_of(states, self.kind, self.word)
         column = ca.SX(expression)
         if column.shape != (len(names), 1):
-            raise ModelError(
-                f"{self.model.name}: {self.word}[{', '.join(names)}] has shape {column.shape}, expected ({len(names)}, 1)"
-            )
+            where = f"{self.model.name}: {self.word}[{', '.join(names)}]"
+            raise ModelError(f"{where} has shape {column.shape}, expected ({len(names)}, 1)")
         for i, name in enumerate(names):
             if name in self:
                 raise ModelError(f"{self.model.name}: {self.word}[{name}] is given twice")

@@ -3,9 +3,9 @@
     parts = find([hfsa.components, hfsa.controllers])
     model = parts["sdelta"].model(level="cartesian", **{"posture.rotation": "10,5,8", "damping_ratio": 0.02})
 
-Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a dataclass.
-A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter of the built
-model is accepted too and sets its start value.
+Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a
+dataclass. A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter
+of the built model is accepted too and sets its start value.
 """
 
 import dataclasses

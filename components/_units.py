@@ -56,7 +56,7 @@ def unit(name: str) -> Unit:
 
     Raises `ValueError` for a symbol or spelling that is not known; the message names the nearest symbols.
     """
-    powers = dict.fromkeys(BASE, 0)
+    powers: dict[str, int] = dict.fromkeys(BASE, 0)
     head, *divisors = _split(name)
     for sign, product in [(1, head)] + [(-1, d) for d in divisors]:
         for text in product.split("."):

@@ -4,16 +4,18 @@ Over a window of N = round(window / sample_time) samples it fits, to each signal
 
     y = mean + a sin + b cos + a2 sin2 + b2 cos2 + a3 sin3 + b3 cos3
 
-where sin and cos are the inputs `sine` and `cosine` and the harmonics follow from them (sin2 = 2 sin cos, ...). Least squares
-needs no whole number of samples in a period, nor of periods in the window. Results are latched when a window is complete:
+where sin and cos are the inputs `sine` and `cosine` and the harmonics follow from them (sin2 = 2 sin cos, ...). Least
+squares needs no whole number of samples in a period, nor of periods in the window. Results are latched when a window is
+complete:
 
     gain.real = a,  gain.imaginary = b      so that gain = a + j b is the complex amplitude relative to sin
     harmonic.second = |a2 + j b2|, harmonic.third = |a3 + j b3|, residual = rms of what is left
 
 The sample at time start + n sample_time is number n; window k = 1, 2, ... holds the samples (k - 1) N to k N - 1.
 
-Bode plot, a signal's complex amplitude to its gain: 0 dB and 0 degrees at the reference frequency f, zeros of transmission at
-0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular window, falling as 1 / (pi |f_signal - f| N sample_time).
+Bode plot, a signal's complex amplitude to its gain: 0 dB and 0 degrees at the reference frequency f, zeros of
+transmission at 0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular window, falling as
+1 / (pi |f_signal - f| N sample_time).
 """
 
 import casadi as ca
@@ -26,7 +28,6 @@ def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
     if not units:
         raise ModelError("lock_in: units is empty, expected the unit of at least one signal")
     m = Model("LockIn", "Lock-in amplifier: complex gain and harmonics of signals, window by window")
-    n = len(units)
     sample_time = m.sample_time(1e-3)
     window = m.parameter("window", 1.0, "s", "Length of one measurement window", min=1e-12)
     sine = m.input("sine", "1", "Phase reference, sine")
@@ -81,7 +82,7 @@ def _channel(m: Model, i: int, signal, unit: str, basis, factor, first, complete
 
 
 def _basis(s: ca.SX, c: ca.SX) -> ca.SX:
-    """Return 1, and sine and cosine of one, two and three times the phase, by the multiple-angle formulas, shape (7, 1)."""
+    """Return 1, and sine and cosine of one, two and three times the phase, shape (7, 1), by multiple-angle formulas."""
     return ca.vertcat(1, s, c, 2 * s * c, c * c - s * s, s * (3 - 4 * s * s), c * (4 * c * c - 3))
 
 
@@ -91,8 +92,9 @@ def _lower(matrix: ca.SX) -> ca.SX:
 
 def _symmetric(lower: ca.SX, k: int) -> ca.SX:
     matrix = ca.SX(k, k)
-    for index, (i, j) in enumerate((i, j) for i in range(k) for j in range(i + 1)):
-        matrix[i, j] = matrix[j, i] = lower[index]
+    for i in range(k):
+        for j in range(i + 1):
+            matrix[i, j] = matrix[j, i] = lower[i * (i + 1) // 2 + j]
     return matrix
 
 

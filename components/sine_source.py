@@ -3,8 +3,9 @@
     value = amplitude w(t) sin(omega t),  omega = 2 pi frequency,  w(t) = (1 - cos(pi t / T)) / 2 for t < T, then 1
     T = max(2 / frequency, 0.5 s)
 
-`rate` and `acceleration` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase reference for
-a lock-in amplifier, without ramp and amplitude. There is no input, so there is no Bode plot: it draws one line in a spectrum.
+`rate` and `acceleration` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase
+reference for a lock-in amplifier, without ramp and amplitude. There is no input, so there is no Bode plot: it draws one
+line in a spectrum.
 """
 
 import casadi as ca
