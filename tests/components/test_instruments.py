@@ -1,0 +1,108 @@
+"""The instruments measure what they say: exact derivatives of the source, exact amplitudes from the lock-in."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hfsa.components._functions import functions
+from hfsa.components._model import Kind, Model, ModelError
+from hfsa.components.lock_in import lock_in
+from hfsa.components.sine_source import sine_source
+
+
+class LockIn:
+    """The lock-in of one signal as a Python loop over its tick map."""
+
+    def __init__(self):
+        model: Model = lock_in(units=["m"])
+        self.tick = functions(model).tick
+        self.names = [q.name for q in model.of(Kind.SAMPLED_OUTPUT)]
+        self.z = np.zeros(len(model.of(Kind.SAMPLED_STATE)))
+
+    def measure(self, signal, frequency: float, sample_time: float, samples: int, windows: int = 1) -> dict[str, float]:
+        for n in range(samples * windows):
+            phase = 2 * np.pi * frequency * n * sample_time
+            u = [np.sin(phase), np.cos(phase), signal(phase)]
+            z, held = self.tick(0, [], self.z, u, [sample_time, samples * sample_time])
+            self.z = np.array(z).reshape(-1)
+        return dict(zip(self.names, np.array(held).reshape(-1), strict=True))
+
+
+LOCK_IN = LockIn()
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    a=st.floats(-1, 1),
+    b=st.floats(-1, 1),
+    second=st.floats(0, 0.5),
+    mean=st.floats(-100, 100),
+    scale=st.sampled_from([1e-9, 1.0, 1e6]),
+    per_period=st.floats(20.3, 90.7),
+)
+def test_lock_in_recovers_every_component_without_whole_periods(a, b, second, mean, scale, per_period):
+    """Any phase, scale and mean, and periods that are no whole number of samples."""
+
+    def signal(phase: float) -> float:
+        return scale * (mean + a * np.sin(phase) + b * np.cos(phase) + second * np.sin(2 * phase + 0.4))
+
+    LOCK_IN.z[:] = 0
+    r = LOCK_IN.measure(signal, frequency=1.0, sample_time=1 / per_period, samples=int(1.6 * per_period))
+    floor = 1e-12 * scale * (1 + abs(mean))
+    assert r["windows"] == 1
+    assert abs(r["gain[1].real"] - scale * a) <= floor
+    assert abs(r["gain[1].imaginary"] - scale * b) <= floor
+    assert abs(r["harmonic[1].second"] - scale * second) <= floor
+    assert r["harmonic[1].third"] <= floor
+    assert abs(r["mean[1]"] - scale * mean) <= floor
+
+
+def test_lock_in_starts_anew_with_each_window():
+    LOCK_IN.z[:] = 0
+    first = LOCK_IN.measure(lambda p: 5 * np.sin(p), 1.0, 0.01, 150)
+    second = LOCK_IN.measure(lambda p: 2 * np.cos(p), 1.0, 0.01, 150)
+    assert (first["windows"], second["windows"]) == (1, 2)
+    assert first["gain[1].real"] == pytest.approx(5, rel=1e-12)
+    assert second["gain[1].real"] == pytest.approx(0, abs=1e-12)
+    assert second["gain[1].imaginary"] == pytest.approx(2, rel=1e-12)
+
+
+def test_lock_in_reports_what_is_not_in_its_basis():
+    LOCK_IN.z[:] = 0
+    result = LOCK_IN.measure(lambda p: np.sin(p) + 0.1 * np.sin(5 * p), 1.0, 0.001, 1000)
+    assert result["residual[1]"] == pytest.approx(0.1 / np.sqrt(2), rel=1e-6)
+
+
+def test_lock_in_bode_sentence():
+    """Zeros of transmission at 0, 2 f and 3 f; the rectangular window's sidelobe elsewhere."""
+    for multiple in (0, 2, 3):
+        LOCK_IN.z[:] = 0
+        r = LOCK_IN.measure(lambda p, k=multiple: np.cos(k * p + 0.3), 1.0, 0.01, 250)
+        assert abs(complex(r["gain[1].real"], r["gain[1].imaginary"])) < 1e-12
+    LOCK_IN.z[:] = 0
+    r = LOCK_IN.measure(lambda p: np.sin(1.15 * p), 1.0, 0.01, 1000)
+    assert abs(complex(r["gain[1].real"], r["gain[1].imaginary"])) < 1.5 / (np.pi * 0.15 * 10)
+
+
+def test_lock_in_needs_a_signal():
+    with pytest.raises(ModelError, match="units is empty"):
+        lock_in(units=[])
+
+
+@pytest.mark.parametrize("frequency", [0.3, 1.0, 40.0])
+def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
+    out = functions(sine_source(unit="m")).out
+    ramp = max(2 / frequency, 0.5)
+
+    def at(t: float) -> np.ndarray:
+        return np.array(out(t, [], [], [], [2e-3, frequency])).reshape(-1)
+
+    for t in np.array([0.1, 0.37, 0.83, 1.9]) * ramp:
+        h = 1e-4 / frequency
+        omega = 2 * np.pi * frequency
+        slope = (at(t - 2 * h) - 8 * at(t - h) + 8 * at(t + h) - at(t + 2 * h)) / (12 * h)
+        assert at(t)[1] == pytest.approx(slope[0], abs=1e-9 * 2e-3 * omega)
+        assert at(t)[2] == pytest.approx(slope[1], abs=1e-9 * 2e-3 * omega**2)
+    assert at(0.0)[:2] == pytest.approx([0, 0])
+    assert at(1.5 * ramp)[0] == pytest.approx(2e-3 * np.sin(2 * np.pi * frequency * 1.5 * ramp))

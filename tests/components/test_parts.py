@@ -1,0 +1,89 @@
+"""Parts are found by file, arguments read by annotation, mistakes answered with the nearest right name."""
+
+import sys
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Literal
+
+import pytest
+
+import hfsa.components
+import hfsa.controllers
+from hfsa.components._model import Model, ModelError
+from hfsa.components._parts import Part, find, part_named
+
+PARTS = find([hfsa.components, hfsa.controllers])
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where it sits."""
+
+    lever: tuple[float, float, float] = (0.0, 0.0, 0.1)
+    side: Literal["left", "right"] = "left"
+
+
+def gadget(*, level: Literal["static", "planar"] = "static", mount: Mount = Mount(), count: int = 2) -> Model:
+    """A part of the test."""
+    m = Model("Gadget", f"{level} {count}")
+    m.parameter("gain", mount.lever[2], "1", "Gain", min=0)
+    m.output("y", m.time, "s", "Time")
+    return m
+
+
+@pytest.fixture
+def part() -> Part:
+    module = ModuleType("gadget", "A gadget.\n\nIts law.")
+    module.gadget = gadget
+    sys.modules["gadget"] = module
+    return Part("gadget", module, gadget, None)
+
+
+def test_text_is_read_as_the_annotation_says(part):
+    model = part.model("planar", **{"mount.lever": "1,2,3.5", "mount.side": "right", "count": "4"})
+    assert model["gain"].start == 3.5
+    assert model.information == {
+        "level": "planar",
+        "mount.lever[1]": 1.0,
+        "mount.lever[2]": 2.0,
+        "mount.lever[3]": 3.5,
+        "mount.side": "right",
+        "count": 4.0,
+    }
+
+
+def test_a_parameter_of_the_model_takes_a_start_value(part):
+    assert part.model(gain="7")["gain"].start == 7.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"level": "plannar"}, "gadget: level is 'plannar', expected one of static, planar .did you mean planar"),
+        ({"mount.levr": "1,2,3"}, "no argument 'mount.levr'; did you mean mount.lever"),
+        ({"mount.lever": "1,2"}, "mount.lever has 2 values, expected 3"),
+        ({"mount.lever": "1,2,x"}, "mount.lever is 'x', expected a number"),
+        ({"count": "2.5"}, "count is '2.5', expected a whole number"),
+        ({"gian": 1.0}, "no argument 'gian'; did you mean gain"),
+        ({"gain": -1.0}, "gain is -1 1, expected 0 to inf"),
+    ],
+)
+def test_mistakes_are_named(part, arguments, message):
+    with pytest.raises(ModelError, match=message):
+        part.model(**arguments)
+
+
+def test_a_misspelt_part_is_answered_with_the_nearest():
+    with pytest.raises(ModelError, match="no part is called 'mass_on_sprng'; did you mean mass_on_spring"):
+        part_named("mass_on_sprng", PARTS)
+
+
+@pytest.mark.parametrize("name", sorted(PARTS))
+def test_every_part_says_what_it_is_and_builds_with_its_defaults(name):
+    part = PARTS[name]
+    assert part.doc.endswith("."), "the first line of the module is one sentence"
+    if part.build:
+        model = part.model()
+        model.check()
+        assert model.name == "".join(word.capitalize() for word in name.split("_")).replace("Sdelta", "SDelta")
+        assert all(q.description for q in model)
