@@ -1,0 +1,51 @@
+# make demo   sets everything up and runs the main job: a Bode plot of the flexible robot from co-simulated FMUs
+# make test   sets everything up and passes the tests
+# make slow   the tests that take minutes;  make lint  style, types and floors;  make lock  new pinned versions
+
+.DELETE_ON_ERROR:
+.PHONY: demo test slow lint lock clean
+
+PYTHON ?= python3
+BIN := .venv/bin
+HAS_UV := $(shell command -v uv 2> /dev/null)
+HAS_CC := $(shell command -v $${CC:-cc} 2> /dev/null || command -v gcc 2> /dev/null || command -v clang 2> /dev/null)
+LOCKS := requirements.lock $(if $(HAS_CC),,requirements-zig.lock)
+
+demo: .venv/installed
+	$(BIN)/hfsa sweep sdelta_shaker --input command.position[3] --output platform.position[3] --from 1 --to 50 \
+		--points 40 --jobs 2 -o results/demo.h5
+	$(BIN)/hfsa bode results/demo.h5 -o results/demo.png
+
+test: .venv/installed
+	$(BIN)/python -m pytest -m "not slow"
+
+slow: .venv/installed
+	$(BIN)/python -m pytest -m slow
+
+lint: .venv/installed
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+# The environment: pinned versions with hashes, then this checkout itself, editable.
+.venv/installed: $(LOCKS) pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "hfsa needs Python 3.11 or newer; set PYTHON=...")'
+ifdef HAS_UV
+	test -x $(BIN)/python || uv venv --quiet --python $(PYTHON) .venv
+	uv pip install --quiet --python $(BIN)/python --require-hashes $(LOCKS:%=-r %)
+	uv pip install --quiet --python $(BIN)/python --no-build-isolation --no-deps --editable .
+else
+	test -x $(BIN)/python -a -x $(BIN)/pip || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --require-hashes $(LOCKS:%=-r %)
+	$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --editable .
+endif
+	touch $@
+
+lock:
+	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \
+		--extra analysis --group dev pyproject.toml -o requirements.lock
+	echo ziglang | uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 - -o requirements-zig.lock
+
+clean:
+	rm -rf .venv build fmus/built

@@ -1,0 +1,75 @@
+"""The house as a whole: style, floors, packaging, and that nothing depends on the checkout."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("components", "controllers", "cosim", "fmus")
+
+
+def run(*command: str, cwd: Path = ROOT, env: dict[str, str] | None = None) -> str:
+    done = subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_style():
+    run(sys.executable, "-m", "ruff", "check")
+    run(sys.executable, "-m", "ruff", "format", "--check")
+
+
+def test_floors():
+    """A room imports only from below, and only a .fmu file joins the two wings."""
+    run(str(Path(sys.executable).with_name("lint-imports")))
+
+
+def test_modules_say_what_they_are():
+    for package in PACKAGES:
+        for file in (ROOT / package).rglob("*.py"):
+            first = file.read_text().split("\n", 1)[0]
+            assert first.startswith('"""'), f"{file} has no docstring"
+            assert first.rstrip('"').rstrip().endswith((".", ":")) or '"""' not in first[3:], f"{file}: {first}"
+
+
+def test_no_local_path_or_lock_address():
+    for lock in ROOT.glob("requirements*.lock"):
+        assert "://" not in lock.read_text()
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel, unpacked in a folder of its own."""
+    folder = tmp_path_factory.mktemp("wheel")
+    run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT))
+    (file,) = folder.glob("*.whl")
+    with zipfile.ZipFile(file) as archive:
+        archive.extractall(folder / "site")
+    return folder / "site"
+
+
+def test_the_wheel_exports_an_fmu(wheel, tmp_path):
+    """A folder missing from `packages` or a .c from `package-data` breaks only the wheel."""
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import hfsa.fmus.export as e, hfsa.components.mass_on_spring as c\n"
+        "from pathlib import Path\n"
+        "assert Path(e.__file__).is_relative_to(sys.argv[1]), e.__file__\n"
+        "print(*e.export(c.mass_on_spring(), Path(sys.argv[2])))\n"
+    )
+    files = run(sys.executable, "-c", code, str(wheel), str(tmp_path), cwd=tmp_path).split()
+    assert [Path(file).name for file in files] == ["MassOnSpring.fmi2.fmu", "MassOnSpring.fmi3.fmu"]
+
+
+def test_the_wheel_has_every_module_of_the_checkout(wheel):
+    here = {
+        str(f.relative_to(ROOT))
+        for p in PACKAGES
+        for f in (ROOT / p).rglob("*.[pch]*")
+        if f.suffix in (".py", ".c", ".h")
+    }
+    there = {str(f.relative_to(wheel / "hfsa")) for f in (wheel / "hfsa").rglob("*") if f.suffix in (".py", ".c", ".h")}
+    assert {f for f in here if "__pycache__" not in f} == there
