@@ -1,0 +1,295 @@
+"""The system: which FMUs, which signal feeds which, in the words of SSP; and the scene, a system with a question to it.
+
+    system = System(
+        components=[Component("reference", "sdelta_reference"), Component("robot", "sdelta", "cartesian")],
+        connections=[Connection("reference.drive[1..3].slide", "robot.drive[1..3].slide")],
+    )
+    check(system, connectors)            # against the FMUs' descriptions, before anything runs
+
+Everything here is plain frozen data. A full name is `component.variable`; a range in it, `drive[1..3]`, stands for its
+members in order, and a connection between two ranges joins them pairwise. The components' order is the order in which a
+co-simulation algorithm steps them.
+"""
+
+import difflib
+import itertools
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+ALGORITHMS = ("gauss_seidel", "jacobi", "jacobi_plain")
+"""Co-simulation algorithms of `master.py`; the first is the default."""
+
+_COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
+_RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
+
+
+class StructureError(ValueError):
+    """A system, scene or FMU that cannot be run as it is wired; the message names the component or connection."""
+
+
+@dataclass(frozen=True)
+class Connector:
+    """One variable of an FMU, as its description tells it.
+
+    `base_unit` holds what the description says of the unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and
+    offset; `None` where it says nothing. `dependencies` names the inputs that an output follows without a step between;
+    `None` means that it may follow every input.
+    """
+
+    name: str
+    reference: int
+    causality: str
+    variability: str = "continuous"
+    type: str = "Float64"
+    unit: str | None = None
+    base_unit: tuple[float, ...] | None = None
+    start: float | None = None
+    nominal: float = 1.0
+    min: float | None = None
+    max: float | None = None
+    dependencies: tuple[str, ...] | None = ()
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only kind a connection carries."""
+        return self.type in ("Real", "Float64")
+
+
+@dataclass(frozen=True)
+class Component:
+    """One FMU of a system: `part` is the name of a part, or the path of a foreign `.fmu` file.
+
+    `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
+    variables' units.
+    """
+
+    name: str
+    part: str
+    level: str | None = None
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    start: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if not _COMPONENT.match(self.name):
+            raise StructureError(f"component name {self.name!r} is not an identifier, such as robot or drive[1]")
+        arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in self.arguments.items()}
+        object.__setattr__(self, "arguments", arguments)
+
+
+@dataclass(frozen=True)
+class Connection:
+    """The output `start` feeds the input `end`; both are full names."""
+
+    start: str
+    end: str
+
+    def __str__(self) -> str:
+        return f"{self.start} -> {self.end}"
+
+
+@dataclass(frozen=True)
+class System:
+    """Components and the connections between them; ranges in connections are expanded."""
+
+    components: Sequence[Component]
+    connections: Sequence[Connection] = ()
+
+    def __post_init__(self):
+        pairs = [pair for connection in self.connections for pair in _pairwise(connection)]
+        object.__setattr__(self, "components", tuple(self.components))
+        object.__setattr__(self, "connections", tuple(pairs))
+        names = [component.name for component in self.components]
+        for name in names:
+            if names.count(name) > 1:
+                raise StructureError(f"two components are called {name}; every component needs a name of its own")
+        fed: dict[str, Connection] = {}
+        for connection in pairs:
+            for end in (connection.start, connection.end):
+                self.split(end)
+            if connection.end in fed:
+                other = fed[connection.end]
+                raise StructureError(f"input {connection.end} is fed twice: by {other.start} and by {connection.start}")
+            fed[connection.end] = connection
+
+    def __getitem__(self, name: str) -> Component:
+        """Return the component of that name; `StructureError` with the nearest names if there is none."""
+        for component in self.components:
+            if component.name == name:
+                return component
+        raise StructureError(f"no component is called {name!r}{nearest(name, (c.name for c in self.components))}")
+
+    def split(self, name: str) -> tuple[str, str]:
+        """Return (component, variable) of a full name; `StructureError` if there is no such component."""
+        component, dot, variable = name.partition(".")
+        if not dot:
+            raise StructureError(f"{name!r} is not a full name; expected component.variable")
+        return self[component].name, variable
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A system with a question to it: the response of `outputs` to small sines at `inputs` within a band.
+
+    Attributes:
+        system: the wiring, without the measuring instruments.
+        inputs: full names of the inputs that are excited, one at a time.
+        outputs: full names of the outputs that are measured.
+        band: lowest and highest frequency [Hz].
+        amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`.
+        step_size: communication step size [s].
+        stop_time: end of a time-domain run [s].
+        tolerance: relative difference of the response that a choice of level may make.
+        algorithm: one of `ALGORITHMS`.
+        source: the sine source; it is given the excited input's unit as argument `unit`.
+    """
+
+    system: System
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+    band: tuple[float, float]
+    amplitude: Mapping[str, float]
+    step_size: float
+    stop_time: float
+    tolerance: float = 1e-3
+    algorithm: str = ALGORITHMS[0]
+    source: Component = field(default_factory=lambda: Component("source", "sine_source"))
+
+    def __post_init__(self):
+        for label in ("inputs", "outputs"):
+            names = tuple(member for name in getattr(self, label) for member in expand(name))
+            if not names:
+                raise StructureError(f"a scene needs {label}; found none")
+            for name in names:
+                self.system.split(name)
+            object.__setattr__(self, label, names)
+        low, high = self.band
+        object.__setattr__(self, "band", (float(low), float(high)))
+        if not 0 < low < high < math.inf:
+            raise StructureError(f"band is {low:g} to {high:g} Hz, expected 0 < lowest < highest")
+        for label in ("step_size", "stop_time", "tolerance"):
+            value = getattr(self, label)
+            if not 0 < value < math.inf:
+                raise StructureError(f"{label} is {value:g}, expected a positive number")
+        if self.algorithm not in ALGORITHMS:
+            raise StructureError(f"no algorithm is called {self.algorithm!r}{nearest(self.algorithm, ALGORITHMS)}")
+
+
+def expand(name: str) -> list[str]:
+    """Return the members of a name with ranges, `drive[1..3].slide` -> `drive[1].slide`, ...; other names alone."""
+    parts = _RANGE.split(name)
+    literals, bounds = parts[::3], list(zip(parts[1::3], parts[2::3], strict=True))
+    for low, high in bounds:
+        if int(low) > int(high):
+            raise StructureError(f"range [{low}..{high}] in {name} is empty; expected the lower index first")
+    ranges = [range(int(low), int(high) + 1) for low, high in bounds]
+    members = []
+    for indices in itertools.product(*ranges):
+        tail = "".join(f"[{i}]{literal}" for i, literal in zip(indices, literals[1:], strict=True))
+        members.append(literals[0] + tail)
+    return members
+
+
+def companions(name: str) -> tuple[str, str]:
+    """Return the names of an input's rate and acceleration: `command.position[3]` -> `command.position_rate[3]`, ..."""
+    stem, bracket, index = name.rpartition("[") if name.endswith("]") else (name, "", "")
+    return f"{stem}_rate{bracket}{index}", f"{stem}_acceleration{bracket}{index}"
+
+
+def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:
+    """Raise `StructureError` unless every connection joins an output to an input of the same unit, without a loop.
+
+    `connectors` holds the variables of each component's FMU by name.
+    """
+    for connection in system.connections:
+        start = connector(system, connectors, connection.start)
+        end = connector(system, connectors, connection.end)
+        for side, full, wanted in ((start, connection.start, "output"), (end, connection.end, "input")):
+            if side.causality != wanted:
+                raise StructureError(
+                    f"connection {connection}: {full} is an FMU's {side.causality}, expected an {wanted}"
+                )
+            if not side.is_real:
+                raise StructureError(
+                    f"connection {connection}: {full} is of type {side.type}, expected a scalar Real or Float64"
+                )
+        if not _same_unit(start, end):
+            raise StructureError(
+                f"connection {connection}: {connection.start} is in {start.unit}, but {connection.end} in {end.unit}"
+            )
+    for component in system.components:
+        for name in component.start:
+            connector(system, connectors, f"{component.name}.{name}")
+    feedthrough_levels(system, connectors)
+
+
+def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]], name: str) -> Connector:
+    """Return the variable of a full name; `StructureError` with the nearest names if there is none."""
+    component, variable = system.split(name)
+    if variable not in connectors[component]:
+        raise StructureError(
+            f"{component} ({system[component].part}) has no variable {variable!r}"
+            f"{nearest(variable, connectors[component])}"
+        )
+    return connectors[component][variable]
+
+
+def feedthrough_levels(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> dict[str, int]:
+    """Return for each connected output (full name) how many connections its value runs through without a step between.
+
+    An output of level 0 follows no connected input directly; fetched level by level, every output is fetched after the
+    inputs it depends on were set. An algebraic loop is a `StructureError` that spells it out.
+    """
+    feeder = {connection.end: connection.start for connection in system.connections}
+    inputs: dict[str, list[str]] = {component.name: [] for component in system.components}
+    for end in feeder:
+        component, variable = system.split(end)
+        inputs[component].append(variable)
+    graph: dict[str, list[str]] = {}
+    for name in feeder.values():
+        component, variable = system.split(name)
+        dependencies = connectors[component][variable].dependencies
+        direct = [f"{component}.{u}" for u in inputs[component] if dependencies is None or u in dependencies]
+        graph[name] = direct
+        graph |= {end: [feeder[end]] for end in direct}
+    try:
+        order = list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        raise StructureError(
+            f"algebraic loop: {' -> '.join(error.args[1])}; each follows the one before it without a step between, so "
+            "no order of exchange gives consistent values. Break it with a state or a sampled part"
+        ) from None
+    levels: dict[str, int] = {}
+    for name in order:
+        below = [levels[other] for other in graph.get(name, ())]
+        levels[name] = max(below, default=-1) + (name not in feeder)
+    outputs = set(feeder.values())
+    return {name: level for name, level in levels.items() if name in outputs}
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""
+    names = list(names)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    if near:
+        return f"; did you mean {', '.join(near)}?"
+    return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
+
+
+def _pairwise(connection: Connection) -> list[Connection]:
+    starts, ends = expand(connection.start), expand(connection.end)
+    if len(starts) != len(ends):
+        raise StructureError(
+            f"connection {connection} joins {len(starts)} output(s) to {len(ends)} input(s); ranges must be of one size"
+        )
+    return [Connection(start, end) for start, end in zip(starts, ends, strict=True)]
+
+
+def _same_unit(start: Connector, end: Connector) -> bool:
+    """Whether no conversion lies between two units; a foreign FMU may spell a unit differently or not state it."""
+    if start.unit is None or end.unit is None or start.unit == end.unit:
+        return True
+    return start.base_unit is not None and start.base_unit == end.base_unit
