@@ -1,0 +1,145 @@
+"""What an FMU says of itself: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
+
+import zipfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
+from lxml import etree
+
+from hfsa.cosim.system import Connector, StructureError
+
+SAMPLE_TIME = "sample_time"
+"""Parameter [s] with which an FMU tells its period; its discrete outputs change at ticks only, and are held between."""
+
+_BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+
+
+@dataclass(frozen=True)
+class Description:
+    """One FMU's Co-Simulation interface.
+
+    Attributes:
+        file: the `.fmu` file.
+        name: name of the model; `identifier` names the binary, `token` is its instantiation token (FMI 2: guid).
+        version: 2 or 3.
+        variables: every variable by name.
+        states: (state, derivative) names of the continuous states, in the order of ModelStructure.
+        log_categories: names of its log categories.
+        can_restore, can_serialize, has_derivatives: what it declares to support: to get and set its state, to turn
+            that state into bytes, directional derivatives.
+        output_derivative_order: highest order of output derivatives it offers.
+    """
+
+    file: Path
+    name: str
+    identifier: str
+    token: str
+    version: int
+    variables: dict[str, Connector]
+    states: tuple[tuple[str, str], ...]
+    log_categories: tuple[str, ...]
+    can_restore: bool
+    can_serialize: bool
+    has_derivatives: bool
+    output_derivative_order: int
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether it acts at ticks only: it has a parameter `sample_time`, and every output is discrete."""
+        outputs = [v for v in self.variables.values() if v.causality == "output"]
+        return self.has_sample_time and bool(outputs) and all(v.variability == "discrete" for v in outputs)
+
+    @cached_property
+    def has_sample_time(self) -> bool:
+        """Whether a parameter `sample_time` [s] tells when it ticks."""
+        return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
+
+
+def describe(file: Path) -> Description:
+    """Read an FMU's description; `StructureError` where it is no FMU that can be co-simulated, and why."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            root = etree.fromstring(archive.read("modelDescription.xml"))
+        version = str(root.get("fmiVersion"))
+        if not version.startswith(("2.", "3.")):
+            raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
+        model = read_model_description(str(file), validate=False)
+    except FileNotFoundError:
+        raise StructureError(f"there is no file {file}") from None
+    except StructureError:
+        raise
+    except Exception as error:  # the parser raises many kinds for a file that is no FMU
+        raise StructureError(f"{file} is not a readable FMU: {error}") from error
+    interface = model.coSimulation
+    if interface is None:
+        raise StructureError(f"{file} offers no Co-Simulation interface; expected one")
+    flags = {**root.find("CoSimulation").attrib}  # type: ignore[union-attr]
+    directional = ("providesDirectionalDerivative", "providesDirectionalDerivatives")  # FMI 2, FMI 3
+    return Description(
+        file=file,
+        name=str(model.modelName),
+        identifier=str(interface.modelIdentifier),
+        token=str(model.instantiationToken),
+        version=int(version[0]),
+        variables=_variables(model),
+        states=_states(model),
+        log_categories=tuple(str(category.name) for category in model.logCategories),
+        can_restore=interface.canGetAndSetFMUstate,
+        can_serialize=interface.canSerializeFMUstate,
+        has_derivatives=any(flags.get(name) in ("true", "1") for name in directional),
+        output_derivative_order=interface.maxOutputDerivativeOrder,
+    )
+
+
+def _variables(model: ModelDescription) -> dict[str, Connector]:
+    units = {unit.name: _base_unit(unit.baseUnit) for unit in model.unitDefinitions}
+    ticks = any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
+    dependencies = {unknown.variable.name: _inputs(unknown) for unknown in model.outputs if unknown.variable}
+    variables = {}
+    for v in model.modelVariables:
+        declared = v.declaredType
+        unit = v.unit or (declared.unit if declared else None)
+        held = ticks and v.variability == "discrete"
+        variables[v.name] = Connector(
+            name=v.name,
+            reference=v.valueReference,
+            causality=str(v.causality),
+            variability=str(v.variability),
+            type=str(v.type) + "".join(f"[{n}]" for n in v.shape or ()),
+            unit=unit,
+            base_unit=units.get(unit),
+            start=_number(v.start) if _is_scalar(v) else None,
+            nominal=_number(v.nominal or (declared.nominal if declared else None)) or 1.0,
+            min=_number(v.min or (declared.min if declared else None)),
+            max=_number(v.max or (declared.max if declared else None)),
+            dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
+        )
+    return variables
+
+
+def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
+    pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
+    return tuple((state.name, derivative.name) for state, derivative in pairs if state)
+
+
+def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
+    if unknown.dependencies is None:
+        return None
+    return tuple(known.name for known in unknown.dependencies if known.causality == "input")
+
+
+def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
+    return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
+
+
+def _is_scalar(variable: ModelVariable) -> bool:
+    return variable.type in ("Real", "Float64") and not variable.shape
+
+
+def _number(text: str | float | None) -> float | None:
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return None
