@@ -1,0 +1,125 @@
+"""Frequency response of a settling system: from complex gains, window after window, to a settled one with its error.
+
+    settling = Settling(tolerance=1e-3, floor=1e-9)
+    while not settling.settled:
+        settling.add(gain)                    # complex gain of every output over the next window
+    settling.gain, settling.remaining         # the last gain, and what its transient still adds
+
+The transient of a linear system is a sum of decaying exponentials, and so is its trace in the gains: g[k] = g_inf +
+sum a_j lambda_j^k, where |lambda_j| is what mode j keeps per window. Waiting until g stops changing is not enough:
+near a lightly damped resonance |lambda| is 0.99 or more, and a change c leaves c |lambda| / (1 - |lambda|) to come, a
+hundred times the change. So the remaining transient itself is estimated and compared with the tolerance.
+
+Two close modes beat, an oscillation shows lambda and its conjugate, a weak slow mode hides below a strong fast one:
+one decay rate read off successive changes is wrong for each of them. The changes d[k] = g[k + 1] - g[k] therefore are
+fitted by a linear prediction of higher order p, common to all outputs because they share the modes,
+
+    d[k] = c_1 d[k - 1] + ... + c_p d[k - p],    c complex,
+
+and summing it over all windows to come gives what remains in closed form, with p = 1 the rule above:
+
+    g_inf - g[k] = (c_1 (g[k] - g[k - 1]) + ... + c_p (g[k] - g[k - p])) / (1 - c_1 - ... - c_p)
+
+The method is Prony's; the limit it finds is that of minimal polynomial extrapolation (Cabay and Jackson, SIAM J. Numer.
+Anal. 13, 1976, 734).
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FEWEST_WINDOWS = 5
+"""Windows before a decay is believed: four changes, to fit one decay three times over."""
+
+_HIGHEST_ORDER = 8
+_LONGEST_MEMORY = 40
+_JUDGED_WINDOWS = 3
+_RESIDUAL_WEIGHT = 2.0
+
+
+class Settling:
+    """Judge of one run at one frequency: gains of all wanted outputs go in, window by window.
+
+    Attributes:
+        tolerance: largest remaining transient relative to the gain.
+        floor: gain below which an output is judged relative to `floor` instead of its own gain, one number or shape
+            (outputs,): an entry that is zero by symmetry is rounding noise, which never settles relative to itself.
+        remaining: estimated magnitude of the remaining transient in the last gain, shape (outputs,); infinite before
+            `FEWEST_WINDOWS` windows.
+    """
+
+    def __init__(self, tolerance: float = 1e-3, floor: ArrayLike = 0.0):
+        self.tolerance = tolerance
+        self.floor = np.asarray(floor, dtype=float)
+        self.remaining: NDArray[np.float64] = np.array([np.inf])
+        self._gains: list[NDArray[np.complex128]] = []
+
+    def add(self, gain: ArrayLike) -> None:
+        """Take the complex gains of the next window, shape (outputs,)."""
+        self._gains = [*self._gains[1 - _LONGEST_MEMORY :], np.array(gain, dtype=complex)]
+        self.remaining = remaining_transient(np.array(self._gains), self.scale)
+
+    @property
+    def gain(self) -> NDArray[np.complex128]:
+        """Gains of the last window, shape (outputs,)."""
+        return self._gains[-1]
+
+    @property
+    def scale(self) -> NDArray[np.float64]:
+        """What the tolerance is relative to: |gain|, or `floor` where that is larger, shape (outputs,)."""
+        return np.maximum(np.abs(self.gain), self.floor)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the remaining transient of every output is within tolerance."""
+        return bool(np.all(self.remaining <= self.tolerance * self.scale))
+
+
+def remaining_transient(gains: ArrayLike, scale: ArrayLike = 1.0) -> NDArray[np.float64]:
+    """Return the estimated magnitude of what the transient still adds to the last gain, shape (outputs,).
+
+    `gains` has shape (windows, outputs), successive windows of equal length; `scale`, shape (outputs,) or one number,
+    weighs the outputs against each other in the fit. The estimate is the largest over the last few windows and over
+    two orders of prediction, and includes what the misfit of the prediction may hide. It is infinite while there are
+    too few windows, and where a gain is not finite.
+    """
+    g = np.asarray(gains, dtype=np.complex128)
+    windows, outputs = g.shape
+    if windows < FEWEST_WINDOWS or not np.all(np.isfinite(g)):
+        return np.full(outputs, np.inf)
+    scale = np.broadcast_to(np.where(np.asarray(scale) > 0, scale, 1.0), (outputs,))
+    g = g / scale
+    # three changes for every coefficient, so that the fit cannot merely interpolate
+    order = min(_HIGHEST_ORDER, (windows - 1) // 3)
+    bounds = [_bound(g, p) for p in {order, max(order - 1, 1)}]
+    return np.max(bounds, axis=0) * scale
+
+
+def _bound(g: np.ndarray, order: int) -> NDArray[np.float64]:
+    """Return the remaining transient by linear prediction of one order, shape (outputs,)."""
+    d = np.diff(g, axis=0)
+    lags = np.arange(order, len(d))[:, None] - 1 - np.arange(order)
+    past, present = d[lags], d[order:]  # (equations, order, outputs), (equations, outputs)
+    # late changes are small but tell most about the slow modes: every equation weighs the same
+    size = np.sqrt(np.sum(np.abs(past) ** 2, axis=(1, 2)) + np.sum(np.abs(present) ** 2, axis=1))
+    weight = 1 / np.where(size > 0, size, 1.0)
+    matrix = (past * weight[:, None, None]).transpose(0, 2, 1).reshape(-1, order)
+    c = np.linalg.lstsq(matrix, (present * weight[:, None]).ravel(), rcond=1e-10)[0]
+    # where the changes do not decay there is no limit: 1 - sum(c) near 0 lets the estimate grow as it should
+    gap = 1 - np.sum(c)
+    gap = gap if abs(gap) > 1e-12 else 1e-12
+    limit = g[-1] + np.tensordot(c, g[-1] - g[-2::-1][:order], axes=1) / gap
+    misfit = np.abs(np.einsum("kpm,p->km", past, c) - present)[-max(order, 3) :].max(axis=0)
+    return np.abs(g[-_JUDGED_WINDOWS:] - limit).max(axis=0) + _RESIDUAL_WEIGHT * misfit / abs(gap)
+
+
+def phase(response: ArrayLike) -> NDArray[np.float64]:
+    """Return the phase in (-pi, pi] [rad]; NaN stays NaN."""
+    angle = np.angle(np.asarray(response, dtype=complex))
+    return np.where(angle == -np.pi, np.pi, angle)
+
+
+def harmonic_distortion(gain: ArrayLike, second: ArrayLike, third: ArrayLike) -> NDArray[np.float64]:
+    """Return sqrt(second^2 + third^2) / |gain|, two harmonics' amplitudes over the fundamental; NaN where gain is 0."""
+    fundamental = np.abs(np.asarray(gain, dtype=complex))
+    harmonics = np.hypot(second, third)
+    return np.divide(harmonics, fundamental, out=np.full(fundamental.shape, np.nan), where=fundamental > 0)
