@@ -64,12 +64,10 @@ def test_the_wheel_exports_an_fmu(wheel, tmp_path):
     assert [Path(file).name for file in files] == ["MassOnSpring.fmi2.fmu", "MassOnSpring.fmi3.fmu"]
 
 
+def sources(folder: Path) -> set[str]:
+    return {str(f.relative_to(folder)) for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")}
+
+
 def test_the_wheel_has_every_module_of_the_checkout(wheel):
-    here = {
-        str(f.relative_to(ROOT))
-        for p in PACKAGES
-        for f in (ROOT / p).rglob("*.[pch]*")
-        if f.suffix in (".py", ".c", ".h")
-    }
-    there = {str(f.relative_to(wheel / "hfsa")) for f in (wheel / "hfsa").rglob("*") if f.suffix in (".py", ".c", ".h")}
-    assert {f for f in here if "__pycache__" not in f} == there
+    here = {f"{package}/{file}" for package in PACKAGES for file in sources(ROOT / package)}
+    assert here == sources(wheel / "hfsa")
