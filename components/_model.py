@@ -374,6 +374,13 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
 
 
+def one_of(name: str, names: Iterable[str], what: str) -> str:
+    """Return `name`; `ModelError` that says `what` it is, with the nearest names, unless it is one of `names`."""
+    if name not in (names := list(names)):
+        raise ModelError(f"{what} is {name!r}{nearest(name, names)}")
+    return name
+
+
 def _column(name: str, value: float | Sequence[float], size: int) -> list[float]:
     values = [float(value)] * size if isinstance(value, int | float) else [float(v) for v in value]
     if len(values) != size:

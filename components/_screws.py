@@ -1,0 +1,86 @@
+"""Screws: displacements [rotation; translation], twists and wrenches [moment; force] as columns of six, rotation first.
+
+A displacement or twist belongs to a reference point, the moment of a wrench too; work is wrench . displacement. Between
+two points S and C of a body:
+
+    x_S = X x_C,  w_C = X^T w_S,  K_C = X^T K_S X,  M_C = X^T M_S X,    X = shift(C - S)
+"""
+
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+GAMMA = np.kron([[0.0, 1.0], [1.0, 0.0]], np.eye(3))
+"""Swaps the two halves of a screw, shape (6, 6)."""
+
+_TERMS = 16
+
+
+class Axis(NamedTuple):
+    """The axis of a screw.
+
+    Attributes:
+        direction: unit vector, shape (3,).
+        point: the point of the axis that is closest to the reference point, shape (3,) [m]; zero for a translation.
+        pitch: translation per rotation [m]; infinite for a pure translation.
+    """
+
+    direction: np.ndarray
+    point: np.ndarray
+    pitch: float
+
+
+def skew(a: np.ndarray) -> np.ndarray:
+    """Return the matrix of the cross product, `skew(a) @ b = a x b`, shape (3, 3)."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def shift(offset: np.ndarray, rotation: np.ndarray | None = None) -> np.ndarray:
+    """Return the matrix that takes the screws of a new frame to the old one, `x_old = X @ x_new`, shape (6, 6).
+
+    `offset` (3,) is the new origin in old coordinates [m], `rotation` (3, 3) the new frame's attitude in the old one,
+    by default the same.
+    """
+    rotation = np.eye(3) if rotation is None else rotation
+    return np.block([[rotation, np.zeros((3, 3))], [skew(offset) @ rotation, rotation]])
+
+
+def unit_screw(screw: np.ndarray, length: float) -> np.ndarray:
+    """Return the screw, shape (6,), scaled to unit rotation, or to unit translation where it has no rotation.
+
+    It has none if its rotation times `length` [m] is below 1e-9 of its translation. Its largest entry is positive.
+    """
+    turn, slide = np.linalg.norm(screw[:3]), np.linalg.norm(screw[3:])
+    size = turn if turn * length > 1e-9 * slide else slide
+    return screw / (size * np.sign(screw[np.argmax(np.abs(screw))]))
+
+
+def axis(screw: np.ndarray, length: float) -> Axis:
+    """Return the axis of a screw [rotation; translation], shape (6,); `length` as in `unit_screw`."""
+    screw = unit_screw(screw, length)
+    turn, slide = screw[:3], screw[3:]
+    if turn @ turn < 0.5:
+        return Axis(slide, np.zeros(3), np.inf)
+    return Axis(turn, np.cross(turn, slide), float(turn @ slide))
+
+
+def numbers(matrix: ca.SX) -> np.ndarray:
+    """Return a constant CasADi matrix as an array of the same shape."""
+    return np.array(ca.evalf(matrix), dtype=float)
+
+
+def exponential(vector: ca.SX) -> ca.SX:
+    """Return the rotation matrix of a rotation vector, shape (3, 1) [rad] to (3, 3).
+
+    1 + sin(a)/a W + (1 - cos(a))/a^2 W^2 with W = skew(vector), a = |vector|. The two factors are power series in a^2:
+    no branch and no division at zero, so that derivatives of every order are exact there. Sixteen terms leave nothing
+    but rounding error up to half a turn.
+    """
+    W, square = ca.skew(vector), ca.sumsqr(vector)
+    first, second = 1, 1
+    for n in reversed(range(_TERMS)):
+        first = 1 - square / ((2 * n + 2) * (2 * n + 3)) * first
+        second = 1 - square / ((2 * n + 3) * (2 * n + 4)) * second
+    return ca.SX.eye(3) + first * W + second / 2 * (W @ W)
