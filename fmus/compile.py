@@ -1,0 +1,65 @@
+"""C sources to one shared library that is FMI 2 and FMI 3, Model Exchange and Co-Simulation at once."""
+
+import importlib.util
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import fmpy
+
+from hfsa.fmus._errors import ExportError
+from hfsa.fmus.c_code import RUNTIME, Sources
+
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+"""Folder of the standards' own headers, which come with fmpy."""
+
+FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+"""Never -ffast-math: it would switch off the checks for NaN, and gradual underflow in the whole host process."""
+
+
+def source_files(sources: Sources) -> dict[str, str]:
+    """Return every file that any C99 compiler needs: generated, runtime and FMI headers, text by name; no folders."""
+    paths = [*RUNTIME.glob("*.[ch]"), *HEADERS.glob("fmi2*.h"), *HEADERS.glob("fmi3*.h")]
+    files = {path.name: path.read_text(encoding="utf-8", errors="surrogateescape") for path in paths}
+    return dict(sorted({**files, **sources.files}.items()))
+
+
+def compile_library(sources: Sources, folder: Path) -> Path:
+    """Compile the sources into `folder` and return the path of the shared library, `<name>.so` on Linux.
+
+    Tries `$CC`, cc, gcc, clang and the compiler of PyPI's ziglang, in this order. Raises `ExportError` with the compiler's
+    messages where one fails, or with the commands tried where none is found.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    library = folder / f"{sources.name}{_suffix()}"
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        files = source_files(sources)
+        for name, text in files.items():
+            (Path(scratch) / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+        units = sorted(name for name in files if name.endswith(".c"))
+        command = [*compiler(), *FLAGS, "-shared", *units, "-o", str(library.resolve()), "-lm"]
+        done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise ExportError(f"{sources.name}: {shlex.join(command)} failed with code {done.returncode}:\n{done.stderr.strip()}")
+    return library
+
+
+def compiler() -> list[str]:
+    """Return the command of the first C compiler there is."""
+    candidates = [shlex.split(os.environ.get("CC", "")), ["cc"], ["gcc"], ["clang"]]
+    for command in candidates:
+        if command and shutil.which(command[0]):
+            return command
+    zig = [sys.executable, "-m", "ziglang", "cc"]
+    if importlib.util.find_spec("ziglang") is not None:
+        return zig
+    tried = ", ".join(shlex.join(command) for command in [*candidates, zig] if command)
+    raise ExportError(f"no C compiler: tried {tried}; set $CC, or pip install hfsa[zig]")
+
+
+def _suffix() -> str:
+    return {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")

@@ -1,0 +1,107 @@
+/* Values and derivatives of the model's equations, always at the present time. */
+
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+static void set_point(Instance* in, const double* t, const double* x, const double* u) {
+  in->arg[0] = t;
+  in->arg[1] = x;
+  in->arg[2] = in->z;
+  in->arg[3] = u;
+  in->arg[4] = in->p;
+}
+
+static int call(Instance* in, Function* function) { return function(in->arg, in->res, in->iw, in->w, 0); }
+
+int hfsa_rhs(const Model* m, Instance* in, double t, const double* x, const double* u, double* der) {
+  set_point(in, &t, x, u);
+  in->res[0] = der;
+  return call(in, m->rhs);
+}
+
+/* d der / d x as a dense matrix, column by column. */
+int hfsa_jacobian(const Model* m, Instance* in, double t, const double* x, const double* u, double* dense) {
+  int n = m->size[ROLE_STATE];
+  set_point(in, &t, x, u);
+  in->res[0] = in->jacobian;
+  int failed = call(in, m->jacobian);
+  memset(dense, 0, (size_t)n * (size_t)n * sizeof(double));
+  for (int j = 0; j < n; j++)
+    for (int k = m->jacobian_columns[j]; k < m->jacobian_columns[j + 1]; k++)
+      dense[j * n + m->jacobian_rows[k]] = in->jacobian[k];
+  return failed;
+}
+
+/* `result` = derivatives of all unknowns along `seed`. */
+int hfsa_forward(const Model* m, Instance* in, double t, const double* x, const double* u) {
+  set_point(in, &t, x, u);
+  in->arg[5] = in->seed[ROLE_TIME];
+  in->arg[6] = in->seed[ROLE_STATE];
+  in->arg[7] = in->seed[ROLE_SAMPLED_STATE];
+  in->arg[8] = in->seed[ROLE_INPUT];
+  in->arg[9] = in->seed[ROLE_PARAMETER];
+  in->res[0] = in->result[ROLE_DERIVATIVE];
+  in->res[1] = in->result[ROLE_OUTPUT];
+  in->res[2] = in->result[ROLE_NEXT];
+  in->res[3] = in->result[ROLE_SAMPLED_OUTPUT];
+  return call(in, m->fwd);
+}
+
+/* `seed` = gradient, with respect to all knowns, of the sum of the unknowns weighted with `result`. */
+int hfsa_adjoint(const Model* m, Instance* in) {
+  set_point(in, &in->state->time, in->x, in->u);
+  in->arg[5] = in->result[ROLE_DERIVATIVE];
+  in->arg[6] = in->result[ROLE_OUTPUT];
+  in->arg[7] = in->result[ROLE_NEXT];
+  in->arg[8] = in->result[ROLE_SAMPLED_OUTPUT];
+  in->res[0] = in->seed[ROLE_TIME];
+  in->res[1] = in->seed[ROLE_STATE];
+  in->res[2] = in->seed[ROLE_SAMPLED_STATE];
+  in->res[3] = in->seed[ROLE_INPUT];
+  in->res[4] = in->seed[ROLE_PARAMETER];
+  return call(in, m->adj);
+}
+
+/* Make the wanted results valid for the present state block, computing only those that are not. */
+int hfsa_evaluate(const Model* m, Instance* in, unsigned results) {
+  unsigned missing = results & ~in->valid;
+  int failed = 0;
+  if (!missing) return 0;
+  set_point(in, &in->state->time, in->x, in->u);
+  if (missing & DERIVATIVES_VALID) {
+    in->res[0] = in->der;
+    failed |= call(in, m->rhs);
+  }
+  if (missing & OUTPUTS_VALID) {
+    set_point(in, &in->state->time, in->x, in->u);
+    in->res[0] = in->out;
+    failed |= call(in, m->out);
+  }
+  if (missing & NEXT_VALID) failed |= hfsa_tick(m, in, in->state->time, in->u);
+  if (!failed) in->valid |= missing;
+  return failed;
+}
+
+/* `next` and `next_held` = what a tick now would give. */
+int hfsa_tick(const Model* m, Instance* in, double t, const double* u) {
+  set_point(in, &t, in->x, u);
+  in->res[0] = in->next;
+  in->res[1] = in->next_held;
+  return call(in, m->tick);
+}
+
+/* Inputs `offset` seconds behind the beginning of the step: held, or on their slopes. */
+const double* hfsa_inputs(const Model* m, Instance* in, double offset) {
+  if (!in->state->ramped || offset == 0.0) return in->u;
+  for (int i = 0; i < m->size[ROLE_INPUT]; i++) in->u_now[i] = in->u[i] + in->slope[i] * offset;
+  return in->u_now;
+}
+
+/* A number times 0 is 0 unless it is infinite or no number. */
+int hfsa_all_finite(const double* column, int n) {
+  double sum = 0.0;
+  for (int i = 0; i < n; i++) sum += column[i] * 0.0;
+  return sum == 0.0;
+}

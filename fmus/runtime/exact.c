@@ -1,0 +1,75 @@
+/* The exact step of a linear model with inputs on straight lines:
+
+     x(t + h) = x + h phi1(h A) f + h^2 phi2(h A) g        f = der(x) at the beginning, g = d f / d u * slope
+
+   A depends on parameters alone, so the two matrices are remembered for the last few lengths h; what is remembered is a
+   function of h and the parameters, and so never changes a result. */
+
+#include "instance.h"
+#include "matrix.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { REMEMBERED = 8 };
+
+typedef struct {
+  int filled, oldest;
+  double h[REMEMBERED];
+  double* phi[REMEMBERED];  /* h phi1, h^2 phi2 */
+  double *parameters;       /* that all of it was made from */
+  double *a, *scratch, *f, *g;
+} Exact;
+
+static void* create(const Model* m) {
+  size_t n = (size_t)m->size[ROLE_STATE], np = (size_t)m->size[ROLE_PARAMETER];
+  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 2 * n * n + np + 4 * n * n + 3 * n) * sizeof(double));
+  if (!e) return NULL;
+  double* cursor = (double*)(e + 1);
+  for (int k = 0; k < REMEMBERED; k++, cursor += 2 * n * n) e->phi[k] = cursor;
+  e->parameters = cursor;
+  e->a = e->parameters + np;
+  e->scratch = e->a + n * n;
+  e->f = e->scratch + 3 * n * n + n;
+  e->g = e->f + n;
+  return e;
+}
+
+/* The matrices for a step of h, remembered or made. */
+static const double* matrices(const Model* m, Instance* in, Exact* e, double h) {
+  int n = m->size[ROLE_STATE];
+  size_t bytes = (size_t)m->size[ROLE_PARAMETER] * sizeof(double);
+  if (memcmp(e->parameters, in->p, bytes) != 0 || !e->filled) {
+    e->filled = e->oldest = 0;
+    memcpy(e->parameters, in->p, bytes);
+    if (hfsa_jacobian(m, in, in->state->time, in->x, in->u, e->a)) return NULL;
+  }
+  for (int k = 0; k < e->filled; k++)
+    if (e->h[k] == h) return e->phi[k];
+  int k = e->oldest;
+  if (hfsa_phi(n, e->a, h, e->phi[k], e->phi[k] + n * n, e->scratch)) return NULL;
+  e->h[k] = h;
+  e->oldest = (k + 1) % REMEMBERED;
+  if (e->filled < REMEMBERED) e->filled++;
+  return e->phi[k];
+}
+
+static int advance(const Model* m, Instance* in, double offset, double h) {
+  Exact* e = in->work;
+  int n = m->size[ROLE_STATE];
+  double t = in->state->time + offset;
+  const double* u = hfsa_inputs(m, in, offset);
+  const double* phi = matrices(m, in, e, h);
+  if (!phi || hfsa_rhs(m, in, t, in->x, u, e->f))
+    return hfsa_report(in, ERROR, "the step from %.15g by %g has no finite matrices", t, h);
+  if (in->state->ramped) {
+    memset(in->seeds, 0, in->seeds_size);
+    memcpy(in->seed[ROLE_INPUT], in->slope, (size_t)m->size[ROLE_INPUT] * sizeof(double));
+    if (hfsa_forward(m, in, t, in->x, u)) return hfsa_report(in, ERROR, "the slopes at %.15g cannot be evaluated", t);
+    hfsa_add_product(n, phi + n * n, in->result[ROLE_DERIVATIVE], in->x);
+  }
+  hfsa_add_product(n, phi, e->f, in->x);
+  return OK;
+}
+
+const Solver hfsa_exact = {create, advance};

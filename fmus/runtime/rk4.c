@@ -1,0 +1,54 @@
+/* The classical Runge-Kutta method of order 4 with equal steps, none longer than the setting `solver.maximum_step`. */
+
+#include "instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { MAXIMUM_STEP };  /* place among the settings */
+
+typedef struct {
+  double *k, *sum, *x;
+} Work;
+
+static void* create(const Model* m) {
+  size_t n = (size_t)m->size[ROLE_STATE];
+  Work* work = calloc(1, sizeof(Work) + 3 * n * sizeof(double));
+  if (!work) return NULL;
+  work->k = (double*)(work + 1);
+  work->sum = work->k + n;
+  work->x = work->sum + n;
+  return work;
+}
+
+/* One stage at `offset`: k there, then the next stage's x, and the weighted sum. */
+static int stage(const Model* m, Instance* in, double offset, double weight, double ahead) {
+  const Work* work = in->work;
+  int failed = hfsa_rhs(m, in, in->state->time + offset, work->x, hfsa_inputs(m, in, offset), work->k);
+  for (int i = 0; i < m->size[ROLE_STATE]; i++) {
+    work->sum[i] += weight * work->k[i];
+    work->x[i] = in->x[i] + ahead * work->k[i];
+  }
+  return failed;
+}
+
+static int advance(const Model* m, Instance* in, double offset, double h) {
+  const Work* work = in->work;
+  int n = m->size[ROLE_STATE];
+  double count = fmax(1.0, ceil(h / in->settings[MAXIMUM_STEP] * (1.0 - 1e-9)));
+  double step = h / count;
+  for (double k = 0.0; k < count; k++) {
+    double begin = offset + k * step;
+    for (int i = 0; i < n; i++) {
+      work->sum[i] = 0.0;
+      work->x[i] = in->x[i];
+    }
+    if (stage(m, in, begin, step / 6.0, 0.5 * step) || stage(m, in, begin + 0.5 * step, step / 3.0, 0.5 * step) ||
+        stage(m, in, begin + 0.5 * step, step / 3.0, step) || stage(m, in, begin + step, step / 6.0, 0.0))
+      return hfsa_report(in, ERROR, "the derivatives cannot be evaluated at time %.15g", in->state->time + begin);
+    for (int i = 0; i < n; i++) in->x[i] += work->sum[i];
+  }
+  return OK;
+}
+
+const Solver hfsa_rk4 = {create, advance};

@@ -1,0 +1,75 @@
+/* One communication step: solver and ticks in turn. A step that fails leaves the instance as it was before. */
+
+#include "core.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static Status check_step(const Model* m, const Instance* in, double t, double h) {
+  const State* s = in->state;
+  if (!isfinite(t) || !(h > 0.0) || !isfinite(h))
+    return hfsa_report(in, ERROR, "DoStep from %g by %g: expected a finite time and a step above 0", t, h);
+  double slack = 1e-3 * h + 8.0 * DBL_EPSILON * fabs(t);
+  if (fabs(t - s->time) > slack)
+    return hfsa_report(in, ERROR, "DoStep from %.15g, but the last step ended at %.15g", t, s->time);
+  if (t + h > s->stop_time + slack)
+    return hfsa_report(in, ERROR, "DoStep to %.15g goes beyond the stop time %.15g", t + h, s->stop_time);
+  if (hfsa_all_finite(in->u, m->size[ROLE_INPUT])) return OK;
+  int i = 0;
+  while (isfinite(in->u[i])) i++;
+  return hfsa_report(in, ERROR, "input %s is %g at time %.15g", hfsa_name(m, ROLE_INPUT, i), in->u[i], t);
+}
+
+static Status advance(const Model* m, Instance* in, double offset, double h) {
+  if (!m->solver || !(h > 0.0)) return OK;
+  Status status = m->solver->advance(m, in, offset, h);
+  if (status || hfsa_all_finite(in->x, m->size[ROLE_STATE])) return status;
+  int i = 0;
+  while (isfinite(in->x[i])) i++;
+  return hfsa_report(in, ERROR, "state %s is %g after the step from %.15g by %g", hfsa_name(m, ROLE_STATE, i), in->x[i],
+                     in->state->time, offset + h);
+}
+
+/* Solve up to each tick of the step, tick, and solve the rest. A tick at the beginning belongs to this step, one at the end to
+   the next. Offsets are whole 2^-40ths of the step: so few different lengths occur however rounding falls, that a solver
+   can remember what it made of each, and the lengths still add up to the step exactly. */
+static Status advance_with_ticks(const Model* m, Instance* in, double h) {
+  const double part = ldexp(h, -40);
+  double tolerance = fmin(hfsa_tick_tolerance(m, in), 0.5 * h);
+  double done = 0.0;
+  Status status = OK;
+  while (!status) {
+    double tick = hfsa_tick_time(m, in), offset = tick - in->state->time;
+    if (offset >= h - tolerance) break;
+    double at = offset <= tolerance ? done : floor(offset / part + 0.5);
+    status = advance(m, in, done * part, (at - done) * part);
+    done = at;
+    if (!status) status = hfsa_do_tick(m, in, tick, hfsa_inputs(m, in, done * part));
+  }
+  return status ? status : advance(m, in, done * part, (0x1p40 - done) * part);
+}
+
+/* From communication point t to t + h. Behind it, inputs hold what their slopes have made of them. */
+Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
+  Status status = hfsa_permit(in, "DoStep", STEP);
+  if (!status) status = check_step(m, in, t, h);
+  if (status) return status;
+  memcpy(in->before, in->state, in->moving_size);
+  in->state->time = t;
+  in->valid = 0;
+  status = m->sample_time >= 0 ? advance_with_ticks(m, in, h) : advance(m, in, 0.0, h);
+  if (status) {
+    memcpy(in->state, in->before, in->moving_size);
+    in->valid = 0;
+    return status;
+  }
+  if (in->state->ramped) {
+    for (int i = 0; i < m->size[ROLE_INPUT]; i++) in->u[i] += in->slope[i] * h;
+    memset(in->slope, 0, (size_t)m->size[ROLE_INPUT] * sizeof(double));
+    in->state->ramped = 0;
+  }
+  in->state->time = t + h;
+  in->valid = 0;
+  return OK;
+}

@@ -1,0 +1,32 @@
+/* Ticks of sampled models: at start + n * sample_time, computed and never accumulated. */
+
+#include "core.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Time of the next tick [s]. */
+double hfsa_tick_time(const Model* m, const Instance* in) {
+  return in->state->start_time + (double)in->state->ticks * in->p[m->sample_time];
+}
+
+/* How far from its instant a tick is still taken as being there [s]. */
+double hfsa_tick_tolerance(const Model* m, const Instance* in) { return 1e-9 * in->p[m->sample_time]; }
+
+/* One tick: outputs and next values from the states before it, then both are taken over. */
+Status hfsa_do_tick(const Model* m, Instance* in, double t, const double* u) {
+  int n_next = m->size[ROLE_NEXT], n_held = m->size[ROLE_SAMPLED_OUTPUT];
+  in->valid = 0;
+  if (hfsa_tick(m, in, t, u)) return hfsa_report(in, ERROR, "the tick at time %.15g cannot be evaluated", t);
+  for (int i = 0; i < n_next; i++)
+    if (!isfinite(in->next[i]))
+      return hfsa_report(in, ERROR, "%s is %g at the tick at time %.15g", hfsa_name(m, ROLE_NEXT, i), in->next[i], t);
+  for (int i = 0; i < n_held; i++)
+    if (!isfinite(in->next_held[i]))
+      return hfsa_report(in, ERROR, "%s is %g at the tick at time %.15g", hfsa_name(m, ROLE_SAMPLED_OUTPUT, i),
+                         in->next_held[i], t);
+  memcpy(in->z, in->next, (size_t)n_next * sizeof(double));
+  memcpy(in->held, in->next_held, (size_t)n_held * sizeof(double));
+  in->state->ticks++;
+  return OK;
+}
