@@ -101,7 +101,7 @@ class Library(ABC):
         """Set the experiment up and enter initialization mode; returns the status."""
 
     @abstractmethod
-    def values(self, references: c_void_p, count: c_size_t, values: c_void_p) -> tuple:
+    def values(self, references: ctypes.Array, count: c_size_t, values: c_void_p) -> tuple:
         """Return the arguments of `get` and `set` after the component."""
 
     @abstractmethod

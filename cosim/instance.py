@@ -116,7 +116,6 @@ class Call:
     function: Callable[..., int] = field(repr=False)
     arguments: tuple = field(repr=False)
     run: Callable[[], int] = field(repr=False)
-    handle: Handle | None = None
 
 
 @dataclass(eq=False)
@@ -205,8 +204,9 @@ class Instance:
             values = np.zeros(n)
         if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"values of {self.name} must be a contiguous float64 array of shape ({n},)")
-        pointers = c_void_p(ctypes.addressof(references)), c_size_t(n), c_void_p(values.ctypes.data)
-        return Handle(names, references, values, self._library.values(*pointers))
+        # both keep their memory alive: the array of references itself, and data_as
+        arguments = self._library.values(references, c_size_t(n), values.ctypes.data_as(c_void_p))
+        return Handle(names, references, values, arguments)
 
     def get(self, handle: Handle) -> np.ndarray:
         """Read the handle's variables into its array and return that array."""
@@ -237,13 +237,17 @@ class Instance:
         """Raise `StepError` for the status of a prepared call, unless it is ok or a warning."""
         self._check(call.role, status)
 
+    def warning(self, call: Call) -> str:
+        """Return what to say of a prepared call that returned a warning."""
+        return f"{self.name}: {self._library.names[call.role]}: warning: {self._log.take() or 'without a message'}"
+
     def output_derivatives(self, handle: Handle, order: int = 1) -> np.ndarray:
         """Return the time derivatives of outputs after a step, shape (n,)."""
         if self.fmu.description.output_derivative_order < order:
             raise self._missing(f"output derivatives of order {order}", "maxOutputDerivativeOrder")
         n = len(handle.names)
         orders, values = (c_int * n)(*[order] * n), np.zeros(n)
-        pointer = c_void_p(values.ctypes.data)
+        pointer = values.ctypes.data_as(c_void_p)
         self._call("output_derivatives", *self._library.derivatives(handle.arguments, orders, pointer))
         return values
 
@@ -317,7 +321,7 @@ class Instance:
 
     def _prepared(self, role: str, handle: Handle) -> Call:
         function, arguments = self._functions[role], (self._component, *handle.arguments)
-        return Call(self, role, function, arguments, partial(function, *arguments), handle)
+        return Call(self, role, function, arguments, partial(function, *arguments))
 
     def _instantiate(self) -> None:
         self._component.value = self._library.instantiate(self.name, self._log)
@@ -359,3 +363,16 @@ class Instance:
 
     def _missing(self, what: str, flag: str) -> StructureError:
         return StructureError(f"{self.name}: {self.fmu.description.file.name} does not offer {what} ({flag})")
+
+
+def open_instances(files: Mapping[str, str | Path]) -> dict[str, Instance]:
+    """Load FMUs and make one instance of each, by component name; close each."""
+    instances: dict[str, Instance] = {}
+    try:
+        for name, file in files.items():
+            instances[name] = Instance(Fmu.load(file), name)
+    except BaseException:
+        for instance in instances.values():
+            instance.close()
+        raise
+    return instances

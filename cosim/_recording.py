@@ -1,0 +1,83 @@
+"""What a run leaves behind: values recorded at communication points; and the watch over values that must be finite."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hfsa.cosim.instance import StepError
+from hfsa.cosim.system import Connector
+
+
+class Watch:
+    """Watches an array of values (n,): each must be finite and within the bounds of its variable."""
+
+    def __init__(self, names: Sequence[str], connectors: Sequence[Connector], values: np.ndarray):
+        self.names, self.values = names, values
+        self.low = np.array([-np.inf if c.min is None else c.min for c in connectors])
+        self.high = np.array([np.inf if c.max is None else c.max for c in connectors])
+        self.nominal = np.array([abs(c.nominal) for c in connectors])
+        self.is_bounded = bool(np.isfinite(self.low).any() or np.isfinite(self.high).any())
+
+    def check(self, time: float, bounds: bool = True) -> None:
+        """Raise `StepError` for the first value that is not finite or, with `bounds`, outside its bounds."""
+        finite = np.isfinite(self.values)
+        inside = (self.values >= self.low) & (self.values <= self.high) if bounds else True
+        wrong = np.flatnonzero(~(finite & inside))
+        if not wrong.size:
+            return
+        i = int(wrong[0])
+        instance, _, variable = self.names[i].partition(".")
+        value = f"value {self.values[i]:.6g}"
+        if finite[i]:
+            message = f"{value}, expected {self.low[i]:.6g} to {self.high[i]:.6g}"
+            raise StepError(instance, variable, "out of bounds", time, message)
+        raise StepError(instance, variable, "not finite", time, value)
+
+
+class Recording:
+    """Values of named variables at every `every`-th communication point; `recording[name]` is one of them, (rows,).
+
+    Attributes:
+        names: full names of the variables.
+        every: points between two rows.
+        point: the values of the row being taken, (n,).
+        watch: checks that row.
+    """
+
+    watch: Watch
+
+    def __init__(self, names: tuple[str, ...], rows: int, every: int = 1):
+        if rows < 1 or every < 1:
+            raise ValueError(f"a recording of {rows} rows at every {every} points; expected at least 1 of each")
+        self.names, self.every = names, every
+        self.point = np.zeros(len(names))
+        self._time = np.zeros(rows)
+        self._values = np.zeros((rows, len(names)))
+        self.rows = 0
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the rows so far [s], (rows,)."""
+        return self._time[: self.rows]
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values so far, (rows, n)."""
+        return self._values[: self.rows]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.values[:, self.names.index(name)]
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self.rows = 0
+
+    def take(self, time: float) -> None:
+        """Keep the row `point`, and then raise `StepError` if the watch finds fault with it."""
+        if self.rows == len(self._time):  # a run longer than was asked for
+            self._time = np.concatenate([self._time, np.zeros_like(self._time)])
+            self._values = np.concatenate([self._values, np.zeros_like(self._values)])
+        self._time[self.rows] = time
+        self._values[self.rows] = self.point
+        self.rows += 1
+        self.watch.check(time)
