@@ -1,7 +1,7 @@
 """From a model to the C that is its own: CasADi's functions, and the constant table that the runtime reads.
 
-Everything else in an FMU is the hand-written runtime beside this file, the same for every model. `Sources.files` holds the
-generated part alone; `compile.source_files` joins both.
+Everything else in an FMU is the hand-written runtime beside this file, the same for every model. `Sources.files` holds
+the generated part alone; `compile.source_files` joins both.
 """
 
 import hashlib
@@ -40,7 +40,7 @@ class Sources:
         files: text by file name.
         token: instantiation token (FMI 2: guid), a hash of runtime, generated code and variables.
         variables: in the order of their value references.
-        solver: Co-Simulation solver, one of `components._model.SOLVERS`; also named where there are no states to solve for.
+        solver: Co-Simulation solver, one of `components._model.SOLVERS`; also named where there are no states.
         functions: the model as CasADi functions.
     """
 
@@ -55,13 +55,13 @@ class Sources:
 def generate(model: Model) -> Sources:
     """Return the C sources of a complete model.
 
-    Raises `ModelError` where the model is not complete, and `ExportError` where CasADi has no C for one of its operations or
-    the model asks for a solver that does not suit it.
+    Raises `ModelError` where the model is not complete, and `ExportError` where CasADi has no C for one of its
+    operations or the model asks for a solver that does not suit it.
     """
     made = functions(model)
     solver = solver_of(model, made)
     if solver == "exact" and not made.is_linear:
-        raise ExportError(f"{model.name}: solver 'exact' needs a linear model, this one is not; expected 'rosenbrock' or 'rk4'")
+        raise ExportError(f"{model.name}: solver 'exact' is for linear models; this one needs 'rosenbrock' or 'rk4'")
     listed = variables(model, made)
     equations = _PROLOGUE.format(name=model.name) + _casadi_code(model.name, made) + '\n#include "model_table.h"\n'
     token = _token(equations, listed)
@@ -76,7 +76,8 @@ def _casadi_code(name: str, made: Functions) -> str:
     code = generator.dump()
     refused = re.findall(r"^\s*#error\s*(.*)$", code, re.MULTILINE)
     if refused:
-        raise ExportError(f"{name}: CasADi generates no C for an operation of this model: {'; '.join(sorted(set(refused)))}")
+        reasons = "; ".join(sorted(set(refused)))
+        raise ExportError(f"{name}: CasADi generates no C for an operation of this model: {reasons}")
     return code
 
 

@@ -31,8 +31,8 @@ def source_files(sources: Sources) -> dict[str, str]:
 def compile_library(sources: Sources, folder: Path) -> Path:
     """Compile the sources into `folder` and return the path of the shared library, `<name>.so` on Linux.
 
-    Tries `$CC`, cc, gcc, clang and the compiler of PyPI's ziglang, in this order. Raises `ExportError` with the compiler's
-    messages where one fails, or with the commands tried where none is found.
+    Tries `$CC`, cc, gcc, clang and the compiler of PyPI's ziglang, in this order. Raises `ExportError` with the
+    compiler's messages where it fails, or with the commands tried where none is found.
     """
     folder.mkdir(parents=True, exist_ok=True)
     library = folder / f"{sources.name}{_suffix()}"
@@ -44,7 +44,8 @@ def compile_library(sources: Sources, folder: Path) -> Path:
         command = [*compiler(), *FLAGS, "-shared", *units, "-o", str(library.resolve()), "-lm"]
         done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise ExportError(f"{sources.name}: {shlex.join(command)} failed with code {done.returncode}:\n{done.stderr.strip()}")
+        call = shlex.join(command)
+        raise ExportError(f"{sources.name}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
     return library
 
 

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Categories by status, named as both standards name them. */
-static const char* const categories_by_status[] = {"", "logStatusWarning", "logStatusDiscard", "logStatusError"};
+/* Categories, named as both standards name them. */
+static const char* category_of(Status status) { return status == DISCARD ? "logStatusDiscard" : "logStatusError"; }
 
 /* Format and send a message, unless the importer has switched its category off; a null pointer for a logger is one way to. */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
@@ -17,7 +17,7 @@ Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
   va_start(values, format);
   vsnprintf(text, sizeof text, format, values);
   va_end(values);
-  in->log.send(&in->log, in->name, status, categories_by_status[status], text);
+  in->log.send(&in->log, in->name, status, category_of(status), text);
   return status;
 }
 
@@ -25,11 +25,10 @@ Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
 Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const categories[]) {
   unsigned wanted = n ? 0u : ~0u;
   for (size_t i = 0; i < n; i++) {
-    int status = WARNING;
-    while (status <= ERROR && strcmp(categories[i], categories_by_status[status]) != 0) status++;
-    if (status > ERROR)
-      return hfsa_report(in, ERROR, "there is no log category %s; there are %s, %s and %s", categories[i],
-                         categories_by_status[WARNING], categories_by_status[DISCARD], categories_by_status[ERROR]);
+    Status status = strcmp(categories[i], category_of(DISCARD)) == 0 ? DISCARD : ERROR;
+    if (strcmp(categories[i], category_of(status)) != 0)
+      return hfsa_report(in, ERROR, "there is no log category %s; there are %s and %s", categories[i], category_of(DISCARD),
+                         category_of(ERROR));
     wanted |= 1u << status;
   }
   in->log.categories = on ? wanted : 0u;
