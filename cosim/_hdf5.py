@@ -1,0 +1,253 @@
+"""The frame of a results file: who made it, of which system, and how a file is created so that no crash can spoil it.
+
+Everything a file will hold is laid out and written once, with fill values, before the file gets its name; afterwards
+numbers are only overwritten in place. So the file is readable after a kill at any moment, and a disk that fills up is
+noticed before the work begins, not after.
+"""
+
+import contextlib
+import io
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from hfsa.cosim._records import ResultsError, SystemRecord
+
+FORMAT_VERSION = "1"
+
+RUNNING, COMPLETE, INTERRUPTED, FAILED = b"running", b"complete", b"interrupted", b"failed"
+_LONGEST_STATUS = 16
+
+
+Node = Any
+"""A file, group or dataset of h5py, whose own types say of a group's member only that it is one of three kinds."""
+
+
+class Store:
+    """An HDF5 file open for writing by this process alone: `file` is h5py's, `flush` and `close` report a full disk."""
+
+    def __init__(self, path: Path, opened: Path | None = None, mode: str = "r+"):
+        self.path = path
+        self._disk = _Disk(opened or path, mode)
+        try:
+            with translated(path, "open"):
+                self.file: Node = h5py.File(self._disk, mode)
+        except ResultsError:
+            self._disk.close()
+            raise
+
+    @classmethod
+    def create(cls, path: Path, system: SystemRecord, fill: Callable[[Node], None]) -> "Store":
+        """Create a results file and open it; a file of that name is replaced once the new one is complete on disk."""
+        part = path.with_name(f"{path.name}.part")
+        try:
+            with translated(path, "write"):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                store = cls(path, part, "w")
+                try:
+                    _write_attributes(store.file, system.title)
+                    _write_system(store.file.create_group("system"), system)
+                    fill(store.file)
+                finally:
+                    store.close()
+                os.replace(part, path)
+        finally:
+            part.unlink(missing_ok=True)
+        return cls(path)
+
+    def flush(self) -> None:
+        """Write everything to the file; `ResultsError` where that fails."""
+        self.file.flush()
+        self._report()
+
+    def close(self) -> None:
+        """Write everything and close; `ResultsError` where something was not written. What was stays readable."""
+        self.file.close()
+        self._disk.close()
+        self._report()
+
+    def _report(self) -> None:
+        if self._disk.error is not None:
+            raise ResultsError(f"cannot write {self.path}: {_reason(self._disk.error)}") from self._disk.error
+
+
+class _Disk(io.FileIO):
+    """The file HDF5 writes to. A write that fails is remembered, not reported: after one, HDF5 crashes when it ends."""
+
+    def __init__(self, path: Path, mode: str):
+        super().__init__(path, {"w": "w+", "r+": "r+"}[mode])
+        self.error: OSError | None = None
+        try:
+            _lock(self.fileno())
+        except OSError:
+            self.close()
+            raise ResultsError(f"cannot write {path}: another process has it open") from None
+
+    def write(self, data, /) -> int:
+        rest = memoryview(data)
+        size = len(rest)
+        try:
+            while len(rest):
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = self.error or error
+        return size
+
+    def truncate(self, size: int | None = None, /) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+
+def open_file(path: Path) -> Node:
+    """Open a results file for reading; `ResultsError` where it is missing, being written or no results file."""
+    if not path.is_file():
+        raise ResultsError(f"there is no file {path}")
+    with translated(path, "open"):
+        file: Node = h5py.File(path, "r")
+    found = file.attrs.get("format_version")
+    if found != FORMAT_VERSION:
+        file.close()
+        raise ResultsError(f"{path} has format version {found}, expected {FORMAT_VERSION}")
+    return file
+
+
+@contextlib.contextmanager
+def translated(path: Path, verb: str) -> Iterator[None]:
+    """Turn what h5py and the system raise for a full disk, a locked or a broken file into a `ResultsError`."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError) as error:
+        if isinstance(error, ResultsError):
+            raise
+        raise ResultsError(f"cannot {verb} {path}: {_reason(error)}") from error
+
+
+def set_status(file: Node, status: bytes) -> None:
+    """Write the status attribute in place."""
+    file.attrs.modify("status", np.bytes_(status.ljust(_LONGEST_STATUS, b"\0")))
+
+
+def status_of(file: Node) -> str:
+    """Return the status attribute: `running`, `complete`, `interrupted` or `failed`."""
+    return bytes(file.attrs["status"]).rstrip(b"\0").decode()
+
+
+def scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:
+    """Write a dimension scale: numbers with their unit, or texts."""
+    if len(values) and isinstance(values[0], str):
+        dataset = group.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
+    else:
+        dataset = group.create_dataset(name, data=np.asarray(values, dtype=float))
+    dataset.make_scale(name)
+    if unit is not None:
+        set_unit(dataset, unit)
+    return dataset
+
+
+def filled(group: Node, name: str, dimensions: Sequence[str], fill: Any, dtype: Any, unit: str | None = None):
+    """Lay out a dataset over dimension scales of its group, filled on disk; a complex fill must be `np.complex128`."""
+    shape = tuple(len(group[d]) for d in dimensions)
+    dataset = group.create_dataset(name, shape, dtype, data=np.full(shape, fill), fillvalue=fill)
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(group[dimension])
+    if unit is not None:
+        set_unit(dataset, unit)
+    return dataset
+
+
+def set_unit(dataset: Node, unit: str) -> None:
+    """Write the unit where xarray (`units`) and readers of the Scientific Data Format (`UNIT`) look for it."""
+    dataset.attrs["units"] = unit
+    dataset.attrs["UNIT"] = unit
+
+
+def text(value: Any) -> str:
+    """Return a text attribute or element as `str`."""
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def texts(dataset: Node) -> list[str]:
+    """Return the elements of a dataset of texts."""
+    return [text(value) for value in dataset[:]]
+
+
+def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes as plain Python values."""
+    values = {}
+    for name, value in attributes.items():
+        item = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+        values[name] = text(item) if isinstance(item, bytes) else item
+    return values
+
+
+def _write_attributes(file: Node, title: str) -> None:
+    file.attrs["title"] = title
+    file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+    file.attrs["tool"] = "hfsa"
+    file.attrs["tool_version"] = version("hfsa")
+    file.attrs["git_commit"] = _git_commit()
+    file.attrs["command"] = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    file.attrs["python"] = platform.python_version()
+    file.attrs["platform"] = platform.platform()
+    file.attrs["format_version"] = FORMAT_VERSION
+    # fixed length, so that it can be overwritten in place
+    file.attrs.create("status", np.bytes_(RUNNING), dtype=f"S{_LONGEST_STATUS}")
+
+
+def _write_system(group: Node, system: SystemRecord) -> None:
+    group.attrs["scene"] = system.scene
+    for record in system.instances:
+        instance = group.create_group(record.instance)
+        for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):
+            instance.attrs[key] = getattr(record, key)
+        _write_named(instance, "start", record.start)
+    _write_named(group, "operating_point", system.operating_point)
+
+
+def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
+    if values:
+        part = group.create_group(name)
+        scale(part, "variable", list(values))
+        filled(part, "value", ["variable"], np.nan, float)[:] = list(values.values())
+
+
+def _git_commit() -> str:
+    """Return the commit of the checkout this code runs from, with `-dirty` where it was changed; empty elsewhere."""
+    folder = Path(__file__).parent
+    try:
+        call = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+        done = subprocess.run(call, cwd=folder, capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def _lock(descriptor: int) -> None:
+    """Lock a file for writing as HDF5 does, so that it refuses to open it elsewhere; `OSError` where it is locked."""
+    try:
+        import fcntl
+    except ImportError:  # Windows itself refuses to replace a file that is open
+        return
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _reason(error: Exception) -> str:
+    """Return the system's own words out of an HDF5 message."""
+    message = str(error)
+    if "unable to lock file" in message:
+        return "another process has it open"
+    if "error message = '" in message:
+        return message.split("error message = '")[1].split("'")[0]
+    return getattr(error, "strerror", None) or message

@@ -1,0 +1,270 @@
+"""Results of a sweep and of a run in HDF5: laid out at once, written point by point, resumed, read by name.
+
+    with SweepFile.create(path, plan, system) as file:      # or SweepFile.resume(path, plan, system)
+        for i, k in file.unfinished():                      # input, frequency
+            file.write([Point(i, k, response, ...)])
+    bode = read(path)
+    bode.entry("robot.platform.position[3]", "reference.command.position[3]")    # complex, shape (frequencies,)
+
+    /            title created tool tool_version git_commit command python platform format_version status
+    /system      the scene as text; one group per FMU; operating_point
+    /sweep       the settings, as attributes
+    /bode        frequency [Hz], output, input: dimension scales; output_unit, input_unit, amplitude
+                 response (complex, output per input), magnitude, phase [rad], harmonic_distortion, remaining_transient
+                 status, wall_time [s], message, over (frequency, input)
+    /time        time [s] and one dataset per recorded variable
+
+Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `open_dataset(path, group="bode",
+engine="h5netcdf")`. Only one process may write a file.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim import _hdf5
+from hfsa.cosim._hdf5 import Node
+from hfsa.cosim._records import InstanceRecord, Plan, Point, ResultsError, Signal, Status, SystemRecord
+from hfsa.cosim._resume import check_same
+from hfsa.cosim.frequency_response import phase
+from hfsa.cosim.system import nearest
+
+__all__ = [
+    "Bode",
+    "InstanceRecord",
+    "Plan",
+    "Point",
+    "ResultsError",
+    "RunFile",
+    "Signal",
+    "Status",
+    "SweepFile",
+    "SystemRecord",
+    "read",
+    "read_run",
+]
+
+_LONGEST_MESSAGE = 400
+_NAN = np.complex128(complex(np.nan, np.nan))
+
+
+class SweepFile:
+    """A sweep's results file, open for writing by this process alone."""
+
+    def __init__(self, store: _hdf5.Store):
+        self.path = store.path
+        self._store = store
+
+    @classmethod
+    def create(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
+        """Create the file with all points pending; an older file of that name is replaced."""
+        return cls(_hdf5.Store.create(path, system, lambda file: _lay_out(file, plan)))
+
+    @classmethod
+    def resume(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
+        """Open the file to go on; `ResultsError` names what differs where it belongs to another sweep."""
+        with _hdf5.open_file(path) as file, _hdf5.translated(path, "read"):
+            check_same(path, file, plan, system)
+        store = _hdf5.Store(path)
+        _hdf5.set_status(store.file, _hdf5.RUNNING)
+        return cls(store)
+
+    def unfinished(self) -> list[tuple[int, int]]:
+        """Return (input, frequency) of the points still to be measured: those pending and those that failed."""
+        status = self._store.file["bode/status"][:]
+        open_points = np.argwhere((status == Status.PENDING) | (status == Status.FAILED))
+        return [(int(i), int(k)) for k, i in open_points]
+
+    def write(self, points: Iterable[Point]) -> None:
+        """Write finished points and flush: the numbers, then the status, so that a point that says it is done is."""
+        bode, points = self._store.file["bode"], list(points)
+        for point in points:
+            where = (point.frequency, slice(None), point.input)
+            if point.response is not None:
+                bode["response"][where] = point.response
+                bode["magnitude"][where] = np.abs(point.response)
+                bode["phase"][where] = phase(point.response)
+            for name in ("harmonic_distortion", "remaining_transient"):
+                if getattr(point, name) is not None:
+                    bode[name][where] = getattr(point, name)
+            bode["wall_time"][point.frequency, point.input] = point.wall_time
+            bode["message"][point.frequency, point.input] = _clipped(point.message)
+        self._store.flush()
+        for point in points:
+            bode["status"][point.frequency, point.input] = point.status
+        self._store.flush()
+
+    def close(self) -> None:
+        """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
+        pending = np.any(self._store.file["bode/status"][:] == Status.PENDING)
+        _hdf5.set_status(self._store.file, _hdf5.INTERRUPTED if pending else _hdf5.COMPLETE)
+        self._store.close()
+
+    def __enter__(self) -> "SweepFile":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+
+class RunFile:
+    """The recorded variables of a time-domain run, by full name; rows not reached stay NaN."""
+
+    def __init__(self, path: Path, time: NDArray[np.float64], units: Mapping[str, str], system: SystemRecord):
+        def fill(file: Node) -> None:
+            group = file.create_group("time")
+            _hdf5.scale(group, "time", time, "s")
+            for name, unit in units.items():
+                _hdf5.filled(group, name, ["time"], np.nan, float, unit)
+            group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
+
+        self._store = _hdf5.Store.create(path, system, fill)
+
+    def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
+        """Write values of recorded variables from a row on, and flush."""
+        for name, block in values.items():
+            self._store.file["time"][name][row : row + len(block)] = block
+        self._store.flush()
+
+    def close(self, failure: str = "") -> None:
+        """Close the file with status `complete`, or `failed` with the message as attribute of `/time`."""
+        self._store.file["time"].attrs.modify("message", np.bytes_(_clipped(failure)))
+        _hdf5.set_status(self._store.file, _hdf5.FAILED if failure else _hdf5.COMPLETE)
+        self._store.close()
+
+
+@dataclass(frozen=True)
+class Bode:
+    """A sweep read from its file: arrays over (frequency, output, input) and the names of the axes.
+
+    Attributes:
+        frequency: shape (frequencies,) [Hz].
+        outputs, inputs: full names with units, the inputs with their amplitudes.
+        response: complex, output per input; NaN where a point is pending or failed.
+        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
+        attributes: of the file; `settings`: of the sweep.
+    """
+
+    path: Path
+    frequency: NDArray[np.float64]
+    outputs: tuple[Signal, ...]
+    inputs: tuple[Signal, ...]
+    response: NDArray[np.complex128]
+    harmonic_distortion: NDArray[np.float64]
+    remaining_transient: NDArray[np.float64]
+    status: NDArray[np.int8]
+    wall_time: NDArray[np.float64]
+    message: NDArray[np.object_]
+    settings: dict[str, Any]
+    attributes: dict[str, Any]
+
+    def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (the file's own word)
+        """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
+        return self.response[:, self._index(output, self.outputs), self._index(input, self.inputs)]
+
+    def _index(self, name: str, signals: Sequence[Signal]) -> int:
+        names = [signal.name for signal in signals]
+        if name not in names:
+            raise ResultsError(f"{self.path} has no signal {name!r}{nearest(name, names)}")
+        return names.index(name)
+
+
+def read(path: str | Path) -> Bode:
+    """Read a sweep, finished or not; `ResultsError` where the file holds none."""
+    path = Path(path)
+    file = _hdf5.open_file(path)
+    with file, _hdf5.translated(path, "read"):
+        if "bode" not in file:
+            raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
+        group = file["bode"]
+        outputs = zip(_hdf5.texts(group["output"]), _hdf5.texts(group["output_unit"]), strict=True)
+        inputs = zip(
+            _hdf5.texts(group["input"]), _hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
+        )
+        numbers = {name: group[name][:] for name in _COMPUTED if name != "message"}
+        return Bode(
+            path=path,
+            frequency=group["frequency"][:],
+            outputs=tuple(Signal(name, unit) for name, unit in outputs),
+            inputs=tuple(Signal(name, unit, amplitude) for name, unit, amplitude in inputs),
+            message=np.array([[_hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
+            settings=_hdf5.plain(file["sweep"].attrs),
+            attributes=_hdf5.plain(file.attrs) | {"status": _hdf5.status_of(file)},
+            **numbers,
+        )
+
+
+def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:
+    """Read a time-domain run: arrays over time by name (`time` [s] first), and the units."""
+    path = Path(path)
+    file = _hdf5.open_file(path)
+    with file, _hdf5.translated(path, "read"):
+        if "time" not in file:
+            raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
+        group = file["time"]
+        names = ["time", *(name for name in group if name != "time")]
+        return {name: group[name][:] for name in names}, {
+            name: _hdf5.text(group[name].attrs["units"]) for name in names
+        }
+
+
+_COMPUTED = (
+    "response",
+    "harmonic_distortion",
+    "remaining_transient",
+    "status",
+    "wall_time",
+    "message",
+)
+
+
+def _lay_out(file: Node, plan: Plan) -> None:
+    """Write `/sweep` and `/bode`, every dataset at its full size."""
+    settings = file.create_group("sweep")
+    for name, value in plan.settings.items():
+        settings.attrs[name] = value
+    bode = file.create_group("bode")
+    _hdf5.scale(bode, "frequency", plan.frequency, "Hz")
+    _hdf5.scale(bode, "output", [signal.name for signal in plan.outputs])
+    _hdf5.scale(bode, "input", [signal.name for signal in plan.inputs])
+    for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
+        units = bode.create_dataset(f"{side}_unit", data=[s.unit for s in signals], dtype=h5py.string_dtype())
+        units.dims[0].attach_scale(bode[side])
+    _hdf5.filled(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
+    bode["amplitude"][:] = [signal.amplitude for signal in plan.inputs]
+    entries, points, unit = ["frequency", "output", "input"], ["frequency", "input"], _response_unit(plan)
+    _hdf5.filled(bode, "response", entries, _NAN, np.complex128, unit)
+    _hdf5.filled(bode, "magnitude", entries, np.nan, float, unit)
+    _hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
+    _hdf5.filled(bode, "harmonic_distortion", entries, np.nan, float, "1")
+    _hdf5.filled(bode, "remaining_transient", entries, np.nan, float, "1")
+    _hdf5.filled(bode, "wall_time", points, np.nan, float, "s")
+    members = {status.name.lower(): int(status) for status in Status}
+    status = _hdf5.filled(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
+    status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
+    status.attrs["flag_meanings"] = " ".join(members)
+    message = _hdf5.filled(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
+    message.attrs["_Encoding"] = "utf-8"  # xarray's word for how to decode it
+
+
+def _clipped(message: str) -> bytes:
+    """Return a message as UTF-8 that fits its place, cut between characters."""
+    return message.encode()[:_LONGEST_MESSAGE].decode(errors="ignore").encode()
+
+
+def _common(signals: Sequence[Signal]) -> str | None:
+    units = {signal.unit for signal in signals}
+    return units.pop() if len(units) == 1 else None
+
+
+def _response_unit(plan: Plan) -> str:
+    """Return the one unit of all entries, or how each follows from the units of its output and input."""
+    above, below = _common(plan.outputs), _common(plan.inputs)
+    if above is None or below is None:
+        return "output_unit/input_unit"
+    return "1" if above == below else f"{above}/{below}" if below.isalnum() else f"{above}/({below})"
