@@ -132,14 +132,17 @@ def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[n
 
     Newton's method from the posture `start`; `ModelError` where it meets a singular posture or does not converge.
     """
-    wanted = DRIVES_MATRIX @ (np.asarray(motors, dtype=float))
+    wanted = DRIVES_MATRIX @ np.asarray(motors, dtype=float)
     now = Kinematics.at(start)
     for _ in range(50):
         missing = wanted - DRIVES_MATRIX @ now.motor_angles
         step = now.tubes_to_pose() @ missing
+        size = np.abs(step * _LENGTHS).max()
+        # A step beyond the platform's own size says nothing but its direction.
+        step /= max(1.0, 2 * size / PLATFORM_RADIUS)
         now = Kinematics.of(numbers(exponential(ca.SX(step[:3]))) @ now.Q, now.position + step[3:])
         # Convergence is quadratic: after a step this small, the error left is rounding.
-        if np.abs(step * _LENGTHS).max() < 1e-10:
+        if size < 1e-10:
             return now.Q, now.position
     raise ModelError(f"direct kinematics: no pose found for the motor angles {_text(motors)} rad")
 
