@@ -1,0 +1,74 @@
+"""documentation/index.html: what an engineer needs who has the FMU and nothing else."""
+
+from lxml import etree
+
+from hfsa.components._model import Model
+from hfsa.fmus._variables import Role, Variable
+from hfsa.fmus.c_code import Sources
+
+_TABLES = (
+    ("Inputs", (Role.INPUT,), "Real numbers; an input may be set at any communication point."),
+    (
+        "Outputs",
+        (Role.OUTPUT,),
+        "Evaluated whenever they are read, also after an input was set without a step between.",
+    ),
+    ("Sampled outputs", (Role.SAMPLED_OUTPUT,), "Evaluated at each tick and held until the next."),
+    ("Parameters", (Role.PARAMETER,), "Tunable at any communication point unless fixed."),
+    ("Solver", (Role.SOLVER,), "Settings of Co-Simulation, fixed after initialization."),
+    ("States", (Role.STATE, Role.SAMPLED_STATE), "Their start values may be set before initialization."),
+    ("Structure", (Role.CONSTANT, Role.TEXT), "Arguments that this FMU was made with; they cannot be set."),
+)
+
+_SOLVERS = {
+    "exact": "Co-Simulation uses the exact solution of the linear equations: no step size is unstable.",
+    "rosenbrock": "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
+    "rk4": "Co-Simulation uses the classical Runge-Kutta method with a largest step.",
+}
+
+_STYLE = "body{font:15px sans-serif;margin:2em;max-width:70em}td,th{text-align:left;padding:.2em 1em .2em 0}"
+
+
+def documentation(model: Model, sources: Sources) -> bytes:
+    """Return an HTML page with the model's description and a table of its variables."""
+    html = etree.Element("html", {"lang": "en"})
+    head = etree.SubElement(html, "head")
+    etree.SubElement(head, "meta", {"charset": "utf-8"})
+    _text(head, "title", model.name)
+    _text(head, "style", _STYLE)
+    body = etree.SubElement(html, "body")
+    _text(body, "h1", model.name)
+    _text(body, "p", model.description + ".")
+    if any(v.role is Role.STATE for v in sources.variables):
+        _text(body, "p", _SOLVERS[sources.solver])
+    if model.is_sampled:
+        _text(
+            body,
+            "p",
+            "Ticks are at the start time and every sample_time after it; one at a step's end belongs to the next.",
+        )
+    for title, roles, remark in _TABLES:
+        rows = [v for v in sources.variables if v.role in roles]
+        if rows:
+            _text(body, "h2", title)
+            _text(body, "p", remark)
+            _table(body, rows)
+    return etree.tostring(html, method="html", encoding="UTF-8", doctype="<!DOCTYPE html>", pretty_print=True)
+
+
+def _table(body: etree._Element, rows: list[Variable]) -> None:
+    table = etree.SubElement(body, "table")
+    header = etree.SubElement(table, "tr")
+    for title in ("Name", "Unit", "Start", "Description"):
+        _text(header, "th", title)
+    for variable in rows:
+        start = "" if variable.start is None else str(variable.start)
+        more = " (fixed)" if variable.role is Role.PARAMETER and variable.fixed else ""
+        unit = "" if variable.role in (Role.CONSTANT, Role.TEXT) else variable.unit
+        row = etree.SubElement(table, "tr")
+        for text in (variable.name, unit, start, variable.description + more):
+            _text(row, "td", text)
+
+
+def _text(parent: etree._Element, tag: str, text: str) -> None:
+    etree.SubElement(parent, tag).text = text

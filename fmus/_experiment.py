@@ -1,0 +1,55 @@
+"""A first experiment with a model: how long and in what steps, read off its own time scales."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hfsa.components._functions import Functions
+from hfsa.components._model import Kind, Model
+
+STEPS_PER_PERIOD, PERIODS, MOST_STEPS = 20, 20, 10_000
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Stop time and communication step size [s] of a simulation that starts at 0."""
+
+    stop_time: float
+    step_size: float
+
+
+def default_experiment(model: Model, functions: Functions) -> Experiment:
+    """Return an experiment that resolves the model's fastest mode and shows its slowest, at the start values.
+
+    The step is the sample time where there is one, else a 20th of the fastest mode's period; the run lasts 20 periods
+    of the slowest mode, at least 1000 and at most 10000 steps. A model without modes runs for 1 s in steps of 1 ms.
+    """
+    omega = _frequencies(model, functions)
+    if model.is_sampled:
+        step = model["sample_time"].start
+    elif len(omega):
+        step = _round(2 * math.pi / omega.max() / STEPS_PER_PERIOD)
+    else:
+        step = 1e-3
+    longest = PERIODS * 2 * math.pi / omega.min() if len(omega) else 0.0
+    return Experiment(min(max(_round(longest), 1000 * step), MOST_STEPS * step), step)
+
+
+def _frequencies(model: Model, functions: Functions) -> np.ndarray:
+    """Return |eigenvalue| [rad/s] of the modes that move, at the start values; empty where there are none."""
+    start = [[q.start for q in model.of(kind)] for kind in (Kind.STATE, Kind.SAMPLED_STATE, Kind.INPUT, Kind.PARAMETER)]
+    jacobian = np.array(functions.jacobian(0.0, *start))
+    if not jacobian.size or not np.isfinite(jacobian).all():
+        return np.empty(0)
+    omega = np.abs(np.linalg.eigvals(jacobian))
+    return omega[omega > 1e-9 * max(omega.max(), 1e-300)]
+
+
+def _round(value: float) -> float:
+    """Return the nearest 1, 2 or 5 times a power of ten below `value`: no last digit depends on the machine then."""
+    if value <= 0:
+        return 0.0
+    exponent = math.floor(math.log10(value) + 1e-9)
+    digit = max(d for d in (1, 2, 5) if d <= value / 10.0**exponent * (1 + 1e-9))
+    return float(f"{digit}e{exponent}")

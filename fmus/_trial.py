@@ -1,0 +1,236 @@
+"""One short run of an FMU's binary in a process of its own, the only one that a crash or a hang takes with it.
+
+    problems = trial(folder, ["CoSimulation"])      # starts `python -m hfsa.fmus._trial folder report CoSimulation`
+
+Interface by interface, the child loads the library, looks for the functions it must have, instantiates with the token
+of the description, initializes, and takes one communication step (Co-Simulation) or evaluates the derivatives (Model
+Exchange). It writes what it is about to do before it does it, so that its death can be told with its place.
+"""
+
+import contextlib
+import ctypes
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
+from fmpy.simulation import instantiate_fmu
+
+from hfsa.fmus._binary import binary_path, functions
+
+LABELS = {"ModelExchange": "Model Exchange", "CoSimulation": "Co-Simulation"}
+TIMEOUT = 60.0
+"""Seconds after which a trial is given up."""
+
+
+def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> list[str]:
+    """Return the problems of a short run of the unpacked FMU in `folder` through each interface, by its XML element.
+
+    Where one interface kills the child, the next is tried in a new one.
+    """
+    problems = []
+    remaining = list(interfaces)
+    while remaining:
+        found, finished = _one_child(folder, remaining, timeout)
+        problems += found
+        remaining = remaining[max(finished, 1) :]
+    return problems
+
+
+def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple[list[str], int]:
+    """Return the problems that one child found, and how many interfaces it has dealt with, its last one included."""
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        report = Path(scratch) / "report"
+        command = [sys.executable, "-m", "hfsa.fmus._trial", str(folder), str(report), *interfaces]
+        try:
+            child = subprocess.run(
+                command, capture_output=True, timeout=timeout, cwd=scratch, env=_environment(), check=False
+            )
+            ending = _ending(child.returncode, child.stderr)
+        except subprocess.TimeoutExpired:
+            ending = f"did not return within {timeout:g} s"
+        lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
+    entries = [json.loads(line) for line in lines]
+    problems = [f"{entry['interface']}: {entry['problem']}" for entry in entries if "problem" in entry]
+    if ending is not None:
+        last = entries[-1] if entries else {"interface": LABELS[interfaces[0]], "doing": "start"}
+        problems.append(f"{last['interface']}: {last.get('doing', 'end')}: the binary {ending}")
+    return problems, len({entry["interface"] for entry in entries})
+
+
+def _environment() -> dict[str, str]:
+    """Return an environment in which the child finds the modules that this process runs with."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+
+
+def identifier(description: ModelDescription, interface: str) -> str:
+    """Return the model identifier of an interface, empty where the FMU does not have it."""
+    element = description.coSimulation if interface == "CoSimulation" else description.modelExchange
+    return "" if element is None else element.modelIdentifier or ""
+
+
+def _ending(code: int, stderr: bytes) -> str | None:
+    """Say how the child ended; `None` for a normal end."""
+    if code == 0:
+        return None
+    if code < 0:
+        return f"crashed with {signal.Signals(-code).name}"
+    last = stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+    return f"ended the process with exit code {code}" + (f" ({last[0]})" if last else "")
+
+
+class _EndedError(Exception):
+    """The run of one interface ended early; its problem is told."""
+
+
+class _Run:
+    """What the child tells: the stage it is in, the problems it finds, the last words of the FMU's logger."""
+
+    def __init__(self, report: TextIO, interface: str):
+        self._report = report
+        self._interface = LABELS[interface]
+        self.logged = ""
+
+    def _write(self, **entry: str) -> None:
+        self._report.write(json.dumps({"interface": self._interface, **entry}) + "\n")
+        self._report.flush()
+
+    def problem(self, text: str) -> None:
+        """Tell a problem."""
+        self._write(problem=text)
+
+    @contextlib.contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Tell the stage first; an exception in it is a problem that ends the run."""
+        self._write(doing=name)
+        self.logged = ""
+        try:
+            yield
+        except Exception as error:
+            self.problem(f"{name}: {error}" + (f" The FMU says: {self.logged}" if self.logged else ""))
+            raise _EndedError from None
+
+    def log(self, *arguments) -> None:
+        """Keep the last message; the signature is FMI 2's and FMI 3's, whose last argument is the text."""
+        self.logged = (arguments[-1] or b"").decode("utf-8", "replace").strip()
+
+
+def _live(run: _Run, folder: Path, description: ModelDescription, interface: str) -> None:
+    """Go through the life of one instance."""
+    version = description.fmiMajorVersion
+    library = binary_path(folder, version, identifier(description, interface))
+    with run.stage("loading"):
+        binary = ctypes.CDLL(str(library))
+    missing = sorted(name for name in functions(version)[interface] if not hasattr(binary, name))
+    if missing:
+        run.problem(f"{library.name} does not export {', '.join(missing)}")
+        return
+    with run.stage("instantiation"):
+        fmu: Any = instantiate_fmu(folder, description, interface, logger=run.log)
+    experiment = description.defaultExperiment
+    start = float(experiment.startTime or 0.0) if experiment else 0.0
+    with run.stage("initialization"):
+        if version == 2:
+            fmu.setupExperiment(startTime=start)
+            fmu.enterInitializationMode()
+        else:
+            fmu.enterInitializationMode(startTime=start)
+        fmu.exitInitializationMode()
+    (_step if interface == "CoSimulation" else _derivatives)(run, fmu, description, start)
+    with run.stage("termination"):
+        fmu.terminate()
+        fmu.freeInstance()
+
+
+def _main(folder: Path, report: Path, interfaces: Sequence[str]) -> None:
+    """Be the child."""
+    description = read_model_description(folder, validate=False)
+    with report.open("w", encoding="utf-8") as file:
+        for interface in interfaces:
+            with contextlib.suppress(_EndedError):
+                _live(_Run(file, interface), folder, description, interface)
+
+
+def _step(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:
+    """Take one communication step and look at the outputs and states."""
+    step = _step_size(description)
+    with run.stage(f"step of {step:g} s"):
+        fmu.doStep(start, step)
+    states = {id(v.derivative) for v in description.modelVariables if v.derivative is not None}
+    watched = [v for v in description.modelVariables if v.causality == "output" or id(v) in states]
+    for variable, values in _values(run, fmu, watched):
+        if not np.isfinite(values).all():
+            run.problem(f"after one step of {step:g} s {variable.name} is {_plain(values)}, expected finite")
+
+
+def _derivatives(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:
+    """Settle the events at the start and look at the derivatives and nominals of the states."""
+    version = description.fmiMajorVersion
+    with run.stage("event iteration at the start"):
+        update = fmu.newDiscreteStates if version == 2 else fmu.updateDiscreteStates
+        for _ in range(100):
+            needed, *_ = update()
+            if not needed:
+                break
+        else:
+            run.problem("the events at the start do not settle within 100 iterations")
+        fmu.enterContinuousTimeMode()
+        fmu.setTime(start)
+    n = description.numberOfContinuousStates
+    if version == 3:
+        with run.stage("number of states"):
+            found = fmu.getNumberOfContinuousStates()
+        if found != n:
+            run.problem(f"the binary has {found} continuous states, modelDescription.xml has {n}")
+            return
+    if n == 0:
+        return
+    slopes, nominals = (ctypes.c_double * n)(), (ctypes.c_double * n)()
+    with run.stage("evaluation of the derivatives"):
+        (fmu.getDerivatives if version == 2 else fmu.getContinuousStateDerivatives)(slopes, n)
+        fmu.getNominalsOfContinuousStates(nominals, n)
+    if not np.isfinite(slopes).all():
+        run.problem(f"the derivatives at the start are {_plain(list(slopes))}, expected finite")
+    if not all(math.isfinite(v) and v > 0 for v in nominals):
+        run.problem(f"the nominals of the continuous states are {_plain(list(nominals))}, expected above 0")
+
+
+def _step_size(description: ModelDescription) -> float:
+    """Return the step the description prefers, else a 500th of its experiment, else 1 ms."""
+    experiment, cosimulation = description.defaultExperiment, description.coSimulation
+    fixed = getattr(cosimulation, "fixedInternalStepSize", None)
+    if experiment and experiment.stepSize:
+        return float(experiment.stepSize)
+    if fixed:
+        return float(fixed)
+    if experiment and experiment.stopTime:
+        return (float(experiment.stopTime) - float(experiment.startTime or 0.0)) / 500
+    return 1e-3
+
+
+def _values(run: _Run, fmu: Any, variables: list[ModelVariable]):
+    """Yield each floating-point variable with the list of its values, arrays flattened."""
+    readers = {"Real": "getReal", "Float64": "getFloat64", "Float32": "getFloat32"}
+    for variable in variables:
+        if variable.type not in readers:
+            continue
+        size = int(np.prod(variable.shape)) if variable.shape else 1
+        more = {} if variable.type == "Real" else {"nValues": size}
+        with run.stage(f"reading {variable.name}"):
+            yield variable, getattr(fmu, readers[variable.type])([variable.valueReference], **more)
+
+
+def _plain(values: list[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
+
+
+if __name__ == "__main__":
+    _main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:])

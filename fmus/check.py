@@ -1,0 +1,204 @@
+"""Every rule we know, on any FMU: the archive, its XML, its sources, its binary, one step.
+
+The order of the parts: archive -> schema -> references -> fmpy's validation and our own rules -> files -> exported
+symbols -> a short run of each interface in a child process. A part that needs the one before is left out when that one
+fails.
+"""
+
+import tempfile
+import zipfile
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+import fmpy
+from fmpy.model_description import (
+    ModelDescription,
+    ValidationError,
+    read_build_description,
+    read_model_description,
+)
+from lxml import etree
+
+from hfsa.fmus._binary import INTERFACES, all_functions, binary_path, exported
+from hfsa.fmus._rules import RULES, broken_references, is_ours
+from hfsa.fmus._trial import identifier, trial
+
+XML = "modelDescription.xml"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a check found: `problems` break a rule, `warnings` are legal but may surprise an importer."""
+
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def check(file: Path) -> list[str]:
+    """Return the problems of an FMU, each with its place; empty where every rule is kept. A bad file never raises."""
+    return examine(file).problems
+
+
+def examine(file: Path) -> Report:
+    """Return problems and warnings of an FMU."""
+    report = Report()
+    report.problems.extend(_archive(Path(file)))
+    if report.problems:
+        return report
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        folder = Path(scratch)
+        with zipfile.ZipFile(file) as archive:
+            archive.extractall(folder)
+        _folder(folder, report)
+    return report
+
+
+def _archive(file: Path) -> list[str]:
+    """Problems of the zip file itself: none may be left before it is unpacked."""
+    if not file.is_file():
+        return [f"{file} does not exist" if not file.exists() else f"{file} is not a file"]
+    try:
+        with zipfile.ZipFile(file) as archive:
+            problems = list(_entries(archive))
+            broken = None if problems else archive.testzip()
+    except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
+        return [f"archive: cannot be read as a zip file ({error})"]
+    except Exception as error:  # zlib's error has no public base class
+        return [f"archive: its contents cannot be unpacked ({error})"]
+    if broken is not None:
+        problems.append(f"archive: {broken} is damaged, its checksum does not fit")
+    return problems
+
+
+def _entries(archive: zipfile.ZipFile) -> Iterator[str]:
+    names = [info.orig_filename for info in archive.infolist()]
+    for name, count in Counter(names).items():
+        path = PurePosixPath(name)
+        if count > 1:
+            yield f"archive: {name} is in it {count} times"
+        if "\\" in name:
+            yield f"archive: {name} is written with a backslash, expected /"
+        if path.is_absolute() or ".." in path.parts or ":" in path.parts[:1]:
+            yield f"archive: {name} points outside the archive"
+    for info in archive.infolist():
+        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            yield f"archive: {info.filename} is neither stored nor deflated, which FMI asks for"
+        if info.flag_bits & 1:
+            yield f"archive: {info.filename} is encrypted"
+    if XML not in names:
+        nested = [name for name in names if name.endswith(f"/{XML}")]
+        yield f"archive: has no {XML} at its top" + (f"; there is {nested[0]}" if nested else "")
+
+
+def _folder(folder: Path, report: Report) -> None:
+    """Check the unpacked FMU."""
+    try:
+        root = etree.parse(folder / XML, etree.XMLParser(resolve_entities=False)).getroot()
+    except etree.XMLSyntaxError as error:
+        report.problems.append(f"{XML}: is not well-formed XML: {error}")
+        return
+    found = [*_schema(root)] or [*broken_references(root)]
+    if found:
+        report.problems.extend(f"{XML}: {problem}" for problem in found)
+        return
+    try:
+        description = read_model_description(folder, validate=False)
+    except Exception as error:  # fmpy raises bare exceptions for what it cannot resolve
+        report.problems.extend(f"{XML}: {problem}" for problem in _said(error))
+        return
+    report.problems.extend(f"{XML}: {problem}" for problem in _described(folder, description))
+    report.problems.extend(_sources(folder, root))
+    _binaries(folder, description, report)
+
+
+def _schema(root: etree._Element) -> Iterator[str]:
+    """Problems against the XSD of the FMU's version."""
+    version = root.get("fmiVersion", "")
+    if root.tag != "fmiModelDescription" or not (version == "2.0" or version.startswith("3.")):
+        yield f"fmiVersion is {version!r}, expected 2.0 or 3.0"
+        return
+    major = version[0]
+    file = Path(fmpy.__file__).parent / "schema" / f"fmi{major}" / f"fmi{major}ModelDescription.xsd"
+    schema = etree.XMLSchema(etree.parse(file))
+    if not schema.validate(root):
+        for entry in list(schema.error_log):  # type: ignore[call-overload]
+            yield f"line {entry.line}: {entry.message}"
+
+
+def _described(folder: Path, description: ModelDescription) -> Iterator[str]:
+    """Problems that fmpy finds, then those of our own rules."""
+    try:
+        read_model_description(folder, validate=True, validate_variable_names=True, validate_model_structure=True)
+    except Exception as error:
+        yield from _said(error)
+    for rule in RULES:
+        yield from rule(description)
+
+
+def _said(error: Exception) -> list[str]:
+    return list(error.problems) if isinstance(error, ValidationError) else [str(error) or type(error).__name__]
+
+
+def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
+    """Every C file that the FMU says it is built from is in it."""
+    names = {file.get("name", "") for file in root.iterfind("*/SourceFiles/File")}
+    if root.get("fmiVersion", "").startswith("3"):
+        try:
+            builds = read_build_description(folder)
+        except Exception as error:
+            yield f"sources/buildDescription.xml: {error}"
+            return
+        names = {name for build in builds for files in build.sourceFileSets for name in files.sourceFiles}
+    for name in sorted(names):
+        if not (folder / "sources" / name).is_file():
+            yield f"sources: {name} is listed for the build but is not there"
+
+
+def _binaries(folder: Path, description: ModelDescription, report: Report) -> None:
+    """Look for this platform's binary of each interface, at its symbols, and run it."""
+    version = description.fmiMajorVersion
+    seen: set[Path] = set()
+    runnable: list[str] = []
+    for interface in INTERFACES:
+        element = description.coSimulation if interface == "CoSimulation" else description.modelExchange
+        if element is None:
+            continue
+        library = binary_path(folder, version, identifier(description, interface))
+        if not library.is_file():
+            if library not in seen:
+                report.problems.append(_no_binary(folder, library))
+        elif library not in seen:
+            _symbols(library, description, report)
+        seen.add(library)
+        if library.is_file():
+            if element.needsExecutionTool:
+                report.warnings.append(f"{interface}: needs the tool it comes from, so it was not run")
+            else:
+                runnable.append(interface)
+    report.problems.extend(trial(folder, runnable))
+    if not seen:
+        report.warnings.append("neither Model Exchange nor Co-Simulation: nothing was run")
+
+
+def _no_binary(folder: Path, library: Path) -> str:
+    place = library.relative_to(folder).as_posix()
+    others = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
+    hint = f"; there are binaries for {', '.join(others)}" if others else ""
+    if any((folder / "sources").glob("*.c")):
+        hint += "; it could be compiled from its sources"
+    return f"binaries: {place} is missing{hint}"
+
+
+def _symbols(library: Path, description: ModelDescription, report: Report) -> None:
+    """A binary should define FMI's functions for others and keep the rest to itself; ours must."""
+    names = exported(library)
+    if names is None:
+        return
+    stray = sorted(names - all_functions())
+    if not stray:
+        return
+    text = f"binaries: {library.name} exports {len(stray)} names beside FMI's: {', '.join(stray[:5])}"
+    text += ", ..." if len(stray) > 5 else ""
+    (report.problems if is_ours(description) else report.warnings).append(text)

@@ -1,0 +1,85 @@
+"""A model becomes FMU files: code, compile, describe, pack, check.
+
+    files = export(mass_on_spring(), Path("built"))      # built/MassOnSpring.fmi2.fmu, built/MassOnSpring.fmi3.fmu
+
+A file appears under its name only when it is complete and has passed the check. The same model, compiler and package
+version give the same bytes.
+"""
+
+import contextlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from hfsa.components._model import Model
+from hfsa.fmus._binary import binary_path
+from hfsa.fmus._documentation import documentation
+from hfsa.fmus._errors import ExportError
+from hfsa.fmus.c_code import Sources, generate
+from hfsa.fmus.check import check
+from hfsa.fmus.compile import compile_library, source_files
+from hfsa.fmus.model_description import Version, build_description, model_description
+
+_LICENSE = Path(__file__).parent / "runtime" / "LICENSE"
+
+
+def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> list[Path]:
+    """Write `Name.fmi2.fmu` and `Name.fmi3.fmu` of the model into `folder` and return their paths.
+
+    Raises `ModelError` for a model that is not complete and `ExportError` where code cannot be generated or compiled,
+    the file cannot be written, or the finished FMU breaks a rule.
+    """
+    sources = generate(model)
+    files = []
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        library = compile_library(sources, Path(scratch)).read_bytes()
+    for version in versions:
+        file = Path(folder) / f"{model.name}.fmi{version}.fmu"
+        with _appearing(file) as unfinished:
+            pack(unfinished, members(model, sources, library, version))
+            problems = check(unfinished)
+            if problems:
+                raise ExportError("\n  ".join([f"{file.name} breaks {len(problems)} rules:", *problems]))
+        files.append(file)
+    return files
+
+
+def members(model: Model, sources: Sources, library: bytes, version: Version) -> dict[str, bytes]:
+    """Return the files of the FMU by their path in the archive."""
+    files = {
+        "modelDescription.xml": model_description(model, sources, version),
+        binary_path(Path(), version, sources.name).as_posix(): library,
+        "documentation/index.html": documentation(model, sources),
+        "documentation/licenses/license.txt": _LICENSE.read_bytes(),
+        **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},
+    }
+    if version == 3:
+        files["sources/buildDescription.xml"] = build_description(sources)
+    return files
+
+
+def pack(file: Path, files: Mapping[str, bytes]) -> None:
+    """Write a zip archive that depends on its contents only: no dates, no owner, a fixed order."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files, key=lambda name: (name.count("/"), name)):
+            entry = zipfile.ZipInfo(name)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, files[name])
+
+
+@contextlib.contextmanager
+def _appearing(file: Path) -> Iterator[Path]:
+    """Give a path beside `file` to write to; it takes the place of `file` at the end, or vanishes with an exception."""
+    unfinished = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        yield unfinished
+        os.replace(unfinished, file)
+    except OSError as error:
+        raise ExportError(f"{file} cannot be written: {error.strerror or error}") from error
+    finally:
+        unfinished.unlink(missing_ok=True)

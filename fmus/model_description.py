@@ -1,0 +1,243 @@
+"""modelDescription.xml of an exported model, for FMI 2 and FMI 3, from one list of variables.
+
+The two versions differ in spelling, not in content: FMI 2 counts variables from 1 in `derivative` and ModelStructure,
+FMI 3 names their value references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 writes `<Float64>`. The same model
+and the same version of this package give the same bytes: there is no date in them.
+"""
+
+from importlib.metadata import version as package_version
+from typing import Literal
+
+from lxml import etree
+
+from hfsa.components._model import Model
+from hfsa.components._units import BASE
+from hfsa.components._units import unit as parse_unit
+from hfsa.fmus._dependencies import Dependency, dependencies
+from hfsa.fmus._experiment import default_experiment
+from hfsa.fmus._variables import Role, Variable
+from hfsa.fmus.c_code import Sources
+from hfsa.fmus.compile import source_files
+
+Version = Literal[2, 3]
+
+_FACTS = {
+    Role.TIME: ("independent", "continuous", None),
+    Role.STATE: ("local", "continuous", "exact"),
+    Role.DERIVATIVE: ("local", "continuous", "calculated"),
+    Role.SAMPLED_STATE: ("local", "discrete", "exact"),
+    Role.NEXT: ("local", "continuous", "calculated"),
+    Role.INPUT: ("input", "continuous", None),
+    Role.OUTPUT: ("output", "continuous", "calculated"),
+    Role.SAMPLED_OUTPUT: ("output", "discrete", "exact"),
+    Role.PARAMETER: ("parameter", "tunable", None),
+    Role.SOLVER: ("parameter", "fixed", None),
+    Role.CONSTANT: ("local", "constant", None),
+    Role.TEXT: ("local", "constant", None),
+}
+"""Causality, variability and `initial` by role; `initial` is written where the standard leaves a choice."""
+
+_STRUCTURE = {
+    2: {"outputs": "Outputs", "derivatives": "Derivatives", "initial": "InitialUnknowns"},
+    3: {"outputs": "Output", "derivatives": "ContinuousStateDerivative", "initial": "InitialUnknown"},
+}
+
+
+def model_description(model: Model, sources: Sources, version: Version) -> bytes:
+    """Return modelDescription.xml of `model` as UTF-8; `sources` gives variables, token and the C files to list."""
+    root = etree.Element("fmiModelDescription", _head(model, sources.token, version))
+    _interfaces(root, sources, version)
+    _units(root, sources.variables)
+    _log_categories(root)
+    experiment = default_experiment(model, sources.functions)
+    step, stop = _number(experiment.step_size), _number(experiment.stop_time)
+    etree.SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stopTime": stop, "stepSize": step})
+    _model_variables(root, sources.variables, version)
+    _model_structure(root, sources, version)
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def build_description(sources: Sources) -> bytes:
+    """Return FMI 3's sources/buildDescription.xml: what to compile and link to rebuild the binary."""
+    root = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    build = etree.SubElement(root, "BuildConfiguration", {"modelIdentifier": sources.name})
+    files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
+    for name in translation_units(sources):
+        etree.SubElement(files, "SourceFile", {"name": name})
+    etree.SubElement(build, "Library", {"name": "m", "external": "true", "description": "C mathematics library"})
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def translation_units(sources: Sources) -> list[str]:
+    """Return the names of the C files that are compiled, in alphabetical order."""
+    return sorted(name for name in source_files(sources) if name.endswith(".c"))
+
+
+def _head(model: Model, token: str, version: Version) -> dict[str, str]:
+    return {
+        "fmiVersion": "2.0" if version == 2 else "3.0",
+        "modelName": model.name,
+        "guid" if version == 2 else "instantiationToken": token,
+        "description": model.description,
+        "generationTool": f"hfsa {package_version('hfsa')}",
+        "variableNamingConvention": "structured",
+        **({"numberOfEventIndicators": "0"} if version == 2 else {}),
+    }
+
+
+def _interfaces(root: etree._Element, sources: Sources, version: Version) -> None:
+    """Model Exchange and Co-Simulation with their capability flags; FMI 2 lists the source files in each."""
+    both = {"modelIdentifier": sources.name}
+    if version == 2:
+        both |= dict.fromkeys(
+            (
+                "canNotUseMemoryManagementFunctions",
+                "canGetAndSetFMUstate",
+                "canSerializeFMUstate",
+                "providesDirectionalDerivative",
+            ),
+            "true",
+        )
+        both["canNotUseMemoryManagementFunctions"] = "true"
+        exchange = {"completedIntegratorStepNotNeeded": "true"}
+        cosimulation = {"canInterpolateInputs": "true"}
+    else:
+        both |= dict.fromkeys(
+            (
+                "canGetAndSetFMUState",
+                "canSerializeFMUState",
+                "providesDirectionalDerivatives",
+                "providesAdjointDerivatives",
+            ),
+            "true",
+        )
+        exchange = {"needsCompletedIntegratorStep": "false"}
+        cosimulation = {"hasEventMode": "false", "mightReturnEarlyFromDoStep": "false"}
+    cosimulation |= {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "1"}
+    for name, flags in (("ModelExchange", exchange), ("CoSimulation", cosimulation)):
+        interface = etree.SubElement(root, name, both | flags)
+        if version == 2:
+            files = etree.SubElement(interface, "SourceFiles")
+            for file in translation_units(sources):
+                etree.SubElement(files, "File", {"name": file})
+
+
+def _units(root: etree._Element, variables: list[Variable]) -> None:
+    definitions = etree.SubElement(root, "UnitDefinitions")
+    for name in sorted({v.unit for v in variables if _has_unit(v)}):
+        unit = parse_unit(name)
+        element = etree.SubElement(definitions, "Unit", {"name": name})
+        powers = {base: str(power) for base, power in zip(BASE, unit.exponents, strict=True) if power}
+        etree.SubElement(element, "BaseUnit", powers)
+        for display, factor in unit.display:
+            etree.SubElement(element, "DisplayUnit", {"name": display, "factor": _number(factor)})
+
+
+def _log_categories(root: etree._Element) -> None:
+    categories = etree.SubElement(root, "LogCategories")
+    for name, description in (
+        ("logStatusWarning", "Something unexpected that the simulation survives"),
+        ("logStatusError", "A call that failed, and why"),
+    ):
+        etree.SubElement(categories, "Category", {"name": name, "description": description})
+
+
+def _model_variables(root: etree._Element, variables: list[Variable], version: Version) -> None:
+    element = etree.SubElement(root, "ModelVariables")
+    states = [v for v in variables if v.role is Role.STATE]
+    for variable in variables:
+        state = states[variable.index] if variable.role is Role.DERIVATIVE else None
+        _variable(element, variable, None if state is None else _address(state, version), version)
+
+
+def _variable(parent: etree._Element, variable: Variable, derivative: str | None, version: Version) -> None:
+    """One variable; `derivative` is the address of the state that it is the derivative of."""
+    causality, variability, initial = _FACTS[variable.role]
+    if variable.fixed:
+        variability = "fixed"
+    common = {
+        "name": variable.name,
+        "valueReference": str(variable.reference),
+        "description": variable.description,
+        "causality": causality,
+        "variability": variability,
+    }
+    if initial is not None:
+        common["initial"] = initial
+    if variable.role is Role.TEXT:
+        _text(parent, common, str(variable.start), version)
+        return
+    real = _real(variable)
+    if derivative is not None:
+        real["derivative"] = derivative
+    if version == 2:
+        etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "Real", real)
+    else:
+        etree.SubElement(parent, "Float64", common | real)
+
+
+def _text(parent: etree._Element, common: dict[str, str], start: str, version: Version) -> None:
+    if version == 2:
+        etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "String", {"start": start})
+    else:
+        etree.SubElement(etree.SubElement(parent, "String", common), "Start", {"value": start})
+
+
+def _real(variable: Variable) -> dict[str, str]:
+    """Attributes of a number: unit, bounds, nominal and start; 1 is the standard's own nominal."""
+    attributes = {"unit": variable.unit} if _has_unit(variable) else {}
+    if variable.min is not None:
+        attributes["min"] = _number(variable.min)
+    if variable.max is not None:
+        attributes["max"] = _number(variable.max)
+    if variable.nominal != 1.0:
+        attributes["nominal"] = _number(variable.nominal)
+    if variable.start is not None:
+        attributes["start"] = _number(float(variable.start))
+    return attributes
+
+
+def _has_unit(variable: Variable) -> bool:
+    """Structural arguments are shown as given, in units of their own that only their description knows."""
+    return variable.role not in (Role.CONSTANT, Role.TEXT)
+
+
+def _model_structure(root: etree._Element, sources: Sources, version: Version) -> None:
+    """Outputs, derivatives and initial unknowns with what they depend on.
+
+    Knowns are time, states and inputs; during initialization parameters and sampled states as well, and there the
+    standard has only the kinds `constant` and `dependent`.
+    """
+    structure = etree.SubElement(root, "ModelStructure")
+    depends = dependencies(sources.functions, sources.variables)
+    outputs = [v for v in sources.variables if v.role in (Role.OUTPUT, Role.SAMPLED_OUTPUT)]
+    derivatives = [v for v in sources.variables if v.role is Role.DERIVATIVE]
+    unknowns = [v for v in sources.variables if v.role in (Role.OUTPUT, Role.DERIVATIVE)]
+    running = (Role.TIME, Role.STATE, Role.INPUT)
+    for key, members in (("outputs", outputs), ("derivatives", derivatives), ("initial", unknowns)):
+        if not members:
+            continue
+        name = _STRUCTURE[version][key]
+        parent = etree.SubElement(structure, name) if version == 2 else structure
+        for member in members:
+            row = depends[member.reference]
+            if key == "initial":
+                row = [Dependency(d.known, "constant" if d.kind == "constant" else "dependent") for d in row]
+            else:
+                row = [d for d in row if d.known.role in running]
+            attributes = {
+                "index" if version == 2 else "valueReference": _address(member, version),
+                "dependencies": " ".join(_address(d.known, version) for d in row),
+                "dependenciesKind": " ".join(d.kind for d in row),
+            }
+            etree.SubElement(parent, "Unknown" if version == 2 else name, attributes)
+
+
+def _address(variable: Variable, version: Version) -> str:
+    """How the XML refers to a variable: by its place in the list, from 1, in FMI 2; by its value reference in FMI 3."""
+    return str(variable.reference + 1 if version == 2 else variable.reference)
+
+
+def _number(value: float) -> str:
+    """Return the shortest text that reads back as the same number."""
+    return repr(float(value))
