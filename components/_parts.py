@@ -68,7 +68,7 @@ class Part:
         if level is not None:
             arguments = {"level": level, **arguments}
         structural = {name: value for name, value in arguments.items() if name in self.arguments}
-        model = self.build(**_values(self.name, self.build, structural))
+        model = self.build(**read_arguments(self.name, self.build, structural))
         parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
         for name, value in arguments.items():
             if name in structural:
@@ -85,7 +85,7 @@ class Part:
             raise ModelError(f"{self.name} has no analysis of its own; it is a model to export")
         if level is not None:
             arguments = {"level": level, **arguments}
-        return self.analyze(**_values(self.name, self.analyze, arguments))
+        return self.analyze(**read_arguments(self.name, self.analyze, arguments))
 
 
 def find(packages: Iterable[ModuleType]) -> dict[str, Part]:
@@ -129,7 +129,7 @@ def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
     return arguments
 
 
-def _values(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keyword arguments of `function`: values read by annotation, dotted names gathered into dataclasses."""
     known = _arguments(function)
     hints = get_type_hints(function)
@@ -201,7 +201,7 @@ def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
     """Return the structural arguments as flat constants: numbers as numbers, sequences by member, the rest as text."""
     assert part.build is not None
-    values = _values(part.name, part.build, given)
+    values = read_arguments(part.name, part.build, given)
     flat: dict[str, float | str] = {}
     for argument in part.arguments.values():
         owner, _, field = argument.name.partition(".")

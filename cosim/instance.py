@@ -210,14 +210,16 @@ class Instance:
 
     def get(self, handle: Handle) -> np.ndarray:
         """Read the handle's variables into its array and return that array."""
-        self._call("get", *handle.arguments)
+        if handle.names:
+            self._call("get", *handle.arguments)
         return handle.values
 
     def set(self, handle: Handle, values: Sequence[float] | np.ndarray | None = None) -> None:
         """Set the handle's variables from its array, after writing `values` to it."""
         if values is not None:
             handle.values[:] = values
-        self._call("set", *handle.arguments)
+        if handle.names:
+            self._call("set", *handle.arguments)
 
     def getter(self, handle: Handle) -> Call:
         """Return the prepared call of `get`."""

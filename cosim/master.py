@@ -140,11 +140,24 @@ class Master:
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Bring all instances to `start_time` with values that agree across every connection.
+        """Bring all instances to `start_time` with values that agree across every connection, ready to step.
 
-        `starts` holds start values by full name, which go before those of the components. Values are exchanged in
-        initialization mode until none changes; `StepError` names the connection that does not settle.
+        `starts` holds start values by full name, which go before those of the components. `StepError` as of `settle`.
         """
+        self.enter(start_time, stop_time, starts)
+        for component in self.system.components:
+            self.instances[component.name].exit()
+        self._run(self.point)
+        self._watch.check(self.time)
+        self._is_ready = True
+        if self._recording is not None:
+            self._recording.clear()
+            self._record()
+
+    def enter(
+        self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
+    ) -> None:
+        """Bring all instances into initialization mode, with values that agree: the first half of `initialize`."""
         starts = dict(starts or {})
         for name in starts:
             self._connector(name)
@@ -154,15 +167,28 @@ class Master:
         for component in self.system.components:
             own = {n.partition(".")[2]: v for n, v in starts.items() if self.system.split(n)[0] == component.name}
             self.instances[component.name].enter(start_time, stop_time, {**component.start, **own})
-        self._settle()
-        for instance in self.instances.values():
-            instance.exit()
-        self._run(self.point)
-        self._watch.check(self.time)
-        self._is_ready = True
-        if self._recording is not None:
-            self._recording.clear()
-            self._record()
+        self.settle()
+
+    def settle(self) -> None:
+        """Exchange values in initialization mode until none changes; `StepError` names a connection that still does."""
+        bus, watch = self.wiring.bus, self._watch
+        before, change = np.full_like(bus, np.nan), np.full_like(bus, np.inf)
+        for _ in range(SETTLING_PASSES):
+            self._run(exchange(self.wiring))
+            watch.check(self.time, bounds=False)
+            change = np.abs(bus - before) / np.maximum(np.abs(bus), watch.nominal)
+            if np.all(change <= SETTLING_TOLERANCE):
+                return
+            before = bus.copy()
+        worst = int(np.argmax(change))
+        connection = self.wiring.connections[worst]
+        raise StepError(
+            self.system.split(connection.end)[0],
+            str(connection),
+            "does not settle",
+            self.time,
+            f"after {SETTLING_PASSES} exchanges at initialization it still changes, now to {bus[worst]:.6g}",
+        )
 
     def advance(self, steps: int) -> None:
         """Take a number of steps.
@@ -247,27 +273,6 @@ class Master:
                 runs.append((component, []))
             runs[-1][1].append(variable)
         return runs
-
-    def _settle(self) -> None:
-        bus, watch = self.wiring.bus, self._watch
-        before = np.full_like(bus, np.nan)
-        change = np.full_like(bus, np.inf)
-        for _ in range(SETTLING_PASSES):
-            self._run(exchange(self.wiring))
-            watch.check(self.time, bounds=False)
-            change = np.abs(bus - before) / np.maximum(np.abs(bus), watch.nominal)
-            if np.all(change <= SETTLING_TOLERANCE):
-                return
-            before = bus.copy()
-        worst = self.wiring.connections[int(np.argmax(change))]
-        value = bus[int(np.argmax(change))]
-        raise StepError(
-            self.system.split(worst.end)[0],
-            str(worst),
-            "does not settle",
-            self.time,
-            f"after {SETTLING_PASSES} exchanges at initialization it still changes, now {value:.6g}",
-        )
 
     def _run(self, actions: Iterable[Action]) -> None:
         for action in actions:

@@ -238,36 +238,52 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
 
 
 def feedthrough_levels(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> dict[str, int]:
-    """Return for each connected output (full name) how many connections its value runs through without a step between.
+    """Return a level for each connected output (full name), above those of the outputs it follows without a step.
 
-    An output of level 0 follows no connected input directly; fetched level by level, every output is fetched after the
-    inputs it depends on were set. An algebraic loop is a `StructureError` that spells it out.
+    Fetched level by level, each passed on at once, every output is fetched after the inputs it depends on were set.
+    Outputs of one component share a level where nothing waits for the earlier one. An algebraic loop is a
+    `StructureError` that spells it out.
     """
     feeder = {connection.end: connection.start for connection in system.connections}
-    inputs: dict[str, list[str]] = {component.name: [] for component in system.components}
-    for end in feeder:
-        component, variable = system.split(end)
-        inputs[component].append(variable)
-    graph: dict[str, list[str]] = {}
-    for name in feeder.values():
-        component, variable = system.split(name)
-        dependencies = connectors[component][variable].dependencies
-        direct = [f"{component}.{u}" for u in inputs[component] if dependencies is None or u in dependencies]
-        graph[name] = direct
-        graph |= {end: [feeder[end]] for end in direct}
+    direct = _direct_inputs(system, connectors, feeder)
+    followers: dict[str, list[str]] = {name: [] for name in direct}
+    for name, ends in direct.items():
+        for end in ends:
+            followers[feeder[end]].append(name)
     try:
-        order = list(TopologicalSorter(graph).static_order())
+        order = list(TopologicalSorter({**direct, **{end: [start] for end, start in feeder.items()}}).static_order())
     except CycleError as error:
         raise StructureError(
             f"algebraic loop: {' -> '.join(error.args[1])}; each follows the one before it without a step between, so "
             "no order of exchange gives consistent values. Break it with a state or a sampled part"
         ) from None
     levels: dict[str, int] = {}
-    for name in order:
-        below = [levels[other] for other in graph.get(name, ())]
-        levels[name] = max(below, default=-1) + (name not in feeder)
-    outputs = set(feeder.values())
-    return {name: level for name, level in levels.items() if name in outputs}
+    highest: dict[str, int] = {}
+    for name in (name for name in order if name in direct):
+        component = system.split(name)[0]
+        levels[name] = 1 + max((levels[feeder[end]] for end in direct[name]), default=-1)
+        highest[component] = max(highest.get(component, 0), levels[name])
+    for name in levels:
+        top = highest[system.split(name)[0]]
+        if all(levels[follower] > top for follower in followers[name]):
+            levels[name] = top
+    return levels
+
+
+def _direct_inputs(
+    system: System, connectors: Mapping[str, Mapping[str, Connector]], feeder: Mapping[str, str]
+) -> dict[str, list[str]]:
+    """Return for each connected output the fed inputs of its component that it follows directly (full names)."""
+    inputs: dict[str, list[str]] = {component.name: [] for component in system.components}
+    for end in feeder:
+        component, variable = system.split(end)
+        inputs[component].append(variable)
+    direct = {}
+    for name in feeder.values():
+        component, variable = system.split(name)
+        dependencies = connectors[component][variable].dependencies
+        direct[name] = [f"{component}.{u}" for u in inputs[component] if dependencies is None or u in dependencies]
+    return direct
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

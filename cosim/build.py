@@ -1,0 +1,293 @@
+"""From names to FMU files: scenes and parts found by name, exported, kept in a cache, and wired to the instruments.
+
+    scene = load_scene("sdelta_shaker", {"damping": "0.02", "robot.stiffness": "ch3_rods"})
+    system = instrument(scene, "reference.command.position[3]", scene.outputs)
+    files = build(system)                         # {"reference": .../SDeltaReference.fmi2.fmu, ...}
+
+This is the roof: beside `cli.py` the only place that sees both wings. The cache is `$HFSA_CACHE`, else `hfsa` in
+`$XDG_CACHE_HOME` or `~/.cache`. An FMU's folder there is named by a hash of all it is made from, and appears complete
+or not at all, so that several processes may build at once and any may be killed.
+"""
+
+import dataclasses
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+import sysconfig
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+import hfsa.components
+import hfsa.controllers
+import hfsa.cosim.scenes
+import hfsa.fmus
+from hfsa.components._parts import Part, find, part_named, read_arguments
+from hfsa.cosim._description import describe
+from hfsa.cosim._scene_text import read_scene
+from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, companions, connector, nearest
+from hfsa.fmus.export import export
+
+FMI: Literal[2, 3] = 2
+"""Version of the FMUs a scene is built from: only FMI 2 lets a master hand over the derivatives of inputs."""
+
+LOCK_IN = "lock_in"
+"""Name of the lock-in amplifier among an instrumented system's components."""
+
+_ABANDONED = 86400.0
+"""Age [s] at which an unfinished folder in the cache is taken for one that nobody finishes."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A part at a level whose inputs that begin with `inputs` only the parts (at levels) of `allowed` may feed."""
+
+    part: str
+    level: str
+    inputs: str
+    allowed: Mapping[str, tuple[str, ...] | None]
+    reason: str
+
+
+RULES = (
+    Rule(
+        "sdelta",
+        "rigid",
+        "drive[",
+        {"sdelta_reference": None, "c_drive": ("ideal",)},
+        "it puts out its static reaction only, because a held inertial reaction diverges at every step",
+    ),
+)
+"""Levels that do not fit together although their connectors do."""
+
+
+@cache
+def parts() -> dict[str, Part]:
+    """Return all components and controllers by name."""
+    return find([hfsa.components, hfsa.controllers])
+
+
+@cache
+def scenes() -> dict[str, Part]:
+    """Return the scenes of `cosim/scenes` by name; their `build` returns a `Scene`."""
+    return find([hfsa.cosim.scenes])
+
+
+def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
+    """Return a scene by name, or from the path of a `.py` or `.toml` file.
+
+    `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value. Values
+    may be text as typed on a command line. `StructureError` names what does not exist, and the nearest names.
+    """
+    arguments = dict(arguments or {})
+    if name.endswith(".toml"):
+        if not Path(name).is_file():
+            raise StructureError(f"there is no file {name}")
+        scene, own = read_scene(Path(name)), []
+    else:
+        part = _scene_part(name)
+        given = {key: arguments.pop(key) for key in list(arguments) if key in part.arguments}
+        assert part.build is not None
+        scene, own = part.build(**read_arguments(part.name, part.build, given)), list(part.arguments)
+    assert isinstance(scene, Scene)
+    for key, value in arguments.items():
+        component, dot, argument = key.partition(".")
+        known = [c.name for c in scene.system.components]
+        if not dot or component not in [*known, scene.source.name]:
+            names = [*own, *(f"{c}.{key.rpartition('.')[2]}" for c in known)]
+            raise StructureError(f"scene {name} has no argument {key!r}{nearest(key, names)}")
+        scene = _with_argument(scene, component, argument, value)
+    return scene
+
+
+def build(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
+    """Return the FMU file of each component by name, exported where the cache does not hold it.
+
+    Raises `StructureError` for levels that do not fit together, `ModelError` and `ExportError` as `fmus.export`.
+    """
+    check_levels(system)
+    return {component.name: fmu_file(component, fmi) for component in system.components}
+
+
+def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None, fmi: Literal[2, 3] = FMI) -> System:
+    """Return the scene's system with a sine source at one input and a lock-in amplifier at outputs (full names).
+
+    Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
+    the amplifier is `outputs[i]`; all outputs of the scene by default. The source's rate and acceleration go to the
+    input's companions where the FMU has them.
+    """
+    outputs = scene.outputs if outputs is None else outputs
+    variables = {name: describe(file).variables for name, file in build(scene.system, fmi).items()}
+    component, variable = scene.system.split(excited)
+    unit = connector(scene.system, variables, excited).unit or "1"
+    units = [connector(scene.system, variables, name).unit or "1" for name in outputs]
+    if unit not in scene.amplitude:
+        raise StructureError(f"the scene has no amplitude for {excited} in {unit}; it has {_list(scene.amplitude)}")
+    source = dataclasses.replace(
+        scene.source,
+        arguments={**scene.source.arguments, "unit": unit},
+        start={"amplitude": scene.amplitude[unit], **scene.source.start},
+    )
+    lock_in = Component(LOCK_IN, "lock_in", None, {"units": units}, {"sample_time": scene.step_size})
+    fed = {connection.end for connection in scene.system.connections}
+    joined = [("value", excited)]
+    joined += [
+        (port, f"{component}.{companion}")
+        for port, companion in zip(("rate", "acceleration"), companions(variable), strict=True)
+        if companion in variables[component] and f"{component}.{companion}" not in fed
+    ]
+    connections = [
+        *(Connection(f"{source.name}.{port}", end) for port, end in joined),
+        *(Connection(f"{source.name}.{port}", f"{LOCK_IN}.{port}") for port in ("sine", "cosine")),
+        *(Connection(name, f"{LOCK_IN}.signal[{i}]") for i, name in enumerate(outputs, 1)),
+    ]
+    return System([source, *scene.system.components, lock_in], [*scene.system.connections, *connections])
+
+
+def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
+    """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it."""
+    if component.part.endswith(".fmu"):
+        file = Path(component.part).resolve()
+        if not file.is_file():
+            raise StructureError(f"{component.name}: there is no file {file}")
+        if component.arguments or component.level:
+            raise StructureError(
+                f"{component.name}: {file.name} is a finished FMU; it takes start values, no arguments"
+            )
+        return file
+    part = part_named(component.part, parts())
+    if component.level == "auto":
+        raise StructureError(
+            f"{component.name}: level auto, the choice by tolerance, is not offered; choose one of {_list(part.levels)}"
+        )
+    folder = cache_folder() / "fmus" / _key(part, component, fmi)
+    if not folder.is_dir():
+        _export(part, component, fmi, folder)
+    (file,) = folder.glob("*.fmu")
+    return file
+
+
+def check_levels(system: System) -> None:
+    """Raise `StructureError` where `RULES` forbid that two components are joined."""
+    for connection in system.connections:
+        (target, variable), (source, _) = system.split(connection.end), system.split(connection.start)
+        for rule in RULES:
+            if system[target].part != rule.part or _level(system[target]) != rule.level:
+                continue
+            part, level = system[source].part, _level(system[source])
+            levels = rule.allowed.get(part, ())
+            if variable.startswith(rule.inputs) and not (levels is None or level in levels):
+                allowed = (f"{p} ({' or '.join(ls)})" if ls else p for p, ls in rule.allowed.items())
+                raise StructureError(
+                    f"{connection}: {target} is {rule.part} at level {rule.level}, which may be joined to "
+                    f"{' or '.join(allowed)} only: {rule.reason}. {source} is {part} at level {level or 'none'}"
+                )
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache; it may not exist yet."""
+    own = os.environ.get("HFSA_CACHE")
+    return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hfsa"
+
+
+def _scene_part(name: str) -> Part:
+    if not name.endswith(".py"):
+        if name not in scenes():
+            raise StructureError(f"no scene is called {name!r}{nearest(name, scenes())}")
+        return scenes()[name]
+    file = Path(name)
+    specification = importlib.util.spec_from_file_location(file.stem, file)
+    if specification is None or specification.loader is None or not file.is_file():
+        raise StructureError(f"there is no file {name}")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    function = getattr(module, file.stem, None)
+    if function is None:
+        raise StructureError(f"{name} defines no function {file.stem}; a scene is a function named as its file")
+    return Part(file.stem, module, function, None)
+
+
+def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
+    """Return the scene with one level, structural argument or start value of a component changed."""
+    component = scene.source if name == scene.source.name else scene.system[name]
+    part = None if component.part.endswith(".fmu") else part_named(component.part, parts())
+    if argument == "level":
+        changed = dataclasses.replace(component, level=value)
+    elif part is not None and argument in part.arguments:
+        changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
+    else:
+        try:
+            start = {**component.start, argument: float(value)}
+        except ValueError:
+            raise StructureError(f"{name}.{argument} is {value!r}, expected a number") from None
+        changed = dataclasses.replace(component, start=start)
+    if component is scene.source:
+        return dataclasses.replace(scene, source=changed)
+    components = [changed if c is component else c for c in scene.system.components]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _level(component: Component) -> str | None:
+    """Return the component's level, its part's default where it names none, `None` where the part has no levels."""
+    if component.part.endswith(".fmu"):
+        return None
+    default = part_named(component.part, parts()).arguments.get("level")
+    return component.level or component.arguments.get("level") or (default.default if default else None)
+
+
+def _key(part: Part, component: Component, fmi: int) -> str:
+    """Return a hash of all that the FMU file depends on."""
+    assert part.build is not None
+    structural = {name: value for name, value in component.arguments.items() if name in part.arguments}
+    if component.level is not None:
+        structural["level"] = component.level
+    read = read_arguments(part.name, part.build, structural)
+    rest = {name: float(value) for name, value in component.arguments.items() if name not in part.arguments}
+    words = [part.name, repr(sorted(read.items())), repr(sorted(rest.items())), fmi, _sources(), version("casadi")]
+    words += [sysconfig.get_platform(), os.environ.get("CC", "")]
+    return hashlib.sha256(json.dumps(words).encode()).hexdigest()[:32]
+
+
+@cache
+def _sources() -> str:
+    """Return a hash of the sources of the left wing."""
+    digest = hashlib.sha256()
+    for package in (hfsa.components, hfsa.controllers, hfsa.fmus):
+        for file in sorted(_files(package)):
+            digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _files(package: ModuleType) -> list[Path]:
+    folders = [Path(folder) for folder in package.__path__]
+    return [f for folder in folders for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")]
+
+
+def _export(part: Part, component: Component, fmi: Literal[2, 3], folder: Path) -> None:
+    """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
+    model = part.model(component.level, **component.arguments)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    for left in folder.parent.glob(".unfinished-*"):  # by a process that was killed
+        if time.time() - left.stat().st_mtime > _ABANDONED:
+            shutil.rmtree(left, ignore_errors=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
+    try:
+        export(model, unfinished, (fmi,))
+        unfinished.rename(folder)
+    except OSError:
+        if not folder.is_dir():
+            raise
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _list(names) -> str:
+    return ", ".join(names) or "none"
