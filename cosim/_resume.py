@@ -38,8 +38,8 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str
 def _axis_differences(bode: Node, plan: Plan) -> list[str]:
     found = bode["frequency"][:]
     differences = []
-    if not np.array_equal(found, plan.frequency):
-        here = plan.frequency
+    here = plan.frequency
+    if len(found) != len(here) or not np.allclose(found, here, rtol=1e-9, atol=0):
         differences.append(
             f"frequency has {len(found)} points from {found[0]:g} to {found[-1]:g} Hz there and {len(here)} from "
             f"{here[0]:g} to {here[-1]:g} Hz here{' at other values' if len(found) == len(here) else ''}"

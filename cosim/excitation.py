@@ -26,7 +26,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     """Return `points` of the frequencies [Hz], evenly spaced along the curves of a response, its peaks included.
 
     `frequency`, shape (n,), is a dense ascending grid and `response`, shape (n,) or (n, ...), a complex response on it.
-    A curve's length is measured on a Bode plot where a decade, 20 dB and 45 degrees are equally long; among several
+    A curve's length is measured on a Bode plot where half a decade, 20 dB and 45 degrees are equally long; among several
     curves the one that moves most decides. Every local maximum of a magnitude that stands 3 dB above its surroundings
     is a point, so that a sweep of few points still hits the resonances.
     """
@@ -39,7 +39,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     # an antiresonance that is zero exactly would be infinitely deep
     level = np.log10(np.maximum(np.abs(curves), 1e-6 * np.abs(curves).max(axis=0)))
     turn = np.unwrap(np.angle(curves), axis=0) / (np.pi / 4)
-    step = np.hypot(np.hypot(np.diff(level, axis=0), np.diff(turn, axis=0)).max(axis=1), np.diff(np.log10(f)))
+    step = np.hypot(np.hypot(np.diff(level, axis=0), np.diff(turn, axis=0)).max(axis=1), 2 * np.diff(np.log10(f)))
     length = np.concatenate([[0.0], np.cumsum(step)])
     grid = np.interp(np.linspace(0, length[-1], points), length, f)
     peaks = sorted({int(i) for curve in level.T for i in _peaks(curve)})

@@ -162,7 +162,7 @@ def test_resume_measures_what_is_pending_or_failed(path):
         ({"settings": {**PLAN.settings, "step_size": 2e-5}}, {}, "step_size is 5e-05 there and 2e-05 here"),
         ({"settings": {**PLAN.settings, "more": 1}}, {}, "more is not set there and 1 here"),
         ({"frequency": np.array([1.0, 2.0])}, {}, "frequency has 4 points from 1 to 50 Hz there and 2 from 1 to 2 Hz"),
-        ({"frequency": PLAN.frequency + 1e-9}, {}, "4 from 1 to 50 Hz here at other values"),
+        ({"frequency": PLAN.frequency + 1e-6}, {}, "4 from 1 to 50 Hz here at other values"),
         ({"outputs": PLAN.outputs[:1]}, {}, "outputs are .* there and robot.position.1. here"),
         ({"inputs": [replace(s, amplitude=1.0) for s in PLAN.inputs]}, {}, "amplitude is 1e-05, 0.0001 there and 1, 1"),
         ({}, {"instances": [replace(SYSTEM.instances[0], sha256="cd")]}, "the FMU of robot is another"),

@@ -1,0 +1,307 @@
+"""Bode plots of sweeps: measured points on theoretical lines, magnitude in dB over phase in degrees.
+
+    figure = bode_figure([read("results/demo.h5"), read("results/demo_linear.h5")])
+    save(figure, Path("results/demo.png"))
+
+Files overlay: the method `linear` is drawn as a line, measured methods as points. Entries of one input whose units
+agree share a pair of axes. Resonances are marked where the densest curve has its peaks. Only here units are not SI:
+lengths in mm (um over an input that is neither length nor angle), angles in deg.
+"""
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFormatter
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from hfsa.cosim._records import ResultsError, Signal, Status
+from hfsa.cosim.results import Bode
+from hfsa.cosim.system import nearest
+
+METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMUs"}
+"""Methods of a sweep as a legend says them."""
+
+NEGLIGIBLE = 1e-6
+"""Outputs below this part of the largest in their unit are zero by symmetry, and are left out."""
+
+_ROUNDING = 1e-9
+
+_COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
+_INK, _GRID, _ACCENT = "#20242c", "#c9ced6", "#b3541e"
+_STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.size": 10,
+    "axes.edgecolor": "#8a919c",
+    "axes.labelcolor": _INK,
+    "axes.linewidth": 0.8,
+    "text.color": _INK,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "legend.frameon": False,
+    "mathtext.default": "regular",
+}
+_PROMINENCE = 3.0
+
+
+@dataclass
+class _Curve:
+    """One entry of one file: magnitude [dB] and phase [deg] over frequency [Hz], missing points left out."""
+
+    bode: Bode
+    output: Signal
+    frequency: NDArray[np.float64]
+    level: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    status: NDArray[np.int8]
+    failed: NDArray[np.float64]
+    colour: str = _COLOURS[0]
+    label: str = ""
+
+    @property
+    def is_line(self) -> bool:
+        return self.bode.settings.get("method") == "linear"
+
+
+@dataclass
+class _Panel:
+    """A pair of axes: curves of one input whose units agree; `unit` is what 0 dB stands for."""
+
+    input: Signal
+    unit: str
+    curves: list[_Curve] = field(default_factory=list)
+
+
+def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Iterable[str] = ()) -> Figure:
+    """Return the Bode plot of one or more sweeps, of all entries or of those of the given outputs and inputs.
+
+    `ResultsError` where there is nothing to draw, or no sweep has a given signal.
+    """
+    panels = _panels(sweeps, list(outputs), list(inputs))
+    columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
+    rows = max(len(column) for column in columns)
+    size = (8.6, 6.2) if len(panels) == 1 else (1.2 + 4.6 * len(columns), 0.9 + 5.0 * rows)
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=size, dpi=160, layout="constrained")
+        parts = figure.subfigures(rows, len(columns), squeeze=False)
+        for i, column in enumerate(columns):
+            for j, panel in enumerate(column):
+                _draw(parts[j][i], panel)
+        titles = dict.fromkeys(str(bode.attributes["title"]) for bode in sweeps)
+        figure.suptitle(", ".join(titles), fontsize=12.5, fontweight="bold")
+    return figure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write the figure in the format its suffix names; `ResultsError` where that cannot be done."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with mpl.rc_context(_STYLE):
+            figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise ResultsError(f"cannot write {path}: {error}") from error
+
+
+# What is drawn --------------------------------------------------------------------------------------------------------
+
+
+def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[_Panel]:
+    """Return what there is to draw, by input; of one input, the outputs in its own unit first."""
+    for side, wanted in (("output", outputs), ("input", inputs)):
+        known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
+        for name in wanted:
+            if name not in known:
+                raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
+    panels: dict[tuple[str, str], _Panel] = {}
+    for bode in sweeps:
+        negligible = _negligible(bode)
+        for (o, output), (i, source) in itertools.product(enumerate(bode.outputs), enumerate(bode.inputs)):
+            wanted = (not outputs or output.name in outputs) and (not inputs or source.name in inputs)
+            if wanted and not negligible[o, i]:
+                unit, factor = _display(output.unit, source.unit)
+                panel = panels.setdefault((unit, source.name), _Panel(source, unit))
+                panel.curves.append(_curve(bode, output, source, factor))
+    for panel in panels.values():
+        panel.curves = [curve for curve in panel.curves if len(curve.frequency)]
+        _name_curves(panel, sweeps)
+        _align_phases(panel)
+    kept = [panel for panel in panels.values() if panel.curves]
+    if not kept:
+        raise ResultsError(f"{', '.join(str(bode.path) for bode in sweeps)}: no finished points to draw")
+    order = list(dict.fromkeys(source.name for bode in sweeps for source in bode.inputs))
+    return sorted(kept, key=lambda panel: (order.index(panel.input.name), panel.unit != ""))
+
+
+def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> _Curve:
+    response = factor * bode.entry(output.name, source.name)
+    status = bode.status[:, [s.name for s in bode.inputs].index(source.name)]
+    there = np.isfinite(response) & (np.abs(response) > 0)
+    phase = np.degrees(np.unwrap(np.angle(response[there])))
+    level = 20 * np.log10(np.abs(response[there]))
+    failed = bode.frequency[status == Status.FAILED]
+    return _Curve(bode, output, bode.frequency[there], level, phase, status[there], failed)
+
+
+def _negligible(bode: Bode) -> NDArray[np.bool_]:
+    """Return which entries are zero by symmetry, (outputs, inputs), judged by what the outputs were in the sweep.
+
+    Outputs of one unit are compared with each other. Outputs of a unit in which nothing moves at all are rounding
+    noise, many decades below everything else.
+    """
+    if not np.isfinite(bode.response).any():
+        return np.zeros(bode.response.shape[1:], bool)
+    amplitude = np.nan_to_num([source.amplitude for source in bode.inputs], nan=1.0)
+    size = np.nan_to_num(np.abs(bode.response)).max(axis=0) * amplitude
+    units = np.array([output.unit for output in bode.outputs])
+    largest = np.array([size[units == unit].max() for unit in units])
+    return size < np.maximum(NEGLIGIBLE * largest, _ROUNDING * size.max())[:, None]
+
+
+def _name_curves(panel: _Panel, sweeps: Sequence[Bode]) -> None:
+    """Give each curve a colour and a label that tell it from the others: by output, by method, by file."""
+    outputs = list(dict.fromkeys(curve.output.name for curve in panel.curves))
+    methods = [bode.settings.get("method") for bode in sweeps]
+    for curve in panel.curves:
+        method = str(curve.bode.settings.get("method", ""))
+        label = METHODS.get(method, method)
+        if methods.count(method) > 1:
+            label += f", {curve.bode.path.stem}"
+        if len(outputs) > 1:
+            label = f"{curve.output.name}: {label}"
+        curve.label = label
+        # a line gives way to the points upon it; more outputs or more files need colours of their own
+        sibling = [bode for bode in sweeps if bode.settings.get("method") == method].index(curve.bode)
+        curve.colour = _COLOURS[(outputs.index(curve.output.name) + sibling) % len(_COLOURS)]
+
+
+def _align_phases(panel: _Panel) -> None:
+    """Put the phases of one output on the branch of its densest curve, which begins in (-180, 180]."""
+    for output in {curve.output.name for curve in panel.curves}:
+        curves = [curve for curve in panel.curves if curve.output.name == output]
+        dense = max(curves, key=lambda curve: len(curve.frequency))
+        for curve in curves:
+            if curve is not dense:
+                near = np.interp(np.log(curve.frequency), np.log(dense.frequency), dense.phase)
+                curve.phase = curve.phase + 360 * np.round((near - curve.phase) / 360)
+
+
+def _display(output: str, source: str) -> tuple[str, float]:
+    """Return the unit that 0 dB stands for, empty for equal units, and the factor from SI."""
+    if output == source:
+        return "", 1.0
+    lengths = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi)}
+    micro = source not in lengths and output == "m"
+    above, up = ("um", 1e6) if micro else lengths.get(output, (output, 1.0))
+    below, down = lengths.get(source, (source, 1.0))
+    return f"{above}/{below}" if below.isalnum() else f"{above}/({below})", up / down
+
+
+# How it is drawn ------------------------------------------------------------------------------------------------------
+
+
+def _draw(part: Any, panel: _Panel) -> None:
+    upper, lower = part.subplots(2, 1, sharex=True, height_ratios=[1.55, 1])
+    for curve in sorted(panel.curves, key=lambda curve: not curve.is_line):
+        _draw_curve(upper, curve, curve.level)
+        _draw_curve(lower, curve, curve.phase)
+    _scale_axes(upper, lower, panel)
+    outputs = list(dict.fromkeys(curve.output.name for curve in panel.curves))
+    for output in outputs:
+        curves = [curve for curve in panel.curves if curve.output.name == output]
+        _mark_resonances(upper, lower, max(curves, key=lambda curve: len(curve.frequency)))
+    _mark_failures(lower, panel)
+    upper.set_ylabel(f"Magnitude (dB{f' re 1 {panel.unit}' if panel.unit else ''})")
+    lower.set_ylabel("Phase (deg)")
+    lower.set_xlabel("Frequency (Hz)")
+    upper.set_title(f"{panel.input.name}  \N{RIGHTWARDS ARROW}  {', '.join(outputs)}", fontsize=9.5)
+    upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
+
+
+def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
+    if curve.is_line:
+        axes.plot(curve.frequency, values, color=curve.colour, linewidth=1.6, alpha=0.75, label=curve.label, zorder=2)
+        return
+    settled = curve.status == Status.DONE
+    look = {"marker": "o", "markersize": 5.2, "linestyle": "none", "zorder": 4}
+    axes.plot(
+        curve.frequency[settled],
+        values[settled],
+        **look,
+        color=curve.colour,
+        markeredgecolor="white",
+        markeredgewidth=0.8,
+        label=curve.label,
+    )
+    if not np.all(settled):
+        label = f"{curve.label}, not settled"
+        hollow = {"color": "white", "markeredgecolor": curve.colour, "markeredgewidth": 1.2}
+        axes.plot(curve.frequency[~settled], values[~settled], **look, **hollow, label=label)
+
+
+def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
+    frequency = np.concatenate([curve.frequency for curve in panel.curves])
+    lower.set_xscale("log")
+    lower.set_xlim(frequency.min() / 1.04, frequency.max() * 1.04)
+    lower.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=20))
+    lower.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    lower.xaxis.set_minor_formatter(NullFormatter())
+    levels = np.concatenate([curve.level for curve in panel.curves])
+    # room above the peaks for what marks them; a curve's depths below 120 dB say nothing
+    bottom, top = max(levels.min(), levels.max() - 120), levels.max()
+    margin = max(0.06 * (top - bottom), 1.0)
+    upper.set_ylim(bottom - margin, top + 2.6 * margin)
+    phases = np.concatenate([curve.phase for curve in panel.curves])
+    span = phases.max() - phases.min()
+    lower.yaxis.set_major_locator(MultipleLocator(45 if span <= 270 else 90 * math.ceil(span / 540)))
+    lower.set_ylim(phases.min() - max(0.07 * span, 5), phases.max() + max(0.07 * span, 5))
+    for axes in (upper, lower):
+        axes.grid(which="major", color=_GRID, linewidth=0.7)
+        axes.grid(which="minor", axis="x", color=_GRID, linewidth=0.35)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+
+
+def _mark_resonances(upper: Any, lower: Any, curve: _Curve) -> None:
+    """Mark the peaks of a curve that stand 3 dB above their surroundings with frequency and height."""
+    for peak in find_peaks(curve.level, prominence=_PROMINENCE)[0]:
+        f, level = _summit(curve, peak) if curve.is_line else (curve.frequency[peak], curve.level[peak])
+        for axes in (upper, lower):
+            axes.axvline(f, color=_ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
+        upper.annotate(
+            f"{f:.4g} Hz, {level:.1f} dB",
+            (f, level),
+            xytext=(-7, 7),
+            textcoords="offset points",
+            ha="right",
+            va="bottom",
+            color=_ACCENT,
+            fontsize=9.5,
+            fontweight="bold",
+            zorder=5,
+        )
+
+
+def _summit(curve: _Curve, peak: int) -> tuple[float, float]:
+    """Return frequency [Hz] and level [dB] of a smooth curve's peak: of the parabola through three points."""
+    x, y = np.log(curve.frequency[peak - 1 : peak + 2]), curve.level[peak - 1 : peak + 2]
+    a, b, c = np.polyfit(x - x[1], y, 2)
+    top = -b / (2 * a)
+    return math.exp(x[1] + top), c + b * top / 2
+
+
+def _mark_failures(axes: Any, panel: _Panel) -> None:
+    failed = np.unique(np.concatenate([curve.failed for curve in panel.curves]))
+    if len(failed):
+        bottom = np.full(len(failed), 0.03)
+        transform = axes.get_xaxis_transform()
+        axes.plot(failed, bottom, "x", color="#b00020", transform=transform, clip_on=False, label="failed", zorder=6)
+        axes.legend(loc="best", fontsize=8.5)
