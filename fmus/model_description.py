@@ -136,7 +136,7 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
 def _log_categories(root: etree._Element) -> None:
     categories = etree.SubElement(root, "LogCategories")
     for name, description in (
-        ("logStatusWarning", "Something unexpected that the simulation survives"),
+        ("logStatusDiscard", "A step that cannot be completed, and why"),
         ("logStatusError", "A call that failed, and why"),
     ):
         etree.SubElement(categories, "Category", {"name": name, "description": description})
