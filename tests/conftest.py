@@ -14,14 +14,27 @@ from hfsa.fmus.export import export
 PARTS = {name: part for name, part in find([hfsa.components, hfsa.controllers]).items() if part.build}
 VARIANTS = [(name, level) for name, part in PARTS.items() for level in part.levels or (None,)]
 
-Exporter = Callable[[Model], dict[int, Path]]
+Files = dict[int, Path]
 
 
 def pytest_generate_tests(metafunc):
-    """A test with an argument `variant` runs for every part at every level."""
+    """A test with an argument `variant` runs for every part at every level, so a new part needs no new test."""
     if "variant" in metafunc.fixturenames:
         ids = [name if level is None else f"{name}-{level}" for name, level in VARIANTS]
         metafunc.parametrize("variant", VARIANTS, ids=ids, scope="session")
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory) -> Callable[[str, Model], Files]:
+    """Export a model once per session and key; the files by FMI version."""
+    known: dict[str, Files] = {}
+
+    def files(key: str, model: Model) -> Files:
+        if key not in known:
+            known[key] = dict(zip((2, 3), export(model, tmp_path_factory.mktemp(model.name)), strict=True))
+        return known[key]
+
+    return files
 
 
 @pytest.fixture(scope="session")
@@ -31,20 +44,10 @@ def part_model(variant: tuple[str, str | None]) -> Model:
 
 
 @pytest.fixture(scope="session")
-def exported(tmp_path_factory) -> Exporter:
-    """Export a model; the files by FMI version."""
-
-    def run(model: Model) -> dict[int, Path]:
-        return dict(zip((2, 3), export(model, tmp_path_factory.mktemp(model.name)), strict=True))
-
-    return run
+def part_files(variant: tuple[str, str | None], part_model: Model, exported) -> Files:
+    return exported(str(variant), part_model)
 
 
 @pytest.fixture(scope="session")
-def part_files(part_model: Model, exported: Exporter) -> dict[int, Path]:
-    return exported(part_model)
-
-
-@pytest.fixture(scope="session")
-def mass_on_spring_files(exported: Exporter) -> dict[int, Path]:
-    return exported(PARTS["mass_on_spring"].model())
+def mass_on_spring_files(exported) -> Files:
+    return exported(str(("mass_on_spring", None)), PARTS["mass_on_spring"].model())
