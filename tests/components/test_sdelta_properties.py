@@ -70,8 +70,10 @@ def test_direct_kinematics_undoes_the_inverse(posture):
 @given(postures())
 @few
 def test_jacobian_is_the_derivative_of_direct_kinematics(posture):
-    there, step = Kinematics.at(posture), 1e-4
+    there = Kinematics.at(posture)
     T = there.jacobian()
+    # The curvature grows with the condition number.
+    step = 3e-4 / there.condition_number
     columns = []
     for unit in np.eye(6):
         plus, minus = (direct_kinematics(there.motor_angles + s * step * unit, posture) for s in (1, -1))

@@ -1,0 +1,69 @@
+"""Screws: axes, shifts and the exponential of a rotation vector."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from hfsa.components._screws import GAMMA, axis, exponential, numbers, shift, skew, unit_screw
+
+vectors = st.tuples(*[st.floats(-1, 1) for _ in range(3)]).map(np.array)
+few = settings(max_examples=50, deadline=None, derandomize=True)
+
+
+@given(vectors, st.floats(1e-8, np.pi))
+@few
+def test_exponential_is_the_rotation(direction, angle):
+    vector = direction * angle
+    np.testing.assert_allclose(
+        numbers(exponential(ca.SX(vector))), Rotation.from_rotvec(vector).as_matrix(), atol=1e-14
+    )
+
+
+def test_exponential_is_smooth_at_zero():
+    """Its first derivatives there are the skew matrices, its second ones their symmetrised products."""
+    v = ca.SX.sym("v", 3)
+    Q = exponential(v)
+
+    def at_zero(expression: ca.SX) -> np.ndarray:
+        return numbers(ca.substitute(expression, v, ca.SX.zeros(3)))
+
+    for i, e in enumerate(np.eye(3)):
+        first = ca.reshape(ca.jacobian(ca.vec(Q), v[i]), 3, 3)
+        np.testing.assert_array_equal(at_zero(first), skew(e))
+        for j, g in enumerate(np.eye(3)):
+            second = ca.reshape(ca.jacobian(ca.vec(first), v[j]), 3, 3)
+            expected = (skew(e) @ skew(g) + skew(g) @ skew(e)) / 2
+            np.testing.assert_array_equal(at_zero(second), expected)
+
+
+@given(vectors, vectors)
+@few
+def test_shift(offset, vector):
+    X = shift(offset, Rotation.from_rotvec(vector).as_matrix())
+    np.testing.assert_allclose(X.T, GAMMA @ np.linalg.inv(X) @ GAMMA, atol=1e-13)
+    # A turn about the new origin moves the old one backwards along the cross product.
+    np.testing.assert_allclose(shift(offset) @ [*vector, 0, 0, 0], [*vector, *np.cross(offset, vector)], atol=1e-15)
+
+
+@given(vectors, vectors, st.floats(-2, 2))
+@few
+def test_axis_of_a_screw(direction, point, pitch):
+    size = np.linalg.norm(direction)
+    if size < 1e-2:
+        return
+    screw = np.concatenate([direction, np.cross(point, direction) + pitch * direction])
+    found = axis(screw, 1.0)
+    e = direction / size
+    assert abs(abs(found.direction @ e) - 1) < 1e-12
+    np.testing.assert_allclose(found.point, point - (point @ e) * e, atol=1e-10)
+    assert found.pitch == pytest.approx(pitch, abs=1e-10)
+
+
+def test_translations_have_infinite_pitch():
+    found = axis(np.array([0, 0, 1e-12, 0, 0, -2.0]), 0.15)
+    assert found.pitch == np.inf
+    np.testing.assert_array_equal(found.direction, [0, 0, 1])
+    np.testing.assert_allclose(unit_screw(np.array([0, -2.0, 0, 0.2, 0, 0]), 0.15), [0, 1, 0, -0.1, 0, 0])

@@ -1,0 +1,365 @@
+"""The part `sdelta`: its response, reactions, gravity, levels and extremes."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from hfsa.components import _sdelta_stiffness
+from hfsa.components._functions import functions
+from hfsa.components._linearize import linearize
+from hfsa.components._model import Kind, Model, ModelError
+from hfsa.components._screws import shift
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics
+from hfsa.components._sdelta_stiffness import Springs
+from hfsa.components.sdelta import analyze, sdelta
+
+A = Posture((10, 5, 8), (0.005, 0.003, 0.155))
+NEARLY_SINGULAR = Posture(position=(0, -0.0749, 0.150))
+LEVELS = ("rigid", "cartesian")
+
+AXES = range(1, 4)
+POSE = [f"platform/{kind}[{i}]" for kind in ("rotation", "position") for i in AXES]
+TWIST = [f"platform/{kind}[{i}]" for kind in ("angular_velocity", "velocity") for i in AXES]
+ACCELERATION = [f"platform/{kind}[{i}]" for kind in ("angular_acceleration", "acceleration") for i in AXES]
+WRENCH = [f"wrench/{kind}[{i}]" for kind in ("torque", "force") for i in AXES]
+REACTION = [f"drive[{j}]/{kind}" for j in AXES for kind in ("force", "torque")]
+TUBES = [[f"drive[{j}]/{kind}{suffix}" for j in AXES for kind in ("slide", "angle")] for suffix in ("", "_rate")]
+TUBE_ACCELERATIONS = [f"drive[{j}]/{kind}_acceleration" for j in AXES for kind in ("slide", "angle")]
+
+
+class Response:
+    """Frequency response of a model, linearised with exact derivatives, between lists of its signals."""
+
+    def __init__(self, model: Model, **values: float):
+        self.system = linearize(model, values)
+
+    def __call__(self, s: complex, outputs: list[str], inputs: list[str]) -> np.ndarray:
+        system = self.system
+        rows = [system.output_labels.index(name) for name in outputs]
+        columns = [system.input_labels.index(name) for name in inputs]
+        inside = np.linalg.solve(s * np.eye(len(system.A)) - system.A, system.B[:, columns])
+        return system.C[rows] @ inside + system.D[np.ix_(rows, columns)]
+
+    def from_pose(self, s: complex, outputs: list[str], tubes_to_pose: np.ndarray) -> np.ndarray:
+        """From the pose that the tubes dictate, whose rate moves with it."""
+        from_tubes = self(s, outputs, TUBES[0]) + s * self(s, outputs, TUBES[1])
+        return from_tubes @ np.linalg.inv(tubes_to_pose)
+
+
+def pose_response(frequency: float, damping_ratio: float = 0.01, **arguments) -> np.ndarray:
+    """Pose that the tubes dictate to pose, both at S."""
+    to_pose = Kinematics.at(arguments.get("posture", SYMMETRIC)).tubes_to_pose()
+    response = Response(sdelta(**arguments), damping_ratio=damping_ratio)
+    return response.from_pose(2j * np.pi * frequency, POSE, to_pose)
+
+
+def damping(numbers: dict, ratio: float = 0.01) -> np.ndarray:
+    """Damping matrix of equal ratios, as 2 zeta M^1/2 Omega M^1/2 instead of by the modes."""
+    values, V = np.linalg.eigh(numbers["mass_C"])
+    root = V * np.sqrt(values) @ V.T
+    return 2 * ratio * root @ numbers["frequency_matrix_C"] @ root
+
+
+# Response -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("point", ["S", "C"])
+@pytest.mark.parametrize("preset", ["ch4", "ch3_full"])
+def test_response_is_the_closed_form(preset, point):
+    """Of pose and reaction, to the dictated pose and to the wrench, within 1e-9 of each entry's maximum."""
+    numbers = analyze(posture=A, stiffness=preset)
+    M, K = numbers["mass_C"], numbers["stiffness_C"]
+    D = damping(numbers)
+    kinematics = Kinematics.at(A)
+    offset = A.matrix @ with_payload(CUBE).center
+    X = shift(offset) if point == "S" else np.eye(6)
+    back = np.linalg.inv(X)
+    to_pose = kinematics.tubes_to_pose(offset if point == "C" else np.zeros(3))
+    to_reaction = kinematics.tubes_to_pose(offset).T
+    response = Response(sdelta(posture=A, stiffness=preset, reference_point=point))
+    found, expected = [], []
+    for s in 2j * np.pi * np.geomspace(0.1, 1e3, 60):
+        G = np.linalg.inv(M * s**2 + D * s + K)
+        spring = D * s + K
+        found.append(
+            [
+                response.from_pose(s, POSE, to_pose),
+                response.from_pose(s, TWIST, to_pose),
+                response.from_pose(s, ACCELERATION, to_pose),
+                response(s, POSE, WRENCH),
+                response.from_pose(s, REACTION, to_pose),
+                response(s, REACTION, WRENCH),
+            ]
+        )
+        pose, wrench = X @ G @ spring @ back, X @ G @ X.T
+        reaction = to_reaction @ spring @ (G @ spring - np.eye(6)) @ back
+        expected.append([pose, s * pose, s**2 * pose, wrench, reaction, to_reaction @ spring @ G @ X.T])
+    found, expected = np.array(found), np.array(expected)
+    assert (np.abs(found - expected).max(axis=0) <= 1e-9 * np.abs(expected).max(axis=0)).all()
+
+
+AMPLITUDE_RATIOS = """
+    # Hz     th_x     th_z     u_x      u_z     u_x to th_y  th_y to u_x
+    1      1.00099  1.00004  1.00092  1.00166   0.0164   0.00004
+    5      1.02590  1.00096  1.02386  1.04329   0.4293   0.00114
+    10     1.11980  1.00387  1.11024  1.19900   2.0158   0.00536
+    15     1.36681  1.00875  1.33678  1.59588   6.3317   0.01683
+    20     2.35513  1.01566  2.24000  2.97245   24.281   0.06454
+    23.59  26.168   1.02192  23.873   12.707    484.39   1.2876
+    24.55  5.6168   1.02378  5.0333   49.992    123.17   0.32740
+    30     0.32115  1.03593  0.19783  2.02309   26.408   0.07020
+    40     0.29920  1.06571  0.37917  0.60417   16.890   0.04489
+    50     0.50541  1.10662  0.58163  0.31774   16.073   0.04272
+"""
+
+
+@pytest.mark.parametrize("line", AMPLITUDE_RATIOS.strip().splitlines()[1:])
+def test_amplitude_ratios(line):
+    frequency, *printed = line.split()
+    H = pose_response(float(frequency))
+    for value, text in zip(np.abs([H[0, 0], H[2, 2], H[3, 3], H[5, 5], H[1, 3], H[3, 1]]), printed, strict=True):
+        assert value == pytest.approx(float(text), abs=0.5001 * 10.0 ** -len(text.partition(".")[2]))
+
+
+def test_phases_at_20_hz():
+    H = np.rad2deg(np.angle(pose_response(20)))
+    assert [round(H[i, i], 2) for i in (0, 3, 5)] == [-1.96, -1.88, -1.84]
+
+
+def changes_sign(entry, text: str) -> bool:
+    """Whether a real function of the frequency changes sign within half a unit of the last digit printed."""
+    half = 0.5001 * 10.0 ** -len(text.partition(".")[2])
+    below, above = entry(float(text) - half), entry(float(text) + half)
+    return below * above < 0
+
+
+ANTIRESONANCES = {
+    # preset: wrench to pose th/n, u/f at C, u/f at S; dictated pose to pose th at C, th at S, u at C, u at S [Hz]
+    "ch4": ("52.06862", "83.94627", "49.26941", "26.9559", "33.0759", "43.4589", "31.7557"),
+    "ch4_full": ("51.72815", "82.94998", "48.63669", "26.8882", "33.0255", "43.1173", "31.5565"),
+    "ch3_full": ("47.61473", "76.41668", "44.81277", "24.7349", "30.3761", "39.6970", "29.0461"),
+}
+
+
+@pytest.mark.parametrize("preset", ANTIRESONANCES)
+def test_undamped_antiresonances(preset):
+    offset = {"S": np.zeros(3), "C": with_payload(CUBE).center}
+    responses = {p: Response(sdelta(stiffness=preset, reference_point=p), damping_ratio=0.0) for p in "SC"}
+    to_pose = {p: Kinematics.at(SYMMETRIC).tubes_to_pose(offset[p]) for p in "SC"}
+
+    def from_wrench(point, i):
+        return lambda f: responses[point](2j * np.pi * f, POSE, WRENCH)[i, i].real
+
+    def from_pose(point, i):
+        return lambda f: responses[point].from_pose(2j * np.pi * f, POSE, to_pose[point])[i, i].real
+
+    entries = [from_wrench("S", 0), from_wrench("C", 3), from_wrench("S", 3)]
+    entries += [from_pose(point, i) for i in (0, 3) for point in "CS"]
+    for entry, text in zip(entries, ANTIRESONANCES[preset], strict=True):
+        assert changes_sign(entry, text), text
+
+
+def test_bode_plot_is_what_the_docstring_says():
+    f = np.linspace(0.5, 200, 8000)
+    to_pose = Kinematics.at(SYMMETRIC).tubes_to_pose()
+    response = Response(sdelta())
+    H = np.array([np.abs(response.from_pose(2j * np.pi * x, POSE, to_pose)) for x in f])
+    dB = 20 * np.log10(np.diagonal(H, axis1=1, axis2=2))
+    assert np.abs(dB[0]).max() < 0.01
+    peaks = [f[1:-1][(y[1:-1] > y[:-2]) & (y[1:-1] > y[2:])] for y in dB.T]
+    dips = [f[1:-1][(y[1:-1] < y[:-2]) & (y[1:-1] < y[2:])] for y in dB.T]
+    for i, dip in ((0, 33.1), (1, 33.1), (3, 31.8), (4, 31.8)):
+        np.testing.assert_allclose(peaks[i], [23.6, 95.9], atol=0.05)
+        np.testing.assert_allclose(dips[i], [dip], atol=0.05)
+    np.testing.assert_allclose(peaks[2], [161.1], atol=0.05)
+    np.testing.assert_allclose(peaks[5], [24.5], atol=0.06)
+    assert dB[:, 5].max() == pytest.approx(34, abs=0.05)
+    assert len(dips[2]) == len(dips[5]) == 0
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.001, 0.01, 0.3, 1.0, 5.0])
+@pytest.mark.parametrize("posture", [A, NEARLY_SINGULAR])
+def test_every_mode_has_the_damping_ratio(posture, ratio):
+    poles = np.linalg.eigvals(linearize(sdelta(posture=posture), {"damping_ratio": ratio}).A)
+    omega = 2 * np.pi * analyze(posture=posture)["natural_frequencies_hz"]
+    expected = np.concatenate([omega * (-ratio + sign * np.sqrt(complex(ratio**2 - 1))) for sign in (1, -1)])
+    for pole in expected:
+        # Poles of critical damping are double: they carry the square root of the rounding error.
+        tolerance = 1e-4 if ratio == 1 else 1e-7
+        assert np.abs(poles - pole).min() < tolerance * abs(pole)
+
+
+# Forces ---------------------------------------------------------------------------------------------------------------
+
+
+def values_of(model: Model, kind: Kind, values) -> dict[str, float]:
+    """Values by signal name, spelt as in a linearisation."""
+    return dict(zip([q.name.replace(".", "/") for q in model.of(kind)], np.array(values).ravel(), strict=True))
+
+
+@pytest.mark.parametrize("point", ["S", "C"])
+def test_power_balance(point):
+    """Wrench and tubes do the work that goes into motion, springs and damper, at random states and inputs.
+
+    `force` and `torque` act on the tubes, so that the platform receives -(force slide_rate + torque angle_rate).
+    """
+    model = sdelta(posture=A, reference_point=point)
+    f, random = functions(model), np.random.default_rng(1)
+    starts = values_of(model, Kind.INPUT, [q.start for q in model.of(Kind.INPUT)])
+    inputs = {name: start + random.normal() * (1 if "wrench" in name else 1e-4) for name, start in starts.items()}
+    x, v = 1e-4 * random.normal(size=(2, 6))
+    point_of_work = (0, np.concatenate([x, v]), [], [*inputs.values()], [0.01, 0.0])
+    a = np.array(f.rhs(*point_of_work)).ravel()[6:]
+    outputs = values_of(model, Kind.OUTPUT, f.out(*point_of_work))
+
+    numbers = analyze(posture=A)
+    follow = Kinematics.at(A).tubes_to_pose(A.matrix @ with_payload(CUBE).center)
+    stretch = x - follow @ [inputs[name] - starts[name] for name in TUBES[0]]
+    slip = v - follow @ [inputs[name] for name in TUBES[1]]
+    stored = v @ numbers["mass_C"] @ a + stretch @ numbers["stiffness_C"] @ slip
+    lost = slip @ damping(numbers) @ slip
+    work = [(inputs[w], outputs[t], 1) for w, t in zip(WRENCH, TWIST, strict=True)]
+    work += [(inputs[r], outputs[q], -1) for r, q in zip(TUBES[1], REACTION, strict=True)]
+    assert stored + lost == pytest.approx(sum(np.prod(factors) for factors in work), rel=1e-10)
+    assert lost > 0
+
+
+@pytest.mark.parametrize(("preset", "sag"), [("ch4", "-0.412"), ("ch3_full", "-0.499")])
+def test_gravity_sag_and_holding_torque(preset, sag):
+    """The reactions of both levels carry the weight; J_L^T of them is what the motors hold."""
+    model, rigid = sdelta(stiffness=preset), sdelta(level="rigid")
+    f, u, p = functions(model), [q.start for q in model.of(Kind.INPUT)], [0.01, 9.81]
+    standing = np.zeros(12)
+    rest = -np.linalg.solve(np.array(f.jacobian(0, standing, [], u, p)), np.array(f.rhs(0, standing, [], u, p))).ravel()
+    outputs = values_of(model, Kind.OUTPUT, f.out(0, rest, [], u, p))
+    assert f"{1e3 * outputs['platform/position[3]']:.3f}" == sag
+    for found in (outputs, values_of(rigid, Kind.OUTPUT, functions(rigid).out(0, [], [], u, p))):
+        np.testing.assert_allclose(-DRIVES_MATRIX.T @ [found[name] for name in REACTION], 0.458382, atol=5e-7)
+
+
+def test_without_gravity_the_posture_is_an_equilibrium():
+    model = sdelta(posture=A)
+    f, u = functions(model), [q.start for q in model.of(Kind.INPUT)]
+    assert np.abs(np.array(f.rhs(0, np.zeros(12), [], u, [0.01, 0.0]))).max() < 1e-9
+
+
+# Levels ---------------------------------------------------------------------------------------------------------------
+
+
+def test_cartesian_tends_to_rigid_as_the_stiffness_grows(monkeypatch):
+    """The error falls as 1 / stiffness, at 10 Hz and a posture without symmetry."""
+    s = 2j * np.pi * 10
+    rigid = Response(sdelta(level="rigid", posture=A))
+    to_pose = Kinematics.at(A).tubes_to_pose()
+    exact = rigid.from_pose(s, POSE, to_pose)
+    np.testing.assert_allclose(exact, np.eye(6), atol=1e-12)
+    rod = _sdelta_stiffness.PRESETS["ch4"].rod
+    errors = []
+    for factor in (1e2, 1e3, 1e4):
+        monkeypatch.setitem(_sdelta_stiffness.PRESETS, "ch4", Springs(factor * rod))
+        cartesian = Response(sdelta(posture=A))
+        errors.append(np.abs(cartesian.from_pose(s, POSE, to_pose) - exact).max())
+    assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(10, rel=0.005)
+
+
+def test_the_rigid_level_follows_the_tubes():
+    response, T = Response(sdelta(level="rigid", posture=A)), Kinematics.at(A).tubes_to_pose()
+    for outputs, inputs in ((POSE, TUBES[0]), (TWIST, TUBES[1]), (ACCELERATION, TUBE_ACCELERATIONS)):
+        np.testing.assert_allclose(response(0, outputs, inputs), T, rtol=1e-12, atol=1e-12)
+    assert not response(0, POSE, WRENCH).any()
+
+
+@pytest.mark.parametrize("point", ["S", "C"])
+def test_static_reactions_are_the_same_at_both_levels(point):
+    rigid, cartesian = (Response(sdelta(level=level, posture=A, reference_point=point)) for level in LEVELS)
+    expected = rigid(0, REACTION, WRENCH)
+    np.testing.assert_allclose(cartesian(0, REACTION, WRENCH), expected, atol=1e-11 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_levels_have_the_same_ports_and_are_linear(level):
+    model, other = sdelta(level=level, posture=A), sdelta(posture=A)
+    assert functions(model).is_linear
+    for kind in (Kind.INPUT, Kind.OUTPUT, Kind.PARAMETER):
+        ports, others = ([(q.name, q.unit, q.start, q.nominal) for q in m.of(kind)] for m in (model, other))
+        assert ports == others
+    limbs = Kinematics.at(A).limbs
+    for j in range(3):
+        assert model[f"drive[{j + 1}].slide"].start == pytest.approx(limbs.slide[j], abs=1e-15)
+        assert model[f"drive[{j + 1}].angle"].start == pytest.approx(limbs.angle[j], abs=1e-15)
+
+
+def test_cartesian_does_not_depend_on_accelerations():
+    model = sdelta(posture=A)
+    accelerations = ca.vertcat(*[model[name.replace("/", ".")].expression for name in TUBE_ACCELERATIONS])
+    everything = ca.vertcat(*model.der.values(), *[q.expression for q in model.of(Kind.OUTPUT)])
+    assert not ca.depends_on(everything, accelerations)
+
+
+def test_nominals_fit_micrometre_motion():
+    """A static wrench of 1 N and 0.01 N.m moves the states by their nominals, to within two orders of magnitude."""
+    model = sdelta()
+    compliance = np.linalg.inv(analyze()["stiffness_C"])
+    displacement = np.abs(compliance) @ [0.01, 0.01, 0.01, 1, 1, 1]
+    nominal = [q.nominal for q in model.of(Kind.STATE)][:6]
+    ratio = displacement / nominal
+    assert (ratio < 100).all()
+    assert (ratio > 0.01).all()
+
+
+# Analysis and bad input -----------------------------------------------------------------------------------------------
+
+
+def test_analysis_has_the_agreed_keys():
+    kinematic = {"motor_angles", "limb_lengths", "jacobian"}
+    elastic = """stiffness_S stiffness_C mass_C frequency_matrix_C natural_frequencies_hz modal_screws_C eigenstiffness
+        eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r"""
+    assert set(analyze()) == kinematic | set(elastic.split())
+    assert set(analyze(level="rigid")) == kinematic
+    for value in analyze(posture=A).values():
+        assert np.isfinite(value).all()
+
+
+def test_modal_screws_are_unit_rotations_or_translations():
+    screws = analyze()["modal_screws_C"]
+    np.testing.assert_allclose(np.linalg.norm(screws[:3], axis=0)[[0, 1, 3, 4, 5]], 1)
+    np.testing.assert_allclose(screws[:, 2], [0, 0, 0, 0, 0, 1], atol=1e-9)
+
+
+def test_motor_angles_of_the_posture():
+    """They move the symmetric posture to this one: to first order near it, by the Jacobian."""
+    assert np.abs(analyze()["motor_angles"]).max() < 1e-12
+    near = analyze(posture=Posture(position=(0, 0, 0.1501)))
+    np.testing.assert_allclose(near["jacobian"] @ near["motor_angles"], [0, 0, 0, 0, 0, 1e-4], atol=1e-7)
+
+
+def test_near_a_singularity_the_robot_is_soft():
+    soft, stiff = (analyze(posture=p)["natural_frequencies_hz"][0] for p in (NEARLY_SINGULAR, SYMMETRIC))
+    assert 0 < soft < 0.02 * stiff
+
+
+def test_payload_lowers_the_frequencies():
+    loaded, bare = (analyze(payload=p)["natural_frequencies_hz"] for p in (CUBE, Payload(0, inertia=(0, 0, 0))))
+    assert (loaded < bare).all()
+    # The vertical mode knows the mass alone; it is the third with the cube, and among the lower three without.
+    assert np.abs(bare / loaded[2] - np.sqrt(4.4857 / 1.4857)).min() < 1e-9
+
+
+@pytest.mark.parametrize("function", [sdelta, analyze])
+def test_bad_arguments_name_the_nearest(function):
+    with pytest.raises(ModelError, match=r"level is 'cartesan'; did you mean cartesian"):
+        function(level="cartesan")
+    with pytest.raises(ModelError, match=r"stiffness is 'ch4full'; did you mean ch4_full"):
+        function(stiffness="ch4full")
+    with pytest.raises(ModelError, match=r"reference_point is 'B'"):
+        function(reference_point="B")
+    with pytest.raises(ModelError, match="condition number"):
+        function(posture=Posture(rotation=(90, 0, 0)))
+
+
+def test_negative_damping_is_refused():
+    with pytest.raises(ModelError, match=r"damping_ratio is -0\.01"):
+        sdelta().set_start("damping_ratio", -0.01)

@@ -1,0 +1,133 @@
+"""The part `sdelta_reference`: tubes and motors of a commanded pose, with exact rates and accelerations."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hfsa.components._functions import functions
+from hfsa.components._linearize import linearize
+from hfsa.components._model import Kind, ModelError
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture, limbs_at
+from hfsa.components._sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components.sdelta_reference import sdelta_reference
+
+A = Posture((10, 5, 8), (0.005, 0.003, 0.155))
+AXES, MOTORS = range(1, 4), range(1, 7)
+REST = np.zeros(6)
+ORDERS = ("", "_rate", "_acceleration")
+
+
+def labels(suffix: str) -> tuple[list[str], list[str], list[str]]:
+    """Names of commands, tubes and motors of one order."""
+    commands = [f"command/{kind}{suffix}[{i}]" for kind in ("rotation", "position") for i in AXES]
+    tubes = [f"drive[{j}]/{kind}{suffix}" for j in AXES for kind in ("slide", "angle")]
+    return commands, tubes, [f"motor[{i}]/angle{suffix}" for i in MOTORS]
+
+
+def evaluate(model, command, rate=REST, acceleration=REST) -> dict[str, float]:
+    inputs = {}
+    for suffix, values in zip(ORDERS, (command, rate, acceleration), strict=True):
+        inputs |= dict(zip(labels(suffix)[0], values, strict=True))
+    u = [inputs[q.name.replace(".", "/")] for q in model.of(Kind.INPUT)]
+    out = np.array(functions(model).out(0, [], [], u, [])).ravel()
+    return dict(zip([q.name.replace(".", "/") for q in model.of(Kind.OUTPUT)], out, strict=True))
+
+
+def pick(outputs: dict[str, float], names: list[str]) -> np.ndarray:
+    return np.array([outputs[name] for name in names])
+
+
+@pytest.mark.parametrize("level", ["linear", "exact"])
+@pytest.mark.parametrize("posture", [SYMMETRIC, A])
+def test_at_rest_tubes_and_motors_are_those_of_the_posture(level, posture):
+    kinematics = Kinematics.at(posture)
+    outputs = evaluate(sdelta_reference(level=level, posture=posture), np.zeros(6))
+    _, tubes, motors = labels("")
+    np.testing.assert_allclose(pick(outputs, tubes)[0::2], kinematics.limbs.slide, atol=1e-15)
+    np.testing.assert_allclose(pick(outputs, tubes)[1::2], kinematics.limbs.angle, atol=1e-15)
+    np.testing.assert_allclose(pick(outputs, motors), kinematics.motor_angles, atol=1e-13)
+
+
+@pytest.mark.parametrize("level", ["linear", "exact"])
+def test_bode_plot_is_what_the_docstring_says(level):
+    """Each order passes by L^-1 N and T^-1, and nothing else passes."""
+    model, kinematics = sdelta_reference(level=level, posture=A), Kinematics.at(A)
+    system = linearize(model)
+    assert system.nstates == 0
+    to_tubes, to_motors = np.linalg.inv(kinematics.tubes_to_pose()), np.linalg.inv(kinematics.jacobian())
+    for i, inputs in enumerate(ORDERS):
+        for j, outputs in enumerate(ORDERS):
+            commands, (_, tubes, motors) = labels(inputs)[0], labels(outputs)
+            columns = [system.input_labels.index(name) for name in commands]
+            for names, expected in ((tubes, to_tubes), (motors, to_motors)):
+                rows = [system.output_labels.index(name) for name in names]
+                found = system.D[np.ix_(rows, columns)]
+                np.testing.assert_allclose(found, expected * (i == j), atol=1e-12 * np.abs(expected).max())
+
+
+def test_exact_is_the_inverse_kinematics():
+    command = np.array([0.1, -0.2, 0.3, 0.01, -0.02, 0.015])
+    outputs = evaluate(sdelta_reference(level="exact", posture=A), command)
+    Q = Rotation.from_rotvec(command[:3]).as_matrix() @ A.matrix
+    position = np.array(A.position) + command[3:]
+    limbs = limbs_at(Q, position)
+    _, tubes, motors = labels("")
+    np.testing.assert_allclose(pick(outputs, tubes)[0::2], limbs.slide, atol=1e-14)
+    np.testing.assert_allclose(pick(outputs, tubes)[1::2], limbs.angle, atol=1e-14)
+    found_Q, found_position = direct_kinematics(pick(outputs, motors), A)
+    np.testing.assert_allclose(found_Q, Q, atol=1e-12)
+    np.testing.assert_allclose(found_position, position, atol=1e-12)
+
+
+@pytest.mark.parametrize("amplitude", [1.0, 1e-6, 0.0])
+def test_exact_rates_and_accelerations_are_derivatives(amplitude):
+    """Along a curve in time, by a fourth-order difference; also through zero rotation, where it is smooth."""
+    model = sdelta_reference(level="exact", posture=A)
+    a = np.array([0.1, -0.15, 0.2, 0.01, -0.02, 0.015]) * amplitude
+    b = np.array([0.3, 0.2, -0.1, 0.05, 0.02, -0.03])
+    c = np.array([-0.5, 0.4, 0.6, 0.1, -0.1, 0.2])
+
+    def at(t: float) -> dict[str, float]:
+        return evaluate(model, a + b * t + c * t**2 / 2, b + c * t, c)
+
+    h, now = 1e-3, at(0.0)
+    around = {k: at(k * h) for k in (-2, -1, 1, 2)}
+    for lower, higher in pairwise(ORDERS):
+        for names, derived in zip(labels(lower)[1:], labels(higher)[1:], strict=True):
+            y = {k: pick(values, names) for k, values in around.items()}
+            slope = (y[-2] - 8 * y[-1] + 8 * y[1] - y[2]) / (12 * h)
+            expected = pick(now, derived)
+            np.testing.assert_allclose(slope, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_exact_tends_to_linear_with_the_square_of_the_command():
+    command = np.array([0.4, -0.3, 0.2, 0.04, -0.02, 0.03])
+    _, tubes, motors = labels("")
+    errors = []
+    for size in (1e-2, 1e-3):
+        linear, exact = (
+            evaluate(sdelta_reference(level=level, posture=A), size * command) for level in ("linear", "exact")
+        )
+        errors.append(np.abs(pick(exact, tubes + motors) - pick(linear, tubes + motors)).max())
+    assert errors[0] / errors[1] == pytest.approx(100, rel=0.05)
+
+
+def test_angles_stay_continuous_past_the_half_turn():
+    """A limb that points outwards: its angle is near half a turn, where a principal value would jump."""
+    posture = Posture((0, 0, 0), (0, 0.3, 0.01))
+    kinematics = Kinematics.at(posture)
+    assert np.abs(kinematics.limbs.angle).max() > 3
+    steps = [np.array([0, 0, 0, 0, 0, z]) for z in (-0.02, 0.02)]
+    low, high = (
+        pick(evaluate(sdelta_reference(level="exact", posture=posture), s), labels("")[1])[1::2] for s in steps
+    )
+    assert np.abs(low - high).max() < 1
+
+
+def test_bad_arguments():
+    with pytest.raises(ModelError, match=r"level is 'exakt'; did you mean exact"):
+        sdelta_reference(level="exakt")
+    with pytest.raises(ModelError, match="condition number"):
+        sdelta_reference(posture=Posture(rotation=(90, 0, 0)))
