@@ -152,4 +152,4 @@ def _pairs(slide: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _text(values: np.ndarray) -> str:
-    return f"({', '.join(f'{value:.9g}' for value in values)})"
+    return f"({', '.join(f'{value + 0.0:.9g}' for value in values)})"

@@ -117,9 +117,7 @@ def sdelta(
     robot = _robot(posture, stiffness, payload)
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
     damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode (level cartesian)", min=0)
-    gravity = m.parameter(
-        "gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag", nominal=_MOVE[2]
-    )
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
     tubes = _tubes(m, robot.kinematics)
     to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
@@ -150,7 +148,7 @@ def analyze(
         frequency_matrix_C: (6, 6) [rad/s] (eq 4.11).
         natural_frequencies_hz: (6,) ascending [Hz].
         modal_screws_C: (6, 6), columns in the order of the frequencies, of unit rotation, or of unit translation
-            where there is no rotation.
+            where there is no rotation; a repeated frequency has any screws that span its modes.
         eigenstiffness, eigenpitch: (6,) ascending [N], and the pitch of the same eigenscrew [m].
         translational_stiffness, torsional_stiffness: (3,) ascending, of the compliant axes [N/m], [N.m/rad].
         kappa, kappa_r, kappa_t: root mean squares of the eigenstiffnesses [N], torsional [N.m/rad] and translational
