@@ -119,8 +119,10 @@ class _Run:
             raise _EndedError from None
 
     def log(self, *arguments) -> None:
-        """Keep the last message; the signature is FMI 2's and FMI 3's, whose last argument is the text."""
-        self.logged = (arguments[-1] or b"").decode("utf-8", "replace").strip()
+        """Keep the last complaint; FMI 2 and FMI 3 both end their arguments with status, category and text."""
+        status, _, text = arguments[-3:]
+        if status:
+            self.logged = (text or b"").decode("utf-8", "replace").strip()
 
 
 def _live(run: _Run, folder: Path, description: ModelDescription, interface: str) -> None:
@@ -134,7 +136,7 @@ def _live(run: _Run, folder: Path, description: ModelDescription, interface: str
         run.problem(f"{library.name} does not export {', '.join(missing)}")
         return
     with run.stage("instantiation"):
-        fmu: Any = instantiate_fmu(folder, description, interface, logger=run.log)
+        fmu: Any = instantiate_fmu(folder, description, interface, debug_logging=True, logger=run.log)
     experiment = description.defaultExperiment
     start = float(experiment.startTime or 0.0) if experiment else 0.0
     with run.stage("initialization"):

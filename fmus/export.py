@@ -77,9 +77,10 @@ def _appearing(file: Path) -> Iterator[Path]:
     unfinished = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        yield unfinished
-        os.replace(unfinished, file)
+        try:
+            yield unfinished
+            os.replace(unfinished, file)
+        finally:
+            unfinished.unlink(missing_ok=True)
     except OSError as error:
         raise ExportError(f"{file} cannot be written: {error.strerror or error}") from error
-    finally:
-        unfinished.unlink(missing_ok=True)
