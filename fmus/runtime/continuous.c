@@ -45,6 +45,7 @@ Status hfsa_get_derivatives(const Model* m, Instance* in, double* der, size_t n)
   if (failed) return hfsa_report(in, DISCARD, "the derivatives cannot be evaluated at time %.15g", in->state->time);
   for (int i = 0; i < m->size[ROLE_STATE]; i++)
     if (!isfinite(der[i]))
-      return hfsa_report(in, DISCARD, "%s is %g at time %.15g", hfsa_name(m, ROLE_DERIVATIVE, i), der[i], in->state->time);
+      return hfsa_report(in, DISCARD, "%s is %g at time %.15g", hfsa_name(m, ROLE_DERIVATIVE, i), der[i],
+                         in->state->time);
   return OK;
 }

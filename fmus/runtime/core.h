@@ -11,7 +11,7 @@ typedef unsigned int Reference;
 
 typedef struct {
   int defined;
-  double time;  /* [s] */
+  double time; /* [s] */
 } NextEvent;
 
 /* modes.c */
@@ -40,14 +40,14 @@ Status hfsa_get_derivatives(const Model* m, Instance* in, double* der, size_t n)
 Status hfsa_get_nominals(const Model* m, Instance* in, double* nominals, size_t n);
 
 /* derivatives.c */
-Status hfsa_directional(const Model* m, Instance* in, const Reference* unknowns, size_t n_unknowns, const Reference* knowns,
-                        size_t n_knowns, const double* seed, double* sensitivity);
+Status hfsa_directional(const Model* m, Instance* in, const Reference* unknowns, size_t n_unknowns,
+                        const Reference* knowns, size_t n_knowns, const double* seed, double* sensitivity);
 Status hfsa_adjoint_derivative(const Model* m, Instance* in, const Reference* unknowns, size_t n_unknowns,
                                const Reference* knowns, size_t n_knowns, const double* seed, double* sensitivity);
 Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* references, size_t n, const int* orders,
                                double* values);
-Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n, const int* orders,
-                                  const double* values);
+Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
+                                  const int* orders, const double* values);
 
 /* snapshot.c: an FMU state is a header and a copy of the state block, serialised byte for byte */
 typedef struct Snapshot Snapshot;

@@ -1,7 +1,7 @@
 /* Partial derivatives of unknowns with respect to knowns, and what follows from them.
 
-   Knowns are time, states, sampled states, inputs and parameters. Unknowns are derivatives, outputs and, so that a sampled
-   model can be linearised, the tick map: next values and sampled outputs as a tick now would give them. */
+   Knowns are time, states, sampled states, inputs and parameters. Unknowns are derivatives, outputs and, so that a
+   sampled model can be linearised, the tick map: next values and sampled outputs as a tick now would give them. */
 
 #include "core.h"
 
@@ -11,13 +11,15 @@
 static const int derivative_modes = INITIALIZATION | INITIALIZED | TERMINATED;
 
 /* The place of a variable among the seeds or the results, or a null pointer and a message. */
-static double* place_of(const Model* m, const Instance* in, double* const columns[], Reference reference, const char* word) {
+static double* place_of(const Model* m, const Instance* in, double* const columns[], Reference reference,
+                        const char* word) {
   const Variable* v = hfsa_variable(m, in, word, reference);
   if (v && !columns[v->role]) hfsa_report(in, ERROR, "%s is not among the %s of a derivative", v->name, word);
   return v && columns[v->role] ? &columns[v->role][v->index] : NULL;
 }
 
-static Status check_finite(const Model* m, const Instance* in, const Reference* references, size_t n, const double* values) {
+static Status check_finite(const Model* m, const Instance* in, const Reference* references, size_t n,
+                           const double* values) {
   for (size_t i = 0; i < n; i++)
     if (!isfinite(values[i]))
       return hfsa_report(in, DISCARD, "the derivative for %s is %g at time %.15g", m->variables[references[i]].name,
@@ -49,8 +51,8 @@ static Status propagate(const Model* m, Instance* in, int backward, const Refere
   return check_finite(m, in, to, n_to, sensitivity);
 }
 
-Status hfsa_directional(const Model* m, Instance* in, const Reference* unknowns, size_t n_unknowns, const Reference* knowns,
-                        size_t n_knowns, const double* seed, double* sensitivity) {
+Status hfsa_directional(const Model* m, Instance* in, const Reference* unknowns, size_t n_unknowns,
+                        const Reference* knowns, size_t n_knowns, const double* seed, double* sensitivity) {
   Status status = hfsa_permit(in, "GetDirectionalDerivative", derivative_modes);
   return status ? status : propagate(m, in, 0, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
@@ -94,8 +96,8 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
 }
 
 /* Slopes of inputs, for the next step only. */
-Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n, const int* orders,
-                                  const double* values) {
+Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
+                                  const int* orders, const double* values) {
   static const char call[] = "SetRealInputDerivatives";
   Status status = hfsa_permit(in, call, STEP);
   for (size_t i = 0; i < n && !status; i++) {

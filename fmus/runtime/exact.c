@@ -16,8 +16,8 @@ enum { REMEMBERED = 8 };
 typedef struct {
   int filled, oldest;
   double h[REMEMBERED];
-  double* phi[REMEMBERED];  /* h phi1, h^2 phi2 */
-  double *parameters;       /* that all of it was made from */
+  double* phi[REMEMBERED]; /* h phi1, h^2 phi2 */
+  double* parameters;      /* that all of it was made from */
   double *a, *scratch, *f, *g;
 } Exact;
 
@@ -47,6 +47,7 @@ static const double* matrices(const Model* m, Instance* in, Exact* e, double h) 
   for (int k = 0; k < e->filled; k++)
     if (e->h[k] == h) return e->phi[k];
   int k = e->oldest;
+  e->h[k] = 0.0;
   if (hfsa_phi(n, e->a, h, e->phi[k], e->phi[k] + n * n, e->scratch)) return NULL;
   e->h[k] = h;
   e->oldest = (k + 1) % REMEMBERED;

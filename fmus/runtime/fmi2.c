@@ -112,7 +112,9 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate* state) {
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return (fmi2Status)hfsa_set_state(MODEL, c, state); }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) { return (fmi2Status)hfsa_free_state(c, (Snapshot**)state); }
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate* state) {
+  return (fmi2Status)hfsa_free_state(c, (Snapshot**)state);
+}
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t* size) {
   return (fmi2Status)hfsa_serialized_size(MODEL, c, state, size);
@@ -134,13 +136,13 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
   return (fmi2Status)hfsa_directional(MODEL, c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-                                       const fmi2Real values[]) {
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real values[]) {
   return (fmi2Status)hfsa_set_input_derivatives(MODEL, c, vr, n, order, values);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-                                        fmi2Real values[]) {
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real values[]) {
   return (fmi2Status)hfsa_output_derivatives(MODEL, c, vr, n, order, values);
 }
 
@@ -188,7 +190,8 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 }
 
 static fmi2Status no_status(fmi2Component c) {
-  return c ? (fmi2Status)hfsa_report(c, DISCARD, "GetStatus: this kind of status is not kept; no step is ever pending") : fmi2Error;
+  return c ? (fmi2Status)hfsa_report(c, DISCARD, "GetStatus: this kind of status is not kept; no step is ever pending")
+           : fmi2Error;
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status* value) {

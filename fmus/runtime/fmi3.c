@@ -51,10 +51,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   return NULL;
 }
 
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-                                               fmi3Boolean logging, fmi3InstanceEnvironment environment,
-                                               fmi3LogMessageCallback callback, fmi3ClockUpdateCallback clock_update,
-                                               fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                               fmi3Boolean visible, fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback,
+                                               fmi3ClockUpdateCallback clock_update, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock) {
   (void)name;
   (void)token;
   (void)resources;
@@ -79,7 +80,8 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
                                        fmi3Float64 start_time, fmi3Boolean stop_defined, fmi3Float64 stop_time) {
   (void)tolerance_defined;
   (void)tolerance;
-  Status status = hfsa_setup(c, start_time, stop_defined, stop_time);
+  Status status = hfsa_permit(c, "EnterInitializationMode", INSTANTIATED);
+  if (!status) status = hfsa_setup(c, start_time, stop_defined, stop_time);
   return (fmi3Status)(status ? status : hfsa_enter_initialization(c));
 }
 
@@ -93,21 +95,24 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (fmi3Status)hfsa_enter_ev
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return (fmi3Status)hfsa_enter_continuous_time_mode(c); }
 
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return not_offered(c, "EnterStepMode", "event mode in Co-Simulation"); }
+/* There is no event mode to come from, and none to go back to. */
+fmi3Status fmi3EnterStepMode(fmi3Instance c) { return (fmi3Status)hfsa_permit(c, "EnterStepMode", STEP); }
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
   return not_offered(c, "EnterConfigurationMode", "structural parameters");
 }
 
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_offered(c, "ExitConfigurationMode", "structural parameters"); }
+fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) {
+  return not_offered(c, "ExitConfigurationMode", "structural parameters");
+}
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
   return (fmi3Status)hfsa_permit(c, "EvaluateDiscreteStates", INITIALIZATION | EVENT);
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean* need_update, fmi3Boolean* terminate,
-                                    fmi3Boolean* nominals_changed, fmi3Boolean* values_changed, fmi3Boolean* next_defined,
-                                    fmi3Float64* next_time) {
+                                    fmi3Boolean* nominals_changed, fmi3Boolean* values_changed,
+                                    fmi3Boolean* next_defined, fmi3Float64* next_time) {
   NextEvent next;
   Status status = hfsa_update_discrete_states(MODEL, c, &next);
   *need_update = *terminate = *nominals_changed = *values_changed = fmi3False;
@@ -118,35 +123,39 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean* need_update, fm
 
 /* Variables */
 
-fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[], size_t n_values) {
+fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[],
+                          size_t n_values) {
   if (!c || hfsa_same_size(c, "GetFloat64", n_values, n)) return fmi3Error;
   return (fmi3Status)hfsa_get(MODEL, c, vr, n, values);
 }
 
-fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[], size_t n_values) {
+fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
+                          size_t n_values) {
   if (!c || hfsa_same_size(c, "SetFloat64", n_values, n)) return fmi3Error;
   return (fmi3Status)hfsa_set(MODEL, c, vr, n, values);
 }
 
-fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String values[], size_t n_values) {
+fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String values[],
+                         size_t n_values) {
   if (!c || hfsa_same_size(c, "GetString", n_values, n)) return fmi3Error;
   return (fmi3Status)hfsa_get_text(MODEL, c, vr, n, values);
 }
 
 /* Types that no variable has, and strings, which are constant. */
-#define REFUSE_GET(Type)                                                                                                 \
-  fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Type values[], size_t n_values) { \
-    (void)values;                                                                                                        \
-    (void)n_values;                                                                                                      \
-    return (fmi3Status)hfsa_refuse(MODEL, c, "Get" #Type, vr, n);                                                        \
+#define REFUSE_GET(Type)                                                                                 \
+  fmi3Status fmi3Get##Type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##Type values[], \
+                           size_t n_values) {                                                            \
+    (void)values;                                                                                        \
+    (void)n_values;                                                                                      \
+    return (fmi3Status)hfsa_refuse(MODEL, c, "Get" #Type, vr, n);                                        \
   }
 
-#define REFUSE_SET(Type)                                                                                   \
+#define REFUSE_SET(Type)                                                                                       \
   fmi3Status fmi3Set##Type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##Type values[], \
-                           size_t n_values) {                                                              \
-    (void)values;                                                                                          \
-    (void)n_values;                                                                                        \
-    return (fmi3Status)hfsa_refuse(MODEL, c, "Set" #Type, vr, n);                                          \
+                           size_t n_values) {                                                                  \
+    (void)values;                                                                                              \
+    (void)n_values;                                                                                            \
+    return (fmi3Status)hfsa_refuse(MODEL, c, "Set" #Type, vr, n);                                              \
   }
 
 #define REFUSE(Type) REFUSE_GET(Type) REFUSE_SET(Type)
@@ -205,7 +214,9 @@ fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState* state) {
 
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return (fmi3Status)hfsa_set_state(MODEL, c, state); }
 
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* state) { return (fmi3Status)hfsa_free_state(c, (Snapshot**)state); }
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState* state) {
+  return (fmi3Status)hfsa_free_state(c, (Snapshot**)state);
+}
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t* size) {
   return (fmi3Status)hfsa_serialized_size(MODEL, c, state, size);
@@ -225,7 +236,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                                         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
   static const char call[] = "GetDirectionalDerivative";
-  if (!c || hfsa_same_size(c, call, n_seed, n_knowns) || hfsa_same_size(c, call, n_sensitivity, n_unknowns)) return fmi3Error;
+  if (!c || hfsa_same_size(c, call, n_seed, n_knowns) || hfsa_same_size(c, call, n_sensitivity, n_unknowns))
+    return fmi3Error;
   return (fmi3Status)hfsa_directional(MODEL, c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
@@ -233,7 +245,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                                     size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
   static const char call[] = "GetAdjointDerivative";
-  if (!c || hfsa_same_size(c, call, n_seed, n_unknowns) || hfsa_same_size(c, call, n_sensitivity, n_knowns)) return fmi3Error;
+  if (!c || hfsa_same_size(c, call, n_seed, n_unknowns) || hfsa_same_size(c, call, n_sensitivity, n_knowns))
+    return fmi3Error;
   return (fmi3Status)hfsa_adjoint_derivative(MODEL, c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
@@ -288,7 +301,8 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
 /* Co-Simulation */
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step_size, fmi3Boolean no_set_state,
-                      fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return, fmi3Float64* last_time) {
+                      fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return,
+                      fmi3Float64* last_time) {
   (void)no_set_state;
   Status status = hfsa_do_step(MODEL, c, time, step_size);
   *event_needed = *terminate = *early_return = fmi3False;
@@ -308,15 +322,15 @@ fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
   return (fmi3Status)hfsa_refuse(MODEL, c, "SetClock", vr, n);
 }
 
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                  fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]) {
+fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 intervals[],
+                                  fmi3IntervalQualifier qualifiers[]) {
   (void)intervals;
   (void)qualifiers;
   return (fmi3Status)hfsa_refuse(MODEL, c, "GetIntervalDecimal", vr, n);
 }
 
-fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]) {
+fmi3Status fmi3GetIntervalFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
+                                   fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]) {
   (void)counters;
   (void)resolutions;
   (void)qualifiers;
@@ -328,8 +342,8 @@ fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference vr[], si
   return (fmi3Status)hfsa_refuse(MODEL, c, "GetShiftDecimal", vr, n);
 }
 
-fmi3Status fmi3GetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                fmi3UInt64 counters[], fmi3UInt64 resolutions[]) {
+fmi3Status fmi3GetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3UInt64 counters[],
+                                fmi3UInt64 resolutions[]) {
   (void)counters;
   (void)resolutions;
   return (fmi3Status)hfsa_refuse(MODEL, c, "GetShiftFraction", vr, n);
@@ -341,8 +355,8 @@ fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, const fmi3ValueReference vr[],
   return (fmi3Status)hfsa_refuse(MODEL, c, "SetIntervalDecimal", vr, n);
 }
 
-fmi3Status fmi3SetIntervalFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]) {
+fmi3Status fmi3SetIntervalFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
+                                   const fmi3UInt64 resolutions[]) {
   (void)counters;
   (void)resolutions;
   return (fmi3Status)hfsa_refuse(MODEL, c, "SetIntervalFraction", vr, n);
@@ -353,8 +367,8 @@ fmi3Status fmi3SetShiftDecimal(fmi3Instance c, const fmi3ValueReference vr[], si
   return (fmi3Status)hfsa_refuse(MODEL, c, "SetShiftDecimal", vr, n);
 }
 
-fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]) {
+fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 counters[],
+                                const fmi3UInt64 resolutions[]) {
   (void)counters;
   (void)resolutions;
   return (fmi3Status)hfsa_refuse(MODEL, c, "SetShiftFraction", vr, n);

@@ -14,7 +14,8 @@ static double* take(double** cursor, int n) {
 
 /* The state block: its head, then the columns, those that only initialization or the user changes last. */
 static int lay_out_state(const Model* m, Instance* in) {
-  int moving = 2 * m->size[ROLE_INPUT] + m->size[ROLE_STATE] + m->size[ROLE_SAMPLED_STATE] + m->size[ROLE_SAMPLED_OUTPUT];
+  int moving =
+      2 * m->size[ROLE_INPUT] + m->size[ROLE_STATE] + m->size[ROLE_SAMPLED_STATE] + m->size[ROLE_SAMPLED_OUTPUT];
   int still = m->size[ROLE_PARAMETER] + m->size[ROLE_SOLVER];
   in->moving_size = sizeof(State) + (size_t)moving * sizeof(double);
   in->state_size = in->moving_size + (size_t)still * sizeof(double);
@@ -40,7 +41,8 @@ static int lay_out_scratch(const Model* m, Instance* in) {
   int n_knowns = 0, n_unknowns = 0;
   for (int k = 0; k < 5; k++) n_knowns += size[knowns[k]];
   for (int k = 0; k < 4; k++) n_unknowns += size[unknowns[k]];
-  int total = 2 * n_unknowns + n_knowns + size[ROLE_CONSTANT] + size[ROLE_INPUT] + size[ROLE_STATE] + m->jacobian_entries + 1;
+  int total =
+      2 * n_unknowns + n_knowns + size[ROLE_CONSTANT] + size[ROLE_INPUT] + size[ROLE_STATE] + m->jacobian_entries + 1;
   double* cursor = calloc((size_t)total, sizeof(double));
   if (!cursor) return 0;
   in->memory = cursor;
@@ -100,7 +102,8 @@ void hfsa_start_values(const Model* m, Instance* in) {
   }
 }
 
-/* A new instance, or a null pointer and a message that says why not. Messages of a failed creation are always let through. */
+/* A new instance, or a null pointer and a message that says why not. Messages of a failed creation are always let
+ * through. */
 Instance* hfsa_create(const Model* m, Interface interface, const char* name, const char* token, Log log, int logging) {
   Instance nobody = {0};
   nobody.log = log;

@@ -1,7 +1,8 @@
 /* The mutable side: one instance of the model.
 
-   Everything that decides how an instance goes on lies in one plain block, `State` with its columns behind it. An FMU state is
-   a copy of that block; all else is scratch, or is remembered together with the values that it was made from. */
+   Everything that decides how an instance goes on lies in one plain block, `State` with its columns behind it. An FMU
+   state is a copy of that block; all else is scratch, or is remembered together with the values that it was made from.
+ */
 
 #ifndef HFSA_INSTANCE_H
 #define HFSA_INSTANCE_H
@@ -25,7 +26,8 @@ typedef enum {
   ANY_MODE = 63
 } Mode;
 
-/* The importer's logger. `send` knows the true type of `callback`; `categories` has a bit for each status that is let through. */
+/* The importer's logger. `send` knows the true type of `callback`; `categories` has a bit for each status that is let
+ * through. */
 typedef struct Log Log;
 struct Log {
   void (*send)(const Log* log, const char* instance, Status status, const char* category, const char* text);
@@ -36,13 +38,13 @@ struct Log {
 
 /* Behind it lie the columns [u | slope | x | z | held | p | settings]; those up to `held` change while stepping. */
 typedef struct {
-  double time;        /* communication point, or the time that Model Exchange has set [s] */
-  double start_time;  /* ticks are counted from it [s] */
-  double stop_time;   /* infinite where none is defined [s] */
-  double step;        /* step that an error-controlled solver tries next, 0 at first [s] */
-  long long ticks;    /* ticks that have been */
+  double time;       /* communication point, or the time that Model Exchange has set [s] */
+  double start_time; /* ticks are counted from it [s] */
+  double stop_time;  /* infinite where none is defined [s] */
+  double step;       /* step that an error-controlled solver tries next, 0 at first [s] */
+  long long ticks;   /* ticks that have been */
   int mode;
-  int ramped;         /* whether any input has a slope */
+  int ramped; /* whether any input has a slope */
 } State;
 
 /* Results that may be kept: a bit is set while the result belongs to the present state block. */
@@ -54,28 +56,28 @@ struct Instance {
   Log log;
 
   State* state;
-  size_t state_size, moving_size;  /* of the whole block, and up to the end of `held` [bytes] */
-  void* before;                    /* the moving part as it was before the step */
-  double *u, *slope, *x, *z, *held, *p, *settings;  /* columns of the block */
+  size_t state_size, moving_size;                  /* of the whole block, and up to the end of `held` [bytes] */
+  void* before;                                    /* the moving part as it was before the step */
+  double *u, *slope, *x, *z, *held, *p, *settings; /* columns of the block */
 
   unsigned valid;
-  double *der, *out, *next, *next_held;  /* last results, held as of a tick now */
-  double* column[ROLES];                 /* where the value of a variable of that role is read */
+  double *der, *out, *next, *next_held; /* last results, held as of a tick now */
+  double* column[ROLES];                /* where the value of a variable of that role is read */
 
-  double* seed[ROLES];    /* directions of knowns, null pointers for roles that cannot be known */
-  double* result[ROLES];  /* derivatives of unknowns, likewise */
+  double* seed[ROLES];   /* directions of knowns, null pointers for roles that cannot be known */
+  double* result[ROLES]; /* derivatives of unknowns, likewise */
   double *seeds, *results;
-  size_t seeds_size, results_size;  /* [bytes] */
+  size_t seeds_size, results_size; /* [bytes] */
 
-  double* u_now;     /* inputs inside a step */
-  double* nominal;   /* of the continuous states */
-  double* jacobian;  /* entries of the sparse Jacobian */
+  double* u_now;    /* inputs inside a step */
+  double* nominal;  /* of the continuous states */
+  double* jacobian; /* entries of the sparse Jacobian */
   const double** arg;
   double** res;
   int* iw;
   double* w;
-  void* work;        /* the solver's own */
-  void* memory;      /* all the doubles above but the state block */
+  void* work;   /* the solver's own */
+  void* memory; /* all the doubles above but the state block */
 };
 
 /* instance.c: life of an instance */
@@ -83,7 +85,8 @@ Instance* hfsa_create(const Model* m, Interface interface, const char* name, con
 void hfsa_free(Instance* in);
 void hfsa_start_values(const Model* m, Instance* in);
 
-/* messages.c: `hfsa_report` sends a formatted message and returns `status`; `hfsa_permit` reports a call in a wrong mode */
+/* messages.c: `hfsa_report` sends a formatted message and returns `status`; `hfsa_permit` reports a call in a wrong
+ * mode */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...);
 Status hfsa_permit(const Instance* in, const char* call, int modes);
 Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const categories[]);

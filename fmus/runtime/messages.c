@@ -9,7 +9,8 @@
 /* Categories, named as both standards name them. */
 static const char* category_of(Status status) { return status == DISCARD ? "logStatusDiscard" : "logStatusError"; }
 
-/* Format and send a message, unless the importer has switched its category off; a null pointer for a logger is one way to. */
+/* Format and send a message, unless the importer has switched its category off; a null pointer for a logger is one way
+ * to. */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
   char text[1024];
   va_list values;
@@ -27,8 +28,8 @@ Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const catego
   for (size_t i = 0; i < n; i++) {
     Status status = strcmp(categories[i], category_of(DISCARD)) == 0 ? DISCARD : ERROR;
     if (strcmp(categories[i], category_of(status)) != 0)
-      return hfsa_report(in, ERROR, "there is no log category %s; there are %s and %s", categories[i], category_of(DISCARD),
-                         category_of(ERROR));
+      return hfsa_report(in, ERROR, "there is no log category %s; there are %s and %s", categories[i],
+                         category_of(DISCARD), category_of(ERROR));
     wanted |= 1u << status;
   }
   in->log.categories = on ? wanted : 0u;
@@ -37,12 +38,18 @@ Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const catego
 
 const char* hfsa_mode_name(int mode) {
   switch (mode) {
-    case INSTANTIATED: return "before initialization";
-    case INITIALIZATION: return "in initialization mode";
-    case EVENT: return "in event mode";
-    case CONTINUOUS_TIME: return "in continuous-time mode";
-    case STEP: return "in step mode";
-    default: return "after termination";
+    case INSTANTIATED:
+      return "before initialization";
+    case INITIALIZATION:
+      return "in initialization mode";
+    case EVENT:
+      return "in event mode";
+    case CONTINUOUS_TIME:
+      return "in continuous-time mode";
+    case STEP:
+      return "in step mode";
+    default:
+      return "after termination";
   }
 }
 

@@ -1,7 +1,8 @@
 /* The constant side: what the generated file tells the runtime about one model.
 
-   A function takes five columns, t, x, z, u, p, and for derivatives further columns behind them, as components/_functions.py
-   says. Every pointer it is given is valid, also the one of an empty column and the one of time. */
+   A function takes five columns, t, x, z, u, p, and for derivatives further columns behind them, as
+   components/_functions.py says. Every pointer it is given is valid, also the one of an empty column and the one of
+   time. */
 
 #ifndef HFSA_MODEL_H
 #define HFSA_MODEL_H
@@ -33,14 +34,15 @@ typedef enum {
 typedef struct {
   const char* name;
   Role role;
-  int index;  /* place in the column of its role */
-  int fixed;  /* a parameter that only initialization may change */
+  int index; /* place in the column of its role */
+  int fixed; /* a parameter that only initialization may change */
   double start, nominal, min, max;
-  const char* text;  /* value of a ROLE_TEXT, else a null pointer */
+  const char* text; /* value of a ROLE_TEXT, else a null pointer */
 } Variable;
 
-/* A solver of Co-Simulation. `advance` takes the states from `offset` to `offset + h` seconds behind the beginning of the
-   communication step; `create` allocates what it works on, once per instance, and returns a null pointer when it cannot. */
+/* A solver of Co-Simulation. `advance` takes the states from `offset` to `offset + h` seconds behind the beginning of
+   the communication step; `create` allocates what it works on, once per instance, and returns a null pointer when it
+   cannot. */
 typedef struct {
   void* (*create)(const Model* m);
   int (*advance)(const Model* m, Instance* in, double offset, double h);
@@ -52,15 +54,15 @@ struct Model {
   const char* name;
   const char* token;
   const Variable* variables;
-  int size[ROLES];          /* length of the column of each role */
+  int size[ROLES]; /* length of the column of each role */
   int variable_count;
-  int sample_time;          /* place among the parameters, -1 where nothing is sampled */
-  const Solver* solver;     /* null pointer where there are no continuous states */
+  int sample_time;      /* place among the parameters, -1 where nothing is sampled */
+  const Solver* solver; /* null pointer where there are no continuous states */
   Function *rhs, *out, *tick, *jacobian, *fwd, *adj;
-  const int* jacobian_columns;  /* compressed columns: entries of column j are [columns[j], columns[j + 1]) */
+  const int* jacobian_columns; /* compressed columns: entries of column j are [columns[j], columns[j + 1]) */
   const int* jacobian_rows;
   int jacobian_entries;
-  int arg_size, res_size, iw_size, w_size;  /* work that the functions need, the largest of all */
+  int arg_size, res_size, iw_size, w_size; /* work that the functions need, the largest of all */
 };
 
 extern const Model hfsa_model;

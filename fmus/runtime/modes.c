@@ -7,7 +7,8 @@
 Status hfsa_setup(Instance* in, double start_time, int stop_defined, double stop_time) {
   Status status = hfsa_permit(in, "SetupExperiment", INSTANTIATED);
   if (status) return status;
-  if (!isfinite(start_time)) return hfsa_report(in, ERROR, "the start time is %g, expected a finite number", start_time);
+  if (!isfinite(start_time))
+    return hfsa_report(in, ERROR, "the start time is %g, expected a finite number", start_time);
   if (stop_defined && !(stop_time >= start_time))
     return hfsa_report(in, ERROR, "the stop time is %g, expected at least the start time %g", stop_time, start_time);
   in->state->time = in->state->start_time = start_time;

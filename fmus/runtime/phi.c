@@ -2,9 +2,10 @@
 
      phi1(z) = (e^z - 1) / z        phi2(z) = (e^z - 1 - z) / z^2
 
-   The matrix is balanced and halved until its norm is at most 1/2, where the Taylor series of phi2 is exact to rounding, and
-   the results are doubled as often again. What is doubled is psi = e^z - 1, never e^z: beside a mode a million million times
-   faster, a slow mode is then still known to all its digits, which 1 + z would have rounded away. */
+   The matrix is balanced and halved until its norm is at most 1/2, where the Taylor series of phi2 is exact to
+   rounding, and the results are doubled as often again. What is doubled is psi = e^z - 1, never e^z: beside a mode a
+   million million times faster, a slow mode is then still known to all its digits, which 1 + z would have rounded away.
+ */
 
 #include "matrix.h"
 

@@ -5,7 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MAXIMUM_STEP };  /* place among the settings */
+enum { MAXIMUM_STEP }; /* place among the settings */
+
+static const double largest_count = 1e9;
 
 typedef struct {
   double *k, *sum, *x;
@@ -37,6 +39,9 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   int n = m->size[ROLE_STATE];
   double count = fmax(1.0, ceil(h / in->settings[MAXIMUM_STEP] * (1.0 - 1e-9)));
   double step = h / count;
+  if (count > largest_count)
+    return hfsa_report(in, DISCARD, "a step of %g s is %g steps of the setting %s", h, count,
+                       hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEP));
   for (double k = 0.0; k < count; k++) {
     double begin = offset + k * step;
     for (int i = 0; i < n; i++) {

@@ -2,11 +2,12 @@
 
      W k_i = f(t + c_i h, x + sum a_ij k_j) + h d_i f_t + sum (C_ij / h) k_j        W = 1 / (gamma h) - d f / d x
 
-   with the analytic Jacobian, made anew in every step. The last stage is the result less the embedded one of order 4, so it is
-   the error estimate. A one-step method has no memory: a step after a jump of the inputs is as good as any.
+   with the analytic Jacobian, made anew in every step. The last stage is the result less the embedded one of order 4,
+   so it is the error estimate. A one-step method has no memory: a step after a jump of the inputs is as good as any.
 
-   Coefficients: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
-   Differential Equations package, BIT Numer. Math. 63, 27 (2023), in the form that needs no product with the Jacobian. */
+   Coefficients: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the
+   Julia Differential Equations package, BIT Numer. Math. 63, 27 (2023), in the form that needs no product with the
+   Jacobian. */
 
 #include "instance.h"
 #include "matrix.h"
@@ -17,14 +18,21 @@
 #include <string.h>
 
 enum { STAGES = 8, LARGEST_COUNT = 1000000 };
-enum { RELATIVE_TOLERANCE, MAXIMUM_STEP };  /* places among the settings */
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP }; /* places among the settings */
 
 static const double gamma_diagonal = 0.21193756319429014;
 
-static const double c[STAGES] = {0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0};
+static const double c[STAGES] = {
+    0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0};
 
-static const double d[STAGES] = {0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734,
-                                 2.325825639765069, 0.0, 0.0, 0.0};
+static const double d[STAGES] = {0.21193756319429014,
+                                 -0.42387512638858027,
+                                 -0.3384627126235924,
+                                 1.8046452872882734,
+                                 2.325825639765069,
+                                 0.0,
+                                 0.0,
+                                 0.0};
 
 static const double a[STAGES][STAGES - 1] = {
     {0.0},
@@ -44,13 +52,14 @@ static const double C[STAGES][STAGES - 1] = {
     {147.12150275711716, -1.41221402718213, 71.68940251302358},
     {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
     {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471},
-    {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623, -28.087943162872662},
-    {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002, -54.66780262877968,
-     -9.48861652309627},
+    {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+     -28.087943162872662},
+    {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+     -54.66780262877968, -9.48861652309627},
 };
 
 typedef struct {
-  double *jacobian, *w;  /* n x n */
+  double *jacobian, *w; /* n x n */
   double *f, *f_t, *x;
   double* k[STAGES];
   int* pivot;
@@ -111,7 +120,8 @@ static int try_step(const Model* m, Instance* in, double offset, double h) {
   return 0;
 }
 
-/* Largest error of a state in units of what is tolerated, and which state that is; infinite where the trial is not finite. */
+/* Largest error of a state in units of what is tolerated, and which state that is; infinite where the trial is not
+ * finite. */
 static double error_of(const Model* m, const Instance* in, int* worst) {
   const Work* work = in->work;
   double largest = 0.0;
@@ -126,7 +136,8 @@ static double error_of(const Model* m, const Instance* in, int* worst) {
   return largest;
 }
 
-/* The step size of the last communication step is taken up again; what the communication points cut off does not count. */
+/* The step size of the last communication step is taken up again; what the communication points cut off does not count.
+ */
 static int advance(const Model* m, Instance* in, double offset, double h) {
   const Work* work = in->work;
   double limit = in->settings[MAXIMUM_STEP], done = 0.0;
@@ -141,11 +152,11 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
       step = 0.5 * rest;
     double now = in->state->time + offset + done;
     if (step < 16.0 * DBL_EPSILON * fmax(fabs(now), h) && !last)
-      return hfsa_report(in, DISCARD, "no step from %.15g is small enough for the tolerance of state %s; tried %g s", now,
-                         hfsa_name(m, ROLE_STATE, worst), step);
+      return hfsa_report(in, DISCARD, "no step from %.15g is small enough for the tolerance of state %s; tried %g s",
+                         now, hfsa_name(m, ROLE_STATE, worst), step);
     if (count == LARGEST_COUNT)
-      return hfsa_report(in, DISCARD, "%d steps brought the solver only to %.15g; state %s needs steps of %g s", count, now,
-                         hfsa_name(m, ROLE_STATE, worst), step);
+      return hfsa_report(in, DISCARD, "%d steps brought the solver only to %.15g; state %s needs steps of %g s", count,
+                         now, hfsa_name(m, ROLE_STATE, worst), step);
     if (!fresh && linearize(m, in, offset + done))
       return hfsa_report(in, DISCARD, "the derivatives cannot be evaluated at time %.15g", now);
     fresh = 1;

@@ -31,9 +31,9 @@ static Status advance(const Model* m, Instance* in, double offset, double h) {
                      in->state->time, offset + h);
 }
 
-/* Solve up to each tick of the step, tick, and solve the rest. A tick at the beginning belongs to this step, one at the end to
-   the next. Offsets are whole 2^-40ths of the step: so few different lengths occur however rounding falls, that a solver
-   can remember what it made of each, and the lengths still add up to the step exactly. */
+/* Solve up to each tick of the step, tick, and solve the rest. A tick at the beginning belongs to this step, one at the
+   end to the next. Offsets are whole 2^-40ths of the step: so few different lengths occur however rounding falls, that
+   a solver can remember what it made of each, and the lengths still add up to the step exactly. */
 static Status advance_with_ticks(const Model* m, Instance* in, double h) {
   const double part = ldexp(h, -40);
   double tolerance = fmin(hfsa_tick_tolerance(m, in), 0.5 * h);

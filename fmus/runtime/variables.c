@@ -5,7 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Modes in which a variable of each role may be set; a tunable parameter and, in Model Exchange, a state may be set later too. */
+/* Modes in which a variable of each role may be set; a tunable parameter and, in Model Exchange, a state may be set
+ * later too. */
 static const int settable[ROLES] = {
     [ROLE_STATE] = INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS_TIME,
     [ROLE_SAMPLED_STATE] = INSTANTIATED | INITIALIZATION,
@@ -25,13 +26,15 @@ static const unsigned needed[ROLES] = {
 /* The variable of a value reference, or a null pointer and a message. */
 const Variable* hfsa_variable(const Model* m, const Instance* in, const char* call, Reference reference) {
   if (reference < (Reference)m->variable_count) return &m->variables[reference];
-  hfsa_report(in, ERROR, "%s: there is no value reference %u; %s has 0 to %d", call, reference, m->name, m->variable_count - 1);
+  hfsa_report(in, ERROR, "%s: there is no value reference %u; %s has 0 to %d", call, reference, m->name,
+              m->variable_count - 1);
   return NULL;
 }
 
 Status hfsa_same_size(const Instance* in, const char* call, size_t found, size_t expected) {
   if (found == expected) return OK;
-  return hfsa_report(in, ERROR, "%s was given %lu values, expected %lu", call, (unsigned long)found, (unsigned long)expected);
+  return hfsa_report(in, ERROR, "%s was given %lu values, expected %lu", call, (unsigned long)found,
+                     (unsigned long)expected);
 }
 
 /* Read values, evaluating what the last change of the state block has made stale. */
@@ -52,16 +55,19 @@ Status hfsa_get(const Model* m, Instance* in, const Reference* references, size_
 
 static Status refuse_set(const Instance* in, const Variable* v) {
   switch (v->role) {
-    case ROLE_TIME: return hfsa_report(in, ERROR, "Set: %s is the independent variable", v->name);
+    case ROLE_TIME:
+      return hfsa_report(in, ERROR, "Set: %s is the independent variable", v->name);
     case ROLE_DERIVATIVE:
     case ROLE_NEXT:
-    case ROLE_OUTPUT: return hfsa_report(in, ERROR, "Set: %s is calculated", v->name);
+    case ROLE_OUTPUT:
+      return hfsa_report(in, ERROR, "Set: %s is calculated", v->name);
     case ROLE_CONSTANT:
-    case ROLE_TEXT: return hfsa_report(in, ERROR, "Set: %s is a constant of the exported model", v->name);
+    case ROLE_TEXT:
+      return hfsa_report(in, ERROR, "Set: %s is a constant of the exported model", v->name);
     default:
-      return hfsa_report(in, ERROR, "Set: %s was set %s; %s", v->name, hfsa_mode_name(in->state->mode),
-                         in->state->mode == TERMINATED ? "reset the instance first"
-                                                       : "it may be set until initialization is over");
+      return hfsa_report(
+          in, ERROR, "Set: %s was set %s; %s", v->name, hfsa_mode_name(in->state->mode),
+          in->state->mode == TERMINATED ? "reset the instance first" : "it may be set until initialization is over");
   }
 }
 
@@ -104,11 +110,13 @@ Status hfsa_get_text(const Model* m, Instance* in, const Reference* references, 
   return OK;
 }
 
-/* The answer to every call about a type that no variable has, or about setting a string: none is fine, any other is refused. */
+/* The answer to every call about a type that no variable has, or about setting a string: none is fine, any other is
+ * refused. */
 Status hfsa_refuse(const Model* m, Instance* in, const char* call, const Reference* references, size_t n) {
   if (!in) return ERROR;
   if (n == 0) return OK;
   const Variable* v = hfsa_variable(m, in, call, references[0]);
   if (!v) return ERROR;
-  return hfsa_report(in, ERROR, "%s: %s is %s", call, v->name, v->role == ROLE_TEXT ? "a constant string" : "a real number");
+  return hfsa_report(in, ERROR, "%s: %s is %s", call, v->name,
+                     v->role == ROLE_TEXT ? "a constant string" : "a real number");
 }
