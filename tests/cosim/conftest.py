@@ -1,0 +1,149 @@
+"""FMUs for the right wing's tests: three small models of ours, one of another maker, and one cache of built scenes."""
+
+import subprocess
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+
+from hfsa.components._model import Model
+from hfsa.cosim.instance import Fmu, Instance
+from hfsa.fmus._binary import binary_path
+from hfsa.fmus.compile import HEADERS, compiler
+from hfsa.fmus.export import export
+
+MASS, DAMPING, STIFFNESS = 1.0, 0.5, 100.0
+GAIN, RATE_GAIN, FILTER_TIME = 40.0, 2.0, 0.02
+
+Open = Callable[..., Instance]
+
+
+def plant() -> Model:
+    """A mass on a spring, pushed; its acceleration follows the force directly."""
+    m = Model("Plant", "Mass on a spring, driven by a force")
+    force = m.input("force", "N", "Force on the mass")
+    x = m.state("x", "m", "Position")
+    v = m.state("v", "m/s", "Velocity")
+    m.der[x] = v
+    m.der[v] = (force - DAMPING * v - STIFFNESS * x) / MASS
+    m.output("position", x, "m", "Position")
+    m.output("velocity", v, "m/s", "Velocity")
+    m.output("acceleration", (force - DAMPING * v - STIFFNESS * x) / MASS, "m/s2", "Acceleration")
+    return m
+
+
+def controller() -> Model:
+    """A PD controller whose derivative is filtered; the force follows the position directly."""
+    m = Model("Pd", "PD controller with a filtered derivative")
+    u = m.input("position", "m", "Measured position")
+    w = m.state("filtered", "m", "Filtered position")
+    m.der[w] = (u - w) / FILTER_TIME
+    m.output("force", -GAIN * u - RATE_GAIN * (u - w) / FILTER_TIME, "N", "Force")
+    return m
+
+
+def sampled_controller() -> Model:
+    """The same, sampled: the derivative is a difference of samples."""
+    m = Model("SampledPd", "Sampled PD controller")
+    sample_time = m.sample_time(0.01)
+    u = m.input("position", "m", "Measured position")
+    last = m.sampled_state("last", "m", "Last sample")
+    m.next[last] = u
+    m.sampled_output("force", -GAIN * u - RATE_GAIN * (u - last) / sample_time, "N", "Force")
+    return m
+
+
+@pytest.fixture(scope="session")
+def files(tmp_path_factory) -> dict[tuple[str, int], Path]:
+    """The three models' FMUs by (name, FMI version)."""
+    folder = tmp_path_factory.mktemp("fmus")
+    found = {}
+    for model in (plant(), controller(), sampled_controller()):
+        for version, file in zip((2, 3), export(model, folder), strict=True):
+            found[model.name, version] = file
+    return found
+
+
+@pytest.fixture
+def open_fmu() -> Iterator[Open]:
+    """Make instances that are closed after the test."""
+    opened: list[Instance] = []
+
+    def make(file: Path, name: str = "it") -> Instance:
+        opened.append(Instance(Fmu.load(file), name))
+        return opened[-1]
+
+    yield make
+    for instance in opened:
+        instance.close()
+
+
+@pytest.fixture(scope="session")
+def foreign(tmp_path_factory) -> dict[int, Path]:
+    """An FMU that another maker might have written, by FMI version: see foreign.c."""
+    return {version: _foreign(tmp_path_factory.mktemp(f"foreign{version}"), version) for version in (2, 3)}
+
+
+@pytest.fixture(scope="session", autouse=True)
+def scene_cache(request) -> Iterator[Path]:
+    """Built scenes are kept from one test run to the next, by content, beside pytest's own cache."""
+    folder = Path(request.config.cache.mkdir("hfsa"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HFSA_CACHE", str(folder))
+        yield folder
+
+
+def _foreign(folder: Path, version: int) -> Path:
+    slave = FMU2Slave if version == 2 else FMU3Slave
+    source = (Path(__file__).parent / "foreign.c").read_text()
+    missing = [name for name in dir(slave) if name.startswith(f"fmi{version}") and f" {name}(" not in source]
+    (folder / "stubs.c").write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in missing))
+    (folder / "foreign.c").write_text(source)
+    inside = binary_path(Path(), version, "Foreign").as_posix()
+    flags = ["-std=c99", "-fPIC", "-shared", "-w", f"-DVERSION={version}", f"-I{HEADERS}"]
+    subprocess.run([*compiler(), *flags, "foreign.c", "stubs.c", "-o", "foreign"], cwd=folder, check=True)
+    file = folder / "Foreign.fmu"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTIONS[version])
+        archive.write(folder / "foreign", inside)
+    assert fmpy.read_model_description(str(file), validate=False).modelName == "Foreign"
+    return file
+
+
+DESCRIPTIONS = {
+    2: """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Foreign" guid="{8c4e}">
+  <CoSimulation modelIdentifier="Foreign" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <ScalarVariable name="time" valueReference="0" causality="independent"><Real/></ScalarVariable>
+    <ScalarVariable name="u" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="2" causality="output"><Real max="1000"/></ScalarVariable>
+    <ScalarVariable name="behaviour" valueReference="3" causality="parameter" variability="tunable">
+      <Real start="0"/></ScalarVariable>
+    <ScalarVariable name="at" valueReference="4" causality="parameter" variability="tunable">
+      <Real start="0"/></ScalarVariable>
+    <ScalarVariable name="count" valueReference="5" causality="output" variability="discrete">
+      <Integer/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="3" dependencies=""/><Unknown index="6"/></Outputs></ModelStructure>
+</fmiModelDescription>
+""",
+    3: """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Foreign" instantiationToken="{8c4e}">
+  <CoSimulation modelIdentifier="Foreign" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent"/>
+    <Float64 name="u" valueReference="1" causality="input" start="0"/>
+    <Float64 name="y" valueReference="2" causality="output" max="1000"/>
+    <Float64 name="behaviour" valueReference="3" causality="parameter" variability="tunable" start="0"/>
+    <Float64 name="at" valueReference="4" causality="parameter" variability="tunable" start="0"/>
+    <Int32 name="count" valueReference="5" causality="output"/>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="2" dependencies=""/><Output valueReference="5"/></ModelStructure>
+</fmiModelDescription>
+""",
+}

@@ -1,0 +1,110 @@
+/* An FMU of another maker, FMI 2 or 3: y integrates u, and from time `at` on it misbehaves as parameter `behaviour` says.
+ * It cannot reset, has no derivatives and no FMU state. Functions that are not here are stubs that return an error.
+ * FOLLOW is a lie about its dependencies: y follows u at once, which the description denies. */
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+
+#if VERSION == 3
+#include "fmi3Functions.h"
+#else
+#include "fmi2Functions.h"
+#endif
+
+enum { TIME, U, Y, BEHAVIOUR, AT, VALUES };
+enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW };
+
+typedef struct {
+  double v[VALUES];
+#if VERSION == 3
+  fmi3InstanceEnvironment environment;
+  fmi3LogMessageCallback log;
+#else
+  const fmi2CallbackFunctions* host;
+#endif
+} Fmu;
+
+static int step(Fmu* f, double t, double h, int* finish) {
+  int kind = t >= f->v[AT] ? (int)f->v[BEHAVIOUR] : 0;
+  f->v[TIME] = t + h;
+  f->v[Y] += h * f->v[U];
+  if (kind == GO_NAN) f->v[Y] = NAN;
+  *finish = kind == FINISH;
+  return kind >= WARN && kind <= DIE ? kind : 0;
+}
+
+static int values(Fmu* f, const unsigned* r, size_t n, double* out, const double* in) {
+  for (size_t i = 0; i < n; i++) {
+    if (r[i] >= VALUES) return 3;
+    if (out) out[i] = f->v[r[i]];
+    if (in) f->v[r[i]] = in[i];
+    if (out && r[i] == Y && f->v[BEHAVIOUR] == FOLLOW) out[i] = 1 + f->v[AT] * f->v[U];
+  }
+  return 0;
+}
+
+#if VERSION == 3
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
+                                         fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
+                                         const fmi3ValueReference required[], size_t n,
+                                         fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update) {
+  Fmu* f = calloc(1, sizeof *f);
+  f->environment = environment;
+  f->log = log;
+  return f;
+}
+void fmi3FreeInstance(fmi3Instance f) { free(f); }
+fmi3Status fmi3EnterInitializationMode(fmi3Instance f, fmi3Boolean defined, fmi3Float64 tolerance, fmi3Float64 start,
+                                       fmi3Boolean has_stop, fmi3Float64 stop) {
+  ((Fmu*)f)->v[TIME] = start;
+  return fmi3OK;
+}
+fmi3Status fmi3ExitInitializationMode(fmi3Instance f) { return fmi3OK; }
+fmi3Status fmi3GetFloat64(fmi3Instance f, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], size_t m) {
+  return values(f, r, n, v, 0);
+}
+fmi3Status fmi3SetFloat64(fmi3Instance f, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[], size_t m) {
+  return values(f, r, n, 0, v);
+}
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set, fmi3Boolean* event,
+                      fmi3Boolean* terminate, fmi3Boolean* early, fmi3Float64* last) {
+  Fmu* f = c;
+  int finish, status = step(f, t, h, &finish);
+  *terminate = finish;
+  if (status) f->log(f->environment, status, "logStatusError", "the spring is broken");
+  return status;
+}
+
+#else
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions* host, fmi2Boolean visible, fmi2Boolean logging) {
+  Fmu* f = host->allocateMemory(1, sizeof *f);
+  f->host = host;
+  return f;
+}
+void fmi2FreeInstance(fmi2Component c) { ((Fmu*)c)->host->freeMemory(c); }
+fmi2Status fmi2SetupExperiment(fmi2Component f, fmi2Boolean defined, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop) {
+  ((Fmu*)f)->v[TIME] = start;
+  return fmi2OK;
+}
+fmi2Status fmi2EnterInitializationMode(fmi2Component f) { return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component f) { return fmi2OK; }
+fmi2Status fmi2GetReal(fmi2Component f, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
+  return values(f, r, n, v, 0);
+}
+fmi2Status fmi2SetReal(fmi2Component f, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
+  return values(f, r, n, 0, v);
+}
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set) {
+  Fmu* f = c;
+  int finish, status = step(f, t, h, &finish);
+  if (status) f->host->logger(f->host->componentEnvironment, "f", status, "logStatusError", "the %s is %s", "spring", "broken");
+  return status;
+}
+
+#endif
