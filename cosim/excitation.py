@@ -26,7 +26,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     """Return `points` of the frequencies [Hz], evenly spaced along the curves of a response, its peaks included.
 
     `frequency`, shape (n,), is a dense ascending grid and `response`, shape (n,) or (n, ...), a complex response on it.
-    A curve's length is measured on a Bode plot where half a decade, 20 dB and 45 degrees are equally long; among several
+    A curve's length is measured on a Bode plot where half a decade, 20 dB and 45 degrees are equally long; of several
     curves the one that moves most decides. Every local maximum of a magnitude that stands 3 dB above its surroundings
     is a point, so that a sweep of few points still hits the resonances.
     """

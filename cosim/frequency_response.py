@@ -24,12 +24,18 @@ The method is Prony's; the limit it finds is that of minimal polynomial extrapol
 Anal. 13, 1976, 734).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FEWEST_WINDOWS = 5
 """Windows before a decay is believed: four changes, to fit one decay three times over."""
 
+NEGLIGIBLE = 1e-6
+"""Part of the largest response below which one in the same unit is zero by symmetry."""
+
+_ROUNDING = 1e-9
 _HIGHEST_ORDER = 8
 _LONGEST_MEMORY = 40
 _JUDGED_WINDOWS = 3
@@ -71,7 +77,7 @@ class Settling:
     @property
     def settled(self) -> bool:
         """Whether the remaining transient of every output is within tolerance."""
-        return bool(np.all(self.remaining <= self.tolerance * self.scale))
+        return bool(self._gains) and bool(np.all(self.remaining <= self.tolerance * self.scale))
 
 
 def remaining_transient(gains: ArrayLike, scale: ArrayLike = 1.0) -> NDArray[np.float64]:
@@ -123,3 +129,30 @@ def harmonic_distortion(gain: ArrayLike, second: ArrayLike, third: ArrayLike) ->
     fundamental = np.abs(np.asarray(gain, dtype=complex))
     harmonics = np.hypot(second, third)
     return np.divide(harmonics, fundamental, out=np.full(fundamental.shape, np.nan), where=fundamental > 0)
+
+
+def noise_floor(gain: ArrayLike, units: Sequence[str], nominal: ArrayLike) -> NDArray[np.float64]:
+    """Return the gain below which an output says nothing in one run, shape (outputs,).
+
+    `gain` are the outputs' complex amplitudes in their units, `nominal` the sizes their FMUs expect. An output is
+    nothing below 1e-6 of the largest in its unit; where all of a unit are nothing, below the smaller of 1e-6 of its
+    nominal and 1e-9 of the largest number of all.
+    """
+    size = np.abs(np.asarray(gain, dtype=complex))
+    nothing = np.minimum(NEGLIGIBLE * np.abs(nominal), _ROUNDING * size.max())
+    return np.maximum(NEGLIGIBLE * _largest_of_unit(size, units), nothing)
+
+
+def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) -> NDArray[np.bool_]:
+    """Return which entries of a sweep are zero by symmetry, shape (outputs, inputs): rounding noise at all frequencies.
+
+    `response` has shape (frequencies, outputs, inputs), NaN where it is missing; `units` are the outputs', `amplitude`,
+    shape (inputs,), makes the inputs comparable. Judged as in `noise_floor`, by the largest over the sweep.
+    """
+    size = np.nan_to_num(np.abs(response)).max(axis=0) * np.nan_to_num(amplitude, nan=1.0)
+    largest = _largest_of_unit(size.max(axis=1), units)
+    return size <= np.maximum(NEGLIGIBLE * largest, _ROUNDING * size.max())[:, None]
+
+
+def _largest_of_unit(size: NDArray[np.float64], units: Sequence[str]) -> NDArray[np.float64]:
+    return np.array([max(s for s, u in zip(size, units, strict=True) if u == unit) for unit in units])

@@ -23,16 +23,12 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from hfsa.cosim._records import ResultsError, Signal, Status
+from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import Bode
 from hfsa.cosim.system import nearest
 
 METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMUs"}
 """Methods of a sweep as a legend says them."""
-
-NEGLIGIBLE = 1e-6
-"""Outputs below this part of the largest in their unit are zero by symmetry, and are left out."""
-
-_ROUNDING = 1e-9
 
 _COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 _INK, _GRID, _ACCENT = "#20242c", "#c9ced6", "#b3541e"
@@ -123,10 +119,11 @@ def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> li
                 raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
     panels: dict[tuple[str, str], _Panel] = {}
     for bode in sweeps:
-        negligible = _negligible(bode)
+        units, amplitudes = [s.unit for s in bode.outputs], [s.amplitude for s in bode.inputs]
+        left_out = negligible(bode.response, units, amplitudes)
         for (o, output), (i, source) in itertools.product(enumerate(bode.outputs), enumerate(bode.inputs)):
             wanted = (not outputs or output.name in outputs) and (not inputs or source.name in inputs)
-            if wanted and not negligible[o, i]:
+            if wanted and not left_out[o, i]:
                 unit, factor = _display(output.unit, source.unit)
                 panel = panels.setdefault((unit, source.name), _Panel(source, unit))
                 panel.curves.append(_curve(bode, output, source, factor))
@@ -149,21 +146,6 @@ def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> _Curve:
     level = 20 * np.log10(np.abs(response[there]))
     failed = bode.frequency[status == Status.FAILED]
     return _Curve(bode, output, bode.frequency[there], level, phase, status[there], failed)
-
-
-def _negligible(bode: Bode) -> NDArray[np.bool_]:
-    """Return which entries are zero by symmetry, (outputs, inputs), judged by what the outputs were in the sweep.
-
-    Outputs of one unit are compared with each other. Outputs of a unit in which nothing moves at all are rounding
-    noise, many decades below everything else.
-    """
-    if not np.isfinite(bode.response).any():
-        return np.zeros(bode.response.shape[1:], bool)
-    amplitude = np.nan_to_num([source.amplitude for source in bode.inputs], nan=1.0)
-    size = np.nan_to_num(np.abs(bode.response)).max(axis=0) * amplitude
-    units = np.array([output.unit for output in bode.outputs])
-    largest = np.array([size[units == unit].max() for unit in units])
-    return size < np.maximum(NEGLIGIBLE * largest, _ROUNDING * size.max())[:, None]
 
 
 def _name_curves(panel: _Panel, sweeps: Sequence[Bode]) -> None:

@@ -1,0 +1,180 @@
+"""A frequency sweep: one input and one frequency at a time, on any executor, into one file.
+
+    plan = plan_sweep(system, files, inputs, outputs, frequency, amplitude, settings)
+    with SweepFile.create(path, plan, system_record(...)) as file:
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(linear(...))
+
+`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
+FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
+returns numbers, and only the caller writes the file. A point that fails is a status in the file with its message, and
+the others go on. `linear` takes the response from the FMUs' own derivatives (`linearize`), all points at once.
+"""
+
+import contextlib
+import hashlib
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim import _pool
+from hfsa.cosim._description import Description, describe
+from hfsa.cosim._rig import Bench, Settings, Task, measure
+from hfsa.cosim.excitation import amplitude_of, ramp_time
+from hfsa.cosim.frequency_response import FEWEST_WINDOWS
+from hfsa.cosim.instance import Fmu, Instance
+from hfsa.cosim.linearize import linear_response, linearize
+from hfsa.cosim.results import InstanceRecord, Plan, Point, Signal, Status, SweepFile, SystemRecord
+from hfsa.cosim.system import StructureError, System, check, connector
+
+__all__ = ["METHODS", "Bench", "Progress", "Settings", "linear", "plan_sweep", "stepped"]
+
+METHODS = ("stepped", "linear")
+"""Methods of a sweep; the first is the default."""
+
+# Simulated time [s] that a lightly damped machine takes to settle, for estimates of the work only.
+_TYPICAL_SETTLING = 3.0
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A point is finished: so many of all points, and so much of the estimated work (0 to 1) of this call."""
+
+    point: Point
+    done: int
+    points: int
+    work: float
+
+
+def plan_sweep(
+    system: System,
+    files: Mapping[str, Path],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    frequency: NDArray[np.float64],
+    amplitudes: Mapping[str, float],
+    settings: Settings,
+) -> Plan:
+    """Return what a sweep measures, with the units that the FMUs tell.
+
+    `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` go by the inputs' units.
+    `StructureError` names a signal that is not there, or not an input or output, and the nearest names.
+    """
+    variables = {name: describe(file).variables for name, file in files.items()}
+
+    def signal(name: str, causality: str) -> Signal:
+        found = connector(system, variables, name)
+        if found.causality != causality:
+            raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
+        unit = found.unit or "1"
+        return Signal(name, unit, amplitude_of(name, unit, amplitudes) if causality == "input" else math.nan)
+
+    return Plan(
+        frequency=np.asarray(frequency, dtype=float),
+        outputs=tuple(signal(name, "output") for name in outputs),
+        inputs=tuple(signal(name, "input") for name in inputs),
+        settings=asdict(settings) if settings.method == "stepped" else {"method": settings.method},
+    )
+
+
+def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[list[Point], dict[str, float]]:
+    """Return all points from the FMUs' derivatives, and the states at the operating point by full name.
+
+    Raises `StructureError` where an FMU has no derivatives, is sampled, or no equilibrium is found.
+    """
+    begin = time.perf_counter()
+    inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
+    instances = {name: Instance(Fmu.load(file), name) for name, file in files.items()}
+    try:
+        point = linearize(system, instances, inputs, outputs).operating_point
+        response = linear_response(system, instances, inputs, outputs, plan.frequency)
+    finally:
+        for instance in instances.values():
+            instance.close()
+    each = (time.perf_counter() - begin) / (len(plan.frequency) * len(inputs))
+    points = [
+        Point(i, k, Status.DONE, response[k, :, i], wall_time=each)
+        for i in range(len(inputs))
+        for k in range(len(plan.frequency))
+    ]
+    return points, dict(point)
+
+
+def system_record(
+    title: str, scene: str, system: System, files: Mapping[str, Path], operating_point: Mapping[str, float] = {}
+) -> SystemRecord:
+    """Return what the results file says of the system; `scene` is its text."""
+    instances = []
+    for component in system.components:
+        file = files[component.name]
+        description = describe(file)
+        instances.append(
+            InstanceRecord(
+                instance=component.name,
+                name=description.name,
+                file=file.name,
+                sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+                fmi_version=description.version,
+                level=component.level or "",
+                solver="" if component.part.endswith(".fmu") else _solver(description),
+                start=component.start,
+            )
+        )
+    return SystemRecord(title, scene, instances, operating_point)
+
+
+def stepped(
+    file: SweepFile,
+    plan: Plan,
+    benches: Mapping[str, Bench],
+    settings: Settings,
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    report: Callable[[Progress], None] | None = None,
+) -> None:
+    """Measure the points that the file still lacks, and write each when it is finished.
+
+    `benches` holds the bench of each input by name. Points run on `executor`, else in `jobs` processes, 1 being this
+    one. Raises `StructureError` for wiring that is wrong, before anything runs, and `ResultsError` where the file
+    cannot be written.
+    """
+    for bench in benches.values():
+        check(bench.system, {name: describe(path).variables for name, path in bench.files.items()})
+    tasks = [
+        Task(i, k, benches[plan.inputs[i].name], settings, float(plan.frequency[k]), plan.inputs[i].amplitude)
+        for i, k in file.unfinished()
+    ]
+    # the longest first, so that all processes end together
+    tasks.sort(key=_work, reverse=True)
+    total, finished = sum(map(_work, tasks)), 0.0
+    points = len(plan.frequency) * len(plan.inputs)
+    with contextlib.closing(_pool.results(measure, tasks, jobs, executor)) as results:
+        for n, (task, point) in enumerate(results, points - len(tasks) + 1):
+            if point is None:
+                message = "the process ended without a result: an FMU must have crashed"
+                point = Point(task.input, task.place, Status.FAILED, message=message)
+            file.write([point])
+            finished += _work(task)
+            if report is not None:
+                report(Progress(point, n, points, finished / total))
+
+
+def _solver(description: Description) -> str:
+    """Return the solver of an FMU of ours, told by the settings it has; empty where there is nothing to solve."""
+    if not description.states:
+        return ""
+    if "solver.relative_tolerance" in description.variables:
+        return "rosenbrock"
+    return "rk4" if "solver.maximum_step" in description.variables else "exact"
+
+
+def _work(task: Task) -> float:
+    """Return the simulated time [s] that a point will take, roughly."""
+    ramp = ramp_time(task.frequency)
+    return ramp + max(FEWEST_WINDOWS * task.settings.measurement_periods / task.frequency, _TYPICAL_SETTLING)
