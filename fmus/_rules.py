@@ -102,17 +102,17 @@ def structure(description: ModelDescription) -> Iterator[str]:
 
 
 def knowns(description: ModelDescription) -> Iterator[str]:
-    """In FMI 2 outputs and derivatives depend on inputs, states and time, initial unknowns on exact values."""
+    """In FMI 2 outputs and derivatives depend on no calculated value but states, initial unknowns on exact values."""
     if description.fmiMajorVersion != 2:
         return
     slopes = [_variable(unknown).derivative for unknown in description.derivatives]
     states = {state.name for state in slopes if state is not None}
     for unknown in [*description.outputs, *description.derivatives]:
         for known in unknown.dependencies or []:
-            if known.causality not in ("input", "independent") and known.name not in states:
+            if known.causality not in ("input", "independent", "parameter") and known.name not in states:
                 yield (
                     f"line {unknown.sourceline}: {_variable(unknown).name} is said to depend on {known.name}, "
-                    "which is neither input, continuous state nor time"
+                    "which is neither input, continuous state, parameter nor time"
                 )
     for unknown in description.initialUnknowns:
         for known in unknown.dependencies or []:

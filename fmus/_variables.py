@@ -1,8 +1,8 @@
 """The variables of an exported FMU: one list that the C table and both model descriptions are written from.
 
-Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities an
-FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings of its
-Co-Simulation solver, and the structural arguments the model was built with.
+Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities
+an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings of
+its Co-Simulation solver, and the structural arguments the model was built with.
 """
 
 from dataclasses import dataclass
@@ -59,13 +59,13 @@ SOLVER_SETTINGS = {
 
 
 def solver_of(model: Model, functions: Functions) -> str:
-    """Return the Co-Simulation solver: the model's own choice, else `exact` for linear models and `rosenbrock` otherwise."""
+    """Return the Co-Simulation solver: the model's own choice, else `exact` if it is linear, else `rosenbrock`."""
     return model.solver or ("exact" if functions.is_linear else "rosenbrock")
 
 
 def variables(model: Model, functions: Functions) -> list[Variable]:
     """Return all variables of the model's FMU in the order of their value references."""
-    rows = [("time", Role.TIME, "s", "Time", None, {})]
+    rows: list[tuple] = [("time", Role.TIME, "s", "Time", None, {})]
     states, sampled = model.of(Kind.STATE), model.of(Kind.SAMPLED_STATE)
     rows += [_row(q, Role.STATE) for q in states]
     rows += [

@@ -138,7 +138,9 @@ def _described(folder: Path, description: ModelDescription) -> Iterator[str]:
 
 
 def _said(error: Exception) -> list[str]:
-    return list(error.problems) if isinstance(error, ValidationError) else [str(error) or type(error).__name__]
+    """Return what an exception of fmpy says, each problem on one line: more is a parser's innards."""
+    problems = error.problems if isinstance(error, ValidationError) else [str(error) or type(error).__name__]
+    return [problem.strip().split("\n")[0] for problem in problems]
 
 
 def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
@@ -148,7 +150,7 @@ def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
         try:
             builds = read_build_description(folder)
         except Exception as error:
-            yield f"sources/buildDescription.xml: {error}"
+            yield f"sources/buildDescription.xml: {' '.join(str(error).split())}"
             return
         names = {name for build in builds for files in build.sourceFileSets for name in files.sourceFiles}
     for name in sorted(names):

@@ -98,7 +98,6 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
             ),
             "true",
         )
-        both["canNotUseMemoryManagementFunctions"] = "true"
         exchange = {"completedIntegratorStepNotNeeded": "true"}
         cosimulation = {"canInterpolateInputs": "true"}
     else:

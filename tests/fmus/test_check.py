@@ -1,5 +1,7 @@
 """The check finds nothing in our FMUs and every fault that is seeded into them, and it survives any binary."""
 
+import random
+import re
 import shutil
 import struct
 import subprocess
@@ -102,7 +104,7 @@ FAULTS_2 = {
         "expected constant or dependent",
     ),
     "dependencies in disorder": (setting(SLOPE, dependencies="6 3 2"), "do not ascend"),
-    "dependency on a parameter": (setting(OUTPUT, dependencies="8"), "neither input, continuous state nor time"),
+    "dependency on a derivative": (setting(OUTPUT, dependencies="4"), "neither input, continuous state, parameter nor"),
     "kinds fewer than dependencies": (setting(SLOPE, dependenciesKind="tunable"), "do not match"),
     "start below min": (setting("@stiffness", start="-1.0"), "outside"),
     "start not a number": (setting("@stiffness", start="NaN"), "finite"),
@@ -358,3 +360,29 @@ def test_a_binary_that_hangs_is_given_up(mass_on_spring_files, tmp_path):
     (problem,) = trial(tmp_path / "unpacked", ["CoSimulation"], timeout=5)
     assert "did not return within 5 s" in problem
     assert "step of" in problem
+
+
+@pytest.mark.usefixtures("no_run")
+@pytest.mark.parametrize("version", [2, 3])
+def test_no_random_damage_is_more_than_a_problem(mass_on_spring_files, tmp_path, version):
+    """Bytes of the archive, letters and attribute values of the description, changed at random: never an exception."""
+    file, original = tmp_path / "random.fmu", mass_on_spring_files[version].read_bytes()
+    description = contents(mass_on_spring_files[version])["modelDescription.xml"].decode()
+    found = 0
+    for seed in range(20):
+        rng = random.Random(seed)
+        data = bytearray(original)
+        for _ in range(3):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        file.write_bytes(data)
+        check(file)
+
+        at = rng.randrange(len(description))
+        letters = description[:at] + rng.choice("019<>&\"' -.") + description[at + 1 :]
+        old, new = (rng.choice(re.findall(r'"[^"]*"', description)) for _ in range(2))
+        values = description.replace(old, rng.choice([new, '""', '"-1"', '"1e400"', '"é"']), 1)
+        for text in (letters, values):
+            found += bool(
+                check(changed(mass_on_spring_files[version], tmp_path, {"modelDescription.xml": text.encode()}))
+            )
+    assert found > 20
