@@ -101,7 +101,7 @@ def test_the_algorithms_differ(master, files):
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize(("every", "ticks"), [(1, 1), (2, 1), (5, 1), (1, 2)], ids=["1:1", "2:1", "5:1", "1:2"])
 def test_sampled_instances_step_first(master, files, algorithm, every, ticks):
-    """A tick every `every` steps, or `ticks` in a step: the plant gets the new force at once, or (plain) a step late."""
+    """A tick every `every` steps, or `ticks` in a step: the plant has the new force at once, or (plain) late."""
     sample_time = 0.01
     h = sample_time * ticks / every
     m = loop(master, files, 2, algorithm, "SampledPd", step_size=h)

@@ -1,0 +1,100 @@
+"""Every scene can be built, wired and run; and each docstring's sentences about its response are true."""
+
+import numpy as np
+import pytest
+
+from hfsa.cosim._scene_text import read_scene_text, scene_text
+from hfsa.cosim.build import build, instrument, load_scene, scenes
+from hfsa.cosim.instance import open_instances
+from hfsa.cosim.linearize import linear_response
+from hfsa.cosim.master import Master
+from hfsa.cosim.system import ALGORITHMS, check, connector
+
+SCENES = pytest.mark.parametrize("name", list(scenes()))
+
+
+@pytest.fixture
+def opened():
+    made = []
+
+    def make(files):
+        made.append(open_instances(files))
+        return made[-1]
+
+    yield make
+    for instances in made:
+        for instance in instances.values():
+            instance.close()
+
+
+@SCENES
+def test_a_scene_fits_its_fmus(name, opened):
+    scene = load_scene(name)
+    variables = {name: i.fmu.variables for name, i in opened(build(scene.system)).items()}
+    check(scene.system, variables)
+    for full in scene.inputs:
+        found = connector(scene.system, variables, full)
+        assert found.causality == "input"
+        assert found.unit in scene.amplitude
+        assert full not in {connection.end for connection in scene.system.connections}
+    for full in scene.outputs:
+        assert connector(scene.system, variables, full).causality == "output"
+    assert read_scene_text(scene_text(scene)) == scene
+    assert (scenes()[name].doc or "").endswith(".")
+
+
+@SCENES
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_scene_runs_with_its_instruments(name, opened, algorithm):
+    scene = load_scene(name)
+    system = instrument(scene, scene.inputs[-1])
+    master = Master(opened(build(system)), system, algorithm, scene.step_size)
+    master.initialize(starts={"source.frequency": scene.band[1], "lock_in.window": 100 * scene.step_size})
+    master.advance(301)
+    assert master.read(["lock_in.windows"])[0] == 3
+    assert np.any(master.read(list(scene.outputs)) != 0)
+    assert not master.warnings
+
+
+def peak(f: np.ndarray, response: np.ndarray) -> tuple[float, float]:
+    """Frequency and decibels of the largest magnitude."""
+    k = int(np.argmax(np.abs(response)))
+    return f[k], 20 * np.log10(np.abs(response[k]))
+
+
+def test_the_response_of_mass_on_spring(opened):
+    scene = load_scene("mass_on_spring")
+    f = np.linspace(*scene.band, 20_001)
+    response = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, f)[:, 0, 0]
+    frequency, decibels = peak(f, response)
+    assert (round(frequency, 1), round(decibels)) == (15.9, 46)
+    decade = np.abs(response[-1] / response[np.searchsorted(f, 50.0)])
+    assert decade == pytest.approx(0.25, rel=0.1)  # -40 dB per decade: a quarter at twice the frequency
+
+
+def test_the_response_of_sdelta_shaker(opened):
+    scene = load_scene("sdelta_shaker")
+    f = np.linspace(*scene.band, 4901)
+    response = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, f)
+    ratios = np.abs(np.einsum("fii->fi", response))
+    np.testing.assert_allclose(ratios[0], 1.0, atol=2e-3)
+    frequency, decibels = peak(f, response[:, 5, 5])
+    assert (round(frequency, 1), round(decibels)) == (24.5, 34)
+    frequency, _ = peak(f, response[:, 3, 3])
+    assert round(frequency, 1) == 23.6
+    above = f > 25.0
+    assert round(f[above][np.argmin(ratios[above, 3])], 1) == 31.8
+    assert np.abs(response[:, 1, 3]).max() > 100  # rad/m: it turns as well
+
+
+def test_the_rate_and_acceleration_reach_the_reference():
+    system = instrument(load_scene("sdelta_shaker"), "reference.command.position[3]")
+    ends = [str(c) for c in system.connections if c.start.startswith("source.")]
+    assert ends == [
+        "source.value -> reference.command.position[3]",
+        "source.rate -> reference.command.position_rate[3]",
+        "source.acceleration -> reference.command.position_acceleration[3]",
+        "source.sine -> lock_in.sine",
+        "source.cosine -> lock_in.cosine",
+    ]
+    assert system["lock_in"].arguments["units"] == ("rad", "rad", "rad", "m", "m", "m")
