@@ -9,6 +9,7 @@ This is the roof: beside `cli.py` the only place that sees both wings. The cache
 or not at all, so that several processes may build at once and any may be killed.
 """
 
+import contextlib
 import dataclasses
 import hashlib
 import importlib.util
@@ -275,9 +276,10 @@ def _export(part: Part, component: Component, fmi: Literal[2, 3], folder: Path) 
     """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
     model = part.model(component.level, **component.arguments)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    for left in folder.parent.glob(".unfinished-*"):  # by a process that was killed
-        if time.time() - left.stat().st_mtime > _ABANDONED:
-            shutil.rmtree(left, ignore_errors=True)
+    for left in folder.parent.glob(".unfinished-*"):
+        with contextlib.suppress(FileNotFoundError):  # its owner has just finished
+            if time.time() - left.stat().st_mtime > _ABANDONED:
+                shutil.rmtree(left, ignore_errors=True)
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
     try:
         export(model, unfinished, (fmi,))
