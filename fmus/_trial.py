@@ -59,6 +59,8 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
             ending = f"did not return within {timeout:g} s"
         lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
     entries = [json.loads(line) for line in lines]
+    if ending is None and sum("done" in entry for entry in entries) < len(interfaces):
+        ending = "ended the process"
     problems = [f"{entry['interface']}: {entry['problem']}" for entry in entries if "problem" in entry]
     if ending is not None:
         last = entries[-1] if entries else {"interface": LABELS[interfaces[0]], "doing": "start"}
@@ -106,6 +108,10 @@ class _Run:
     def problem(self, text: str) -> None:
         """Tell a problem."""
         self._write(problem=text)
+
+    def done(self) -> None:
+        """Tell that the run of this interface is over, well or not."""
+        self._write(done="yes")
 
     @contextlib.contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -157,8 +163,10 @@ def _main(folder: Path, report: Path, interfaces: Sequence[str]) -> None:
     description = read_model_description(folder, validate=False)
     with report.open("w", encoding="utf-8") as file:
         for interface in interfaces:
+            run = _Run(file, interface)
             with contextlib.suppress(_EndedError):
-                _live(_Run(file, interface), folder, description, interface)
+                _live(run, folder, description, interface)
+            run.done()
 
 
 def _step(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:

@@ -1,8 +1,8 @@
 """The variables of an exported FMU: one list that the C table and both model descriptions are written from.
 
 Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities
-an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings of
-its Co-Simulation solver, and the structural arguments the model was built with.
+an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings
+of its Co-Simulation solver, and the structural arguments the model was built with.
 """
 
 from dataclasses import dataclass

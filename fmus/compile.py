@@ -9,13 +9,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import fmpy
-
+from hfsa.fmus._binary import HEADERS
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus.c_code import RUNTIME, Sources
-
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-"""Folder of the standards' own headers, which come with fmpy."""
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """Never -ffast-math: it would switch off the checks for NaN, and gradual underflow in the whole host process."""

@@ -235,6 +235,12 @@ def test_a_bad_member_is_a_problem(mass_on_spring_files, tmp_path, name, words):
     assert not (tmp_path / "escape.txt").exists()
 
 
+def test_a_file_in_the_place_of_a_folder_is_a_problem(mass_on_spring_files, tmp_path):
+    pack(tmp_path / "clash.fmu", {**contents(mass_on_spring_files[2]), "documentation": b"a file"})
+    (problem,) = check(tmp_path / "clash.fmu")
+    assert "cannot be unpacked" in problem
+
+
 def test_a_foreign_compression_is_a_problem(mass_on_spring_files, tmp_path):
     with zipfile.ZipFile(tmp_path / "lzma.fmu", "w", zipfile.ZIP_LZMA) as archive:
         for name, data in contents(mass_on_spring_files[2]).items():
@@ -322,6 +328,10 @@ def foreign(file: Path, folder: Path, body: str, leave_out: str = "") -> Path:
 DEATHS = {
     "crash": ("EXPORT int fmi2DoStep(void) { abort(); }", "step of 0.002 s: the binary crashed with SIGABRT"),
     "end": ("EXPORT int fmi2DoStep(void) { exit(3); }", "ended the process with exit code 3"),
+    "end without complaint": (
+        "EXPORT int fmi2DoStep(void) { exit(0); }",
+        "step of 0.002 s: the binary ended the process",
+    ),
     "crash at the start": ("EXPORT int fmi2EnterInitializationMode(void) { abort(); }", "initialization: the binary"),
     "error": ("EXPORT int fmi2DoStep(void) { return 3; }", "fmi2DoStep failed with status 3"),
     "refusal": ("EXPORT void* fmi2Instantiate(void) { return 0; }", "instantiation"),
