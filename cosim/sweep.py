@@ -2,7 +2,7 @@
 
     plan = plan_sweep(system, files, inputs, outputs, frequency, amplitude, settings)
     with SweepFile.create(path, plan, system_record(...)) as file:
-        stepped(file, plan, benches, settings, jobs=2)          # or file.write(linear(...))
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...)[0]))
 
 `stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
 FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
@@ -13,7 +13,6 @@ the others go on. `linear` takes the response from the FMUs' own derivatives (`l
 import contextlib
 import hashlib
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -30,9 +29,19 @@ from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import Fmu, Instance
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.results import InstanceRecord, Plan, Point, Signal, Status, SweepFile, SystemRecord
-from hfsa.cosim.system import StructureError, System, check, connector
+from hfsa.cosim.system import Component, StructureError, System, check, connector
 
-__all__ = ["METHODS", "Bench", "Progress", "Settings", "linear", "plan_sweep", "stepped"]
+__all__ = [
+    "METHODS",
+    "Bench",
+    "Progress",
+    "Settings",
+    "finished",
+    "linear",
+    "plan_sweep",
+    "stepped",
+    "system_record",
+]
 
 METHODS = ("stepped", "linear")
 """Methods of a sweep; the first is the default."""
@@ -82,50 +91,62 @@ def plan_sweep(
     )
 
 
-def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[list[Point], dict[str, float]]:
-    """Return all points from the FMUs' derivatives, and the states at the operating point by full name.
+def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[NDArray[np.complex128], dict[str, float]]:
+    """Return the response from the FMUs' derivatives, and the states at the operating point by full name.
 
-    Raises `StructureError` where an FMU has no derivatives, is sampled, or no equilibrium is found.
+    The response is output per input, shape (frequencies, outputs, inputs). Raises `StructureError` where an FMU has no
+    derivatives, is sampled, or no equilibrium is found.
     """
-    begin = time.perf_counter()
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
     instances = {name: Instance(Fmu.load(file), name) for name, file in files.items()}
     try:
         point = linearize(system, instances, inputs, outputs).operating_point
-        response = linear_response(system, instances, inputs, outputs, plan.frequency)
+        return linear_response(system, instances, inputs, outputs, plan.frequency), dict(point)
     finally:
         for instance in instances.values():
             instance.close()
-    each = (time.perf_counter() - begin) / (len(plan.frequency) * len(inputs))
-    points = [
-        Point(i, k, Status.DONE, response[k, :, i], wall_time=each)
-        for i in range(len(inputs))
-        for k in range(len(plan.frequency))
-    ]
-    return points, dict(point)
+
+
+def finished(response: NDArray[np.complex128]) -> list[Point]:
+    """Return the points of a response that was had all at once, shape (frequencies, outputs, inputs)."""
+    frequencies, _, inputs = response.shape
+    return [Point(i, k, Status.DONE, response[k, :, i]) for k in range(frequencies) for i in range(inputs)]
 
 
 def system_record(
-    title: str, scene: str, system: System, files: Mapping[str, Path], operating_point: Mapping[str, float] = {}
+    title: str,
+    scene: str,
+    *systems: tuple[System, Mapping[str, Path]],
+    operating_point: Mapping[str, float] = {},
 ) -> SystemRecord:
-    """Return what the results file says of the system; `scene` is its text."""
+    """Return what the results file says of what was measured: the scene's text, and the FMUs of each system.
+
+    An instance that is another FMU in another system (a source in another unit) is counted, `source[2]`.
+    """
+    files: dict[str, list[Path]] = {}
     instances = []
-    for component in system.components:
-        file = files[component.name]
-        description = describe(file)
-        instances.append(
-            InstanceRecord(
-                instance=component.name,
-                name=description.name,
-                file=file.name,
-                sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
-                fmi_version=description.version,
-                level=component.level or "",
-                solver="" if component.part.endswith(".fmu") else _solver(description),
-                start=component.start,
-            )
-        )
+    for system, of_component in systems:
+        for component in system.components:
+            file, earlier = of_component[component.name], files.setdefault(component.name, [])
+            if file not in earlier:
+                earlier.append(file)
+                name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
+                instances.append(_instance_record(name, component, file))
     return SystemRecord(title, scene, instances, operating_point)
+
+
+def _instance_record(name: str, component: Component, file: Path) -> InstanceRecord:
+    description = describe(file)
+    return InstanceRecord(
+        instance=name,
+        name=description.name,
+        file=file.name,
+        sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+        fmi_version=description.version,
+        level=component.level or "",
+        solver="" if component.part.endswith(".fmu") else _solver(description),
+        start=component.start,
+    )
 
 
 def stepped(

@@ -1,0 +1,223 @@
+"""From a scene's name to a results file: choose signals and frequencies, build FMUs and instruments, run or sweep.
+
+    loaded = load("sdelta_shaker", {"damping": "0.02"}, step_size=20e-6)
+    sweep_scene(loaded, Request(Settings(), inputs=["command.position[3]"]), Path("results/sweep.h5"))
+
+Like `cli.py`, for which it works, it stands on the roof: it asks `build.py` for files.
+"""
+
+import contextlib
+import dataclasses
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim import build, excitation
+from hfsa.cosim._description import describe
+from hfsa.cosim._scene_text import scene_text
+from hfsa.cosim.frequency_response import negligible
+from hfsa.cosim.results import Plan, SweepFile
+from hfsa.cosim.run import run
+from hfsa.cosim.sweep import Bench, Progress, Settings, finished, linear, plan_sweep, stepped, system_record
+from hfsa.cosim.system import Connector, Scene, StructureError, System, connector, expand, nearest
+
+GRIDS = ("response", "log")
+"""How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
+
+_DENSE = 10_000
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asks of a scene; `None` takes what the scene or the method says.
+
+    `inputs` and `outputs` are names, full or without the component where that is clear; `low` and `high` in Hz;
+    `amplitude` in the unit of each input; `jobs` processes, `None` for one per processor.
+    """
+
+    settings: Settings
+    inputs: Sequence[str] = ()
+    outputs: Sequence[str] = ()
+    low: float | None = None
+    high: float | None = None
+    points: int | None = None
+    grid: str = GRIDS[0]
+    amplitude: float | None = None
+    jobs: int | None = None
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A scene with the title that its results carry."""
+
+    scene: Scene
+    title: str
+
+
+def load(name: str, arguments: Mapping[str, str], **changes: Any) -> Loaded:
+    """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`."""
+    scene = build.load_scene(name, arguments)
+    scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
+    known = build.scenes().get(name)
+    return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
+
+
+def sweep_scene(
+    loaded: Loaded,
+    request: Request,
+    path: Path,
+    *,
+    resume: bool = False,
+    warn: Callable[[str], None] = print,
+    report: Callable[[Progress], None] | None = None,
+) -> None:
+    """Sweep a scene into the file `path`; with `resume`, go on with the file if there is one."""
+    scene, settings = loaded.scene, request.settings
+    files = build.build(scene.system)
+    variables = {name: describe(file).variables for name, file in files.items()}
+    inputs = find_signals(request.inputs, scene.inputs, variables, "input")
+    outputs = find_signals(request.outputs, scene.outputs, variables, "output")
+    scene = _with_amplitude(scene, request.amplitude, inputs, variables)
+    draft = _draft(scene, files, inputs, outputs, request)
+    plan = dataclasses.replace(draft, frequency=_frequencies(scene, files, draft, request, warn))
+    text = scene_text(scene)
+    opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
+    if settings.method == "linear":
+        response, point = linear(scene.system, files, plan)
+        record = system_record(loaded.title, text, (scene.system, files), operating_point=point)
+        with opening(path, plan, record) as file:
+            file.write(finished(response))
+        return
+    with _usage_errors():
+        excitation.window_steps(plan.frequency.max(), settings.step_size)
+    benches = {name: _bench(scene, name, outputs) for name in inputs}
+    record = system_record(loaded.title, text, *((bench.system, bench.files) for bench in benches.values()))
+    jobs = request.jobs or os.cpu_count() or 1
+    with opening(path, plan, record) as file:
+        stepped(file, plan, benches, settings, jobs=jobs, report=report)
+
+
+def run_scene(
+    loaded: Loaded,
+    path: Path,
+    *,
+    excited: str | None = None,
+    frequency: float | None = None,
+    warn: Callable[[str], None] = print,
+    report: Callable[[float], None] | None = None,
+) -> None:
+    """Run a scene in time with a sine at one input; record that input and the scene's outputs into the file `path`."""
+    scene = loaded.scene
+    files = build.build(scene.system)
+    variables = {name: describe(file).variables for name, file in files.items()}
+    name = find_signals([excited] if excited else scene.inputs[:1], scene.inputs, variables, "input")[0]
+    system = build.instrument(scene, name, scene.outputs)
+    source = scene.source.name
+    start = {"frequency": frequency or scene.band[0], **({} if frequency else scene.source.start)}
+    components = [
+        dataclasses.replace(c, start={**c.start, **start}) if c.name == source else c
+        for c in system.components
+        if c.name != build.LOCK_IN
+    ]
+    joined = [c for c in system.connections if not c.end.startswith(f"{build.LOCK_IN}.")]
+    system = System(components, joined)
+    files = build.build(system)
+    warnings = run(
+        path,
+        system,
+        files,
+        [name, *scene.outputs],
+        stop_time=scene.stop_time,
+        step_size=scene.step_size,
+        algorithm=scene.algorithm,
+        record=system_record(loaded.title, scene_text(scene), (system, files)),
+        report=report,
+    )
+    for message in warnings.values():
+        warn(message)
+
+
+def find_signals(
+    wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], causality: str
+) -> list[str]:
+    """Return full names of inputs or outputs: those offered by the scene, or any others that are wanted.
+
+    A wanted name may have a range, and may leave out the component where only one fits. `StructureError` for a name
+    that fits none, with the nearest ones, or several.
+    """
+    if not wanted:
+        return list(offered)
+    known = [f"{c}.{v.name}" for c, vs in variables.items() for v in vs.values() if v.causality == causality]
+    found = []
+    for name in (member for item in wanted for member in expand(item)):
+        fitting = [name] if name in known else [full for full in offered if full.partition(".")[2] == name]
+        fitting = fitting or [full for full in known if full.partition(".")[2] == name]
+        if not fitting:
+            short = [full.partition(".")[2] for full in known]
+            raise StructureError(f"no {causality} is called {name!r}{nearest(name, [*offered, *known, *short])}")
+        if len(fitting) > 1:
+            raise StructureError(f"{name} fits several {causality}s: {', '.join(fitting)}; say which")
+        found += fitting
+    return list(dict.fromkeys(found))
+
+
+def _with_amplitude(
+    scene: Scene, amplitude: float | None, inputs: Sequence[str], variables: Mapping[str, Mapping[str, Connector]]
+) -> Scene:
+    """Return the scene with one amplitude for all wanted inputs, each in its own unit."""
+    if amplitude is None:
+        return scene
+    units = {connector(scene.system, variables, name).unit or "1" for name in inputs}
+    return dataclasses.replace(scene, amplitude={**scene.amplitude, **dict.fromkeys(units, amplitude)})
+
+
+def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: list[str], request: Request) -> Plan:
+    """Return the plan with evenly spaced frequencies; for a spacing along the response, with many."""
+    low = scene.band[0] if request.low is None else request.low
+    high = scene.band[1] if request.high is None else request.high
+    points = _DENSE if request.grid == "response" else _points(request)
+    with _usage_errors():
+        frequency = excitation.logarithmic(low, high, points)
+        return plan_sweep(scene.system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
+
+
+def _frequencies(
+    scene: Scene, files: Mapping[str, Path], draft: Plan, request: Request, warn: Callable[[str], None]
+) -> NDArray[np.float64]:
+    """Return the frequencies as the request wants them spaced, the draft being spaced evenly."""
+    if request.grid == "log":
+        return draft.frequency
+    try:
+        response, _ = linear(scene.system, files, draft)
+    except StructureError as error:
+        if request.settings.method == "linear":
+            raise
+        warn(f"frequencies are spaced evenly, for there is no linear response to follow: {error}")
+        return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], _points(request))
+    units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
+    wanted = ~negligible(response, units, amplitudes)
+    with _usage_errors():
+        return excitation.along_response(draft.frequency, response[:, wanted], _points(request))
+
+
+def _points(request: Request) -> int:
+    return request.points or (1000 if request.settings.method == "linear" else 40)
+
+
+def _bench(scene: Scene, excited: str, outputs: Sequence[str]) -> Bench:
+    system = build.instrument(scene, excited, outputs)
+    return Bench(system, build.build(system), tuple(outputs), source=scene.source.name, lock_in=build.LOCK_IN)
+
+
+@contextlib.contextmanager
+def _usage_errors() -> Iterator[None]:
+    """What cannot be measured as it was asked for is a wrong word of the user's."""
+    try:
+        yield
+    except ValueError as error:
+        raise StructureError(str(error)) from error

@@ -1,0 +1,223 @@
+"""What the verbs answer, as data for JSON and as text to read: parts and scenes, engineering numbers, finished work."""
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hfsa.components._model import Kind, Quantity
+from hfsa.components._parts import Part
+from hfsa.cosim import build
+from hfsa.cosim.results import Status, read, read_run
+from hfsa.cosim.system import StructureError, nearest
+
+_KINDS = {
+    "inputs": (Kind.INPUT,),
+    "outputs": (Kind.OUTPUT, Kind.SAMPLED_OUTPUT),
+    "parameters": (Kind.PARAMETER,),
+}
+
+
+# Parts and scenes -----------------------------------------------------------------------------------------------------
+
+
+def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
+    """Return components, controllers and scenes with what they offer; one of them alone by its name.
+
+    `StructureError` for a name that is not there, with the nearest ones.
+    """
+    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": build.scenes()}
+    for part_name, part in build.parts().items():
+        groups[part.module.__name__.split(".")[1]][part_name] = part
+    known = [known for parts in groups.values() for known in parts]
+    if name is not None and name not in known:
+        raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
+    return {
+        group: [
+            _scene_entry(part) if group == "scenes" else _part_entry(part)
+            for part_name, part in parts.items()
+            if name in (None, part_name)
+        ]
+        for group, parts in groups.items()
+    }
+
+
+def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
+    """Return the listing for reading; a single entry in full."""
+    count = sum(map(len, data.values()))
+    blocks = []
+    for group, entries in data.items():
+        if entries or count > 1:
+            entry_lines = [line for entry in entries for line in _entry_lines(entry, in_full=count == 1)]
+            blocks.append("\n".join([group, *(entry_lines or ["  none"])]))
+    return "\n\n".join(blocks)
+
+
+def _part_entry(part: Part) -> dict[str, Any]:
+    entry = {
+        "name": part.name,
+        "description": part.doc,
+        "is_analysis": part.build is None,
+        "has_analysis": part.analyze is not None,
+        "levels": list(part.levels),
+        "arguments": _arguments(part),
+    }
+    if part.build is not None:
+        model = part.model()
+        for key, kinds in _KINDS.items():
+            entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
+    return entry
+
+
+def _scene_entry(part: Part) -> dict[str, Any]:
+    scene = build.load_scene(part.name)
+    return {
+        "name": part.name,
+        "description": part.doc,
+        "arguments": _arguments(part),
+        "components": [
+            {"name": c.name, "part": c.part, "level": c.level, "arguments": dict(c.arguments), "start": dict(c.start)}
+            for c in scene.system.components
+        ],
+        "inputs": list(scene.inputs),
+        "outputs": list(scene.outputs),
+        "band": list(scene.band),
+        "step_size": scene.step_size,
+        "algorithm": scene.algorithm,
+    }
+
+
+def _arguments(part: Part) -> list[dict[str, Any]]:
+    return [
+        {"name": argument.name, "default": argument.default, "values": list(argument.values)}
+        for argument in part.arguments.values()
+        if argument.name != "level"
+    ]
+
+
+def _signal(quantity: Quantity) -> dict[str, Any]:
+    start = quantity.start if quantity.kind is Kind.PARAMETER else None
+    return {"name": quantity.name, "unit": quantity.unit, "description": quantity.description, "start": start}
+
+
+def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
+    levels = f" ({', '.join(entry['levels'])})" if entry.get("levels") else ""
+    kind = " [analysis]" if entry.get("is_analysis") else ""
+    yield f"  {entry['name']}{levels}{kind}"
+    yield f"      {entry['description']}"
+    for key in ("inputs", "outputs"):
+        if entry.get(key):
+            names = [s if isinstance(s, str) else s["name"] for s in entry[key]]
+            yield f"      {'in ' if key == 'inputs' else 'out'}  {', '.join(_ranges(names))}"
+    if not in_full:
+        return
+    for key in ("arguments", "parameters"):
+        for item in entry.get(key, []):
+            unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
+            value = item["default"] if key == "arguments" else item["start"]
+            choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
+            about = f"  {item['description']}" if item.get("description") else ""
+            yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
+
+
+def _ranges(names: list[str]) -> list[str]:
+    """Return names with members in a row joined: `position[1]`, `position[2]` -> `position[1..2]`."""
+    groups: dict[str, list[int]] = {}
+    for name in names:
+        match = re.match(r"^([^[]*)\[(\d+)\](.*)$", name)
+        stem = f"{match[1]}[{{}}]{match[3]}" if match else name
+        groups.setdefault(stem, []).extend([int(match[2])] if match else [])
+    joined = []
+    for stem, indices in groups.items():
+        if len(indices) > 1 and indices == list(range(indices[0], indices[0] + len(indices))):
+            joined.append(stem.format(f"{indices[0]}..{indices[-1]}"))
+        else:
+            joined += [stem.format(i) for i in indices] or [stem]
+    return joined
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return ",".join(map(_words, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# Numbers --------------------------------------------------------------------------------------------------------------
+
+
+def numbers_text(numbers: Mapping[str, Any]) -> str:
+    """Return engineering numbers for reading, one quantity after the other, arrays in rows."""
+    blocks = []
+    for name, value in numbers.items():
+        array = np.asarray(value)
+        if array.ndim == 0:
+            blocks.append(f"{name} = {value}")
+        else:
+            text = np.array2string(array, precision=7, suppress_small=False, max_line_width=140)
+            blocks.append(f"{name} =\n  {text.replace(chr(10), chr(10) + '  ')}")
+    return "\n".join(blocks)
+
+
+# Finished work --------------------------------------------------------------------------------------------------------
+
+
+def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
+    """Return what became of a sweep, as data and as text, and whether every point was measured."""
+    bode = read(path)
+    counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
+    troubles = [
+        {
+            "input": bode.inputs[i].name,
+            "frequency": float(bode.frequency[k]),
+            "status": Status(bode.status[k, i]).name.lower(),
+            "message": bode.message[k, i],
+        }
+        for k, i in np.argwhere(bode.status != Status.DONE)
+    ]
+    data = {
+        "file": path,
+        "status": bode.attributes["status"],
+        "points": counts,
+        "frequency": [bode.frequency[0], bode.frequency[-1]],
+        "inputs": [signal.name for signal in bode.inputs],
+        "outputs": [signal.name for signal in bode.outputs],
+        "peaks": [_peak(bode, o, i) for o in range(len(bode.outputs)) for i in range(len(bode.inputs))],
+        "troubles": troubles,
+    }
+    lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
+    lines += [
+        f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
+    ]
+    return data, "\n".join(lines), not troubles
+
+
+def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
+    """Return where an entry is largest."""
+    size = np.nan_to_num(np.abs(bode.response[:, output, source]))
+    k = int(np.argmax(size))
+    return {
+        "output": bode.outputs[output].name,
+        "input": bode.inputs[source].name,
+        "frequency": float(bode.frequency[k]),
+        "magnitude": float(size[k]),
+    }
+
+
+def run_report(path: Path) -> tuple[dict[str, Any], str]:
+    """Return what a run recorded, as data and as text: the last and the largest value of each variable."""
+    values, units = read_run(path)
+    data = {
+        "file": path,
+        "stop_time": float(values["time"][-1]),
+        "steps": len(values["time"]) - 1,
+        "variables": [
+            {"name": name, "unit": units[name], "minimum": v.min(), "maximum": v.max(), "last": v[-1]}
+            for name, v in values.items()
+            if name != "time"
+        ],
+    }
+    lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
+    lines += [f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}" for v in data["variables"]]
+    return data, "\n".join(lines)

@@ -1,0 +1,117 @@
+"""How a verb speaks: its answer on stdout, as text or JSON; progress, warnings and errors on stderr; an exit code.
+
+0 done    1 a check found problems or points failed    2 wrong usage    3 build failed    4 simulation failed
+130 interrupted
+"""
+
+import contextlib
+import errno
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
+
+_CODES = {
+    "ModelError": USAGE,
+    "StructureError": USAGE,
+    "ResultsError": USAGE,
+    "ExportError": BUILD_FAILED,
+    "StepError": SIMULATION_FAILED,
+}
+# A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
+_DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}
+
+
+def run(verb: Callable[[], int | None]) -> int:
+    """Run a verb and return its exit code; our own errors become one line on stderr, others are bugs and fly."""
+    try:
+        return verb() or DONE
+    except KeyboardInterrupt:
+        warn("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # whoever read the answer has gone; nothing may be flushed to it at exit either
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except (ValueError, RuntimeError) as error:
+        code = _CODES.get(type(error).__name__)
+        if code is None:
+            raise
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
+            code = SIMULATION_FAILED
+        print(f"error: {error}", file=sys.stderr)
+        return code
+
+
+def warn(message: str) -> None:
+    """Print a line on stderr."""
+    print(f"hfsa: {message}", file=sys.stderr)
+
+
+def answer(data: Any, text: str, as_json: bool) -> None:
+    """Print the answer of a verb: `data` as JSON, or `text`."""
+    print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
+    sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
+
+
+def named_values(words: list[str] | None) -> dict[str, str]:
+    """Return NAME=VALUE words as a mapping; `StructureError` for a word without `=` and for a name given twice."""
+    from hfsa.cosim.system import StructureError
+
+    values: dict[str, str] = {}
+    for word in words or ():
+        name, equals, value = word.partition("=")
+        if not (name and equals):
+            raise StructureError(f"-p {word!r} is not of the form NAME=VALUE")
+        if name in values:
+            raise StructureError(f"-p {name} is given twice: {values[name]} and {value}")
+        values[name] = value
+    return values
+
+
+def plain(value: Any) -> Any:
+    """Return a value in JSON's terms: arrays as nested lists, complex numbers by part, NaN and Infinity as null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, complex):
+        return {"real": plain(value.real), "imaginary": plain(value.imag)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return str(value) if isinstance(value, Path) else value
+
+
+@contextlib.contextmanager
+def progress(label: str) -> Iterator[Callable[[float, str], None]]:
+    """Show a bar with the time left on stderr, if that is a terminal; call with the part done (0 to 1) and a word."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[word]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(label, total=1.0, word="")
+        yield lambda part, word: bar.update(task, completed=part, word=word)

@@ -1,0 +1,321 @@
+"""The command `hfsa`: parses, nothing else.
+
+Every verb hands its words on and returns an exit code (`_shell.py`). What a verb needs is imported inside it, so that
+`hfsa --help` is there at once.
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.validators import Number
+
+from hfsa.cosim import _shell
+
+app = App(
+    name="hfsa",
+    help="Components, co-simulation and frequency sweeps for high-frequency, small-amplitude machines, made of FMUs.",
+    help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
+    "4 simulation failed, 130 interrupted.",
+    version_flags=["--version"],
+)
+
+Arguments = Annotated[
+    list[str] | None,
+    Parameter(
+        ("-p", "--parameter"),
+        negative=(),
+        help="NAME=VALUE, again and again: an argument or a parameter, for a scene its own argument or "
+        "instance.argument. Numbers of a vector are separated by commas; units are SI where none is stated.",
+    ),
+]
+Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
+Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
+Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
+Signals = Annotated[list[str] | None, Parameter(negative=())]
+Output = Annotated[Path | None, Parameter(("-o", "--output"))]
+
+
+@app.command(name="list")
+def list_(name: str | None = None, /, *, json: Json = False) -> int:
+    """List components with their levels and ports, controllers, and scenes.
+
+    Parameters
+    ----------
+    name
+        A part or scene to show in full, with its arguments and parameters.
+    """
+    from hfsa.cosim._reports import listing, listing_text
+
+    data = listing(name)
+    _shell.answer(data, listing_text(data), json)
+    return _shell.DONE
+
+
+@app.command
+def analyze(name: str, /, *, level: Level = None, parameter: Arguments = None, json: Json = False) -> int:
+    """Print a part's own engineering numbers: stiffness, modes, compliance, mobility, whatever it knows.
+
+    Parameters
+    ----------
+    name
+        A component, controller or analysis, as in `hfsa list`.
+    """
+    from hfsa.components._parts import part_named
+    from hfsa.cosim._reports import numbers_text
+    from hfsa.cosim.build import parts
+
+    numbers = part_named(name, parts()).analysis(level, **_shell.named_values(parameter))
+    _shell.answer(numbers, numbers_text(numbers), json)
+    return _shell.DONE
+
+
+@app.command
+def export(
+    name: str,
+    /,
+    *,
+    level: Level = None,
+    parameter: Arguments = None,
+    fmi: Literal[2, 3] | None = None,
+    output: Output = None,
+    json: Json = False,
+) -> int:
+    """Write a part's FMU, checked and with sources, and print its path.
+
+    Parameters
+    ----------
+    name
+        A component or controller, as in `hfsa list`.
+    fmi
+        Version of FMI; both without.
+    output
+        Folder; `fmus/built` in a checkout, else the working folder.
+    """
+    from hfsa.components._parts import part_named
+    from hfsa.cosim.build import parts
+    from hfsa.fmus.export import export as export_model
+
+    model = part_named(name, parts()).model(level, **_shell.named_values(parameter))
+    files = export_model(model, output or _export_folder(), (fmi,) if fmi else (2, 3))
+    _shell.answer({"files": files}, "\n".join(map(str, files)), json)
+    return _shell.DONE
+
+
+@app.command
+def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json = False) -> int:
+    """Check FMUs, ours or not, against every rule we know; problems are exit code 1.
+
+    Parameters
+    ----------
+    files
+        FMU files.
+    """
+    from hfsa.cosim.system import StructureError
+    from hfsa.fmus.check import examine
+
+    if missing := [str(file) for file in files if not file.is_file()]:
+        raise StructureError(f"there is no file {', '.join(missing)}")
+    reports = {file: examine(file) for file in files}
+    lines = []
+    for file, report in reports.items():
+        lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]
+        for warning in report.warnings:
+            _shell.warn(f"{file}: {warning}")
+    data = [{"file": f, "problems": r.problems, "warnings": r.warnings} for f, r in reports.items()]
+    _shell.answer(data, "\n".join(lines), json)
+    return _shell.PROBLEMS if any(report.problems for report in reports.values()) else _shell.DONE
+
+
+@app.command
+def run(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    input: str | None = None,  # noqa: A002 (the user's word)
+    frequency: Positive = None,
+    step: Positive = None,
+    stop: Positive = None,
+    algorithm: Algorithm | None = None,
+    output: Output = None,
+    json: Json = False,
+) -> int:
+    """Run a scene in time, one input following a sine; record that input and the scene's outputs.
+
+    Parameters
+    ----------
+    scene
+        A scene's name, or the path of a .py or .toml file.
+    input
+        Input that follows the sine; the scene's first without.
+    frequency
+        Frequency of the sine [Hz]; the lowest of the scene's band without.
+    step
+        Communication step size [s]; the scene's without.
+    stop
+        End of the run [s]; the scene's without.
+    algorithm
+        Co-simulation algorithm; the scene's without.
+    output
+        Results file; `results/SCENE_run.h5` without.
+    """
+    from hfsa.cosim._measure import load, run_scene
+    from hfsa.cosim._reports import run_report
+
+    loaded = load(scene, _shell.named_values(parameter), step_size=step, stop_time=stop, algorithm=algorithm)
+    path = output or Path("results", f"{Path(scene).stem}_run.h5")
+    with _shell.progress("run") as show:
+        run_scene(
+            loaded, path, excited=input, frequency=frequency, report=lambda part: show(part, ""), warn=_shell.warn
+        )
+    _shell.answer(*run_report(path), json)
+    return _shell.DONE
+
+
+@app.command
+def sweep(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    method: Literal["stepped", "linear"] = "stepped",
+    low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
+    high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
+    points: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
+    grid: Literal["response", "log"] = "response",
+    input: Signals = None,  # noqa: A002 (the user's word)
+    output: Signals = None,
+    amplitude: Positive = None,
+    step: Positive = None,
+    algorithm: Algorithm | None = None,
+    settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
+    settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
+    measurement_periods: Annotated[int, Parameter(validator=Number(gte=1))] = 1,
+    jobs: Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))] = None,
+    resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
+    file: Annotated[Path | None, Parameter("-o")] = None,
+    json: Json = False,
+) -> int:
+    """Measure a scene's frequency responses: its outputs over its inputs, one input and one frequency at a time.
+
+    Parameters
+    ----------
+    scene
+        A scene's name, or the path of a .py or .toml file.
+    method
+        `stepped` co-simulates one sine at a time until it has settled; `linear` takes the FMUs' own derivatives.
+    low
+        Lowest frequency [Hz]; the scene's without.
+    high
+        Highest frequency [Hz]; the scene's without.
+    points
+        Number of frequencies; 40, and 1000 for `linear`, without.
+    grid
+        Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
+    input
+        Inputs, one at a time, as often as wanted; all of the scene without. `command.position[1..3]` is a range.
+    output
+        Outputs, as inputs.
+    amplitude
+        Amplitude in the unit of each input; the scene's without.
+    step
+        Communication step size [s]; the scene's without.
+    algorithm
+        Co-simulation algorithm; the scene's without.
+    settling_tolerance
+        Largest transient that may remain, relative to each response.
+    settling_time
+        Simulated time [s] after which a point that has not settled is given up.
+    measurement_periods
+        Periods in a measurement window.
+    jobs
+        Processes; one per processor without.
+    resume
+        Go on with the file where a sweep was interrupted; points that failed are tried again.
+    file
+        Results file; `results/SCENE.h5` without.
+    """
+    from hfsa.cosim._measure import Request, Settings, load, sweep_scene
+    from hfsa.cosim._reports import sweep_report
+
+    loaded = load(scene, _shell.named_values(parameter), step_size=step, algorithm=algorithm)
+    settings = Settings(
+        method=method,
+        algorithm=loaded.scene.algorithm,
+        step_size=loaded.scene.step_size,
+        settling_tolerance=settling_tolerance,
+        measurement_periods=measurement_periods,
+        settling_time=settling_time,
+    )
+    request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs)
+    path = file or Path("results", f"{Path(scene).stem}.h5")
+    with _shell.progress("sweep") as show:
+        sweep_scene(
+            loaded,
+            request,
+            path,
+            resume=resume,
+            warn=_shell.warn,
+            report=lambda p: show(p.work, f"{p.done} of {p.points} points"),
+        )
+    data, text, is_complete = sweep_report(path)
+    _shell.answer(data, text, json)
+    return _shell.DONE if is_complete else _shell.PROBLEMS
+
+
+@app.command
+def bode(
+    files: Annotated[list[Path], Parameter(negative=())],
+    /,
+    *,
+    input: Signals = None,  # noqa: A002 (the user's word)
+    output: Signals = None,
+    picture: Annotated[Path | None, Parameter("-o")] = None,
+    json: Json = False,
+) -> int:
+    """Draw the Bode plot of one or more sweeps, one upon the other: `linear` as a line, measured points as points.
+
+    Parameters
+    ----------
+    files
+        Results files of `hfsa sweep`.
+    input
+        Inputs to draw, by full name; all without.
+    output
+        Outputs to draw, by full name; all that are not zero by symmetry without.
+    picture
+        Picture file; its ending says the format. The first results file with the ending `.png` without.
+    """
+    from hfsa.cosim.plots import bode_figure, save
+    from hfsa.cosim.results import read
+
+    figure = bode_figure([read(path) for path in files], output or (), input or ())
+    path = picture or files[0].with_suffix(".png")
+    save(figure, path)
+    _shell.answer({"file": path}, str(path), json)
+    return _shell.DONE
+
+
+def main(tokens: list[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+
+    def verb() -> int:
+        try:
+            return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
+        except CycloptsError:
+            return _shell.USAGE
+
+    return _shell.run(verb)
+
+
+def _export_folder() -> Path:
+    """Return `fmus/built` of the checkout this runs from, else the working folder: a package is not written into."""
+    checkout = Path(__file__).resolve().parents[1]
+    return checkout / "fmus" / "built" if (checkout / "pyproject.toml").is_file() else Path()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""One time-domain run of a system into a file: what is recorded survives whatever ends the run.
+
+run(path, system, files, ["robot.platform.position[3]"], stop_time=5.0, step_size=50e-6, record=record)
+"""
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from hfsa.cosim.instance import Fmu, Instance, StepError
+from hfsa.cosim.master import Master
+from hfsa.cosim.results import RunFile, SystemRecord
+from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
+
+_BLOCK = 2000
+
+
+def run(
+    path: Path,
+    system: System,
+    files: Mapping[str, Path],
+    names: Sequence[str],
+    *,
+    stop_time: float,
+    step_size: float,
+    record: SystemRecord,
+    algorithm: str = ALGORITHMS[0],
+    report: Callable[[float], None] | None = None,
+) -> dict[str, str]:
+    """Run from 0 to `stop_time` [s] and record variables (full names) at every communication point.
+
+    Returns the first warning of each instance. The file is written as the run goes on; a `StepError` is written to it
+    as well, with everything recorded before, and raised. `report` is called with the part done, 0 to 1.
+    """
+    steps = round(stop_time / step_size)
+    if steps < 1:
+        raise StructureError(f"stop time {stop_time:g} s is less than a step of {step_size:g} s")
+    with contextlib.ExitStack() as stack:
+        instances = {name: Instance(Fmu.load(file), name) for name, file in files.items()}
+        for instance in instances.values():
+            stack.callback(instance.close)
+        master = Master(instances, system, algorithm, step_size)
+        units = {name: connector(system, master.wiring.connectors, name).unit or "1" for name in names}
+        recording = master.record(list(names), rows=steps + 1)
+        file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * step_size, units, record)
+        written, failure = 0, "stopped before the end"
+
+        def write() -> None:
+            nonlocal written
+            file.write(written, {name: recording[name][written:] for name in names})
+            written = recording.rows
+
+        try:
+            master.initialize(stop_time=stop_time)
+            for done in range(0, steps, _BLOCK):
+                master.advance(min(_BLOCK, steps - done))
+                write()
+                if report is not None:
+                    report(min(done + _BLOCK, steps) / steps)
+            failure = ""
+        except StepError as error:
+            failure = str(error)
+            raise
+        finally:
+            try:
+                write()
+            finally:
+                file.close(failure)
+        return dict(master.warnings)
