@@ -39,8 +39,17 @@ def scene_text(scene: Scene) -> str:
 
 
 def read_scene(file: Path) -> Scene:
-    """Return the scene of a `.toml` file; `StructureError` names the file and the key that is wrong."""
-    return read_scene_text(Path(file).read_text(encoding="utf-8"), str(file))
+    """Return the scene of a `.toml` file; `StructureError` names the file and the key that is wrong.
+
+    The path of a foreign `.fmu` counts from the scene's folder.
+    """
+    file = Path(file)
+    scene = read_scene_text(file.read_text(encoding="utf-8"), str(file))
+    components = [
+        dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.part.endswith(".fmu") else c
+        for c in scene.system.components
+    ]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
 
 
 def read_scene_text(text: str, where: str = "scene") -> Scene:

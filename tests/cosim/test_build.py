@@ -144,6 +144,26 @@ def test_what_a_killed_process_left_is_swept_up(counted):
     assert not left.exists()
 
 
+def test_a_foreign_fmu_beside_its_scene(foreign, tmp_path, monkeypatch):
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "spring.fmu").write_bytes(foreign[2].read_bytes())
+    (tmp_path / "scene" / "own.toml").write_text(
+        """
+        inputs = ["spring.u"]
+        outputs = ["spring.y"]
+        band = [1, 10]
+        amplitude = { 1 = 1.0 }
+        step_size = 1e-3
+        stop_time = 1
+        components = [{ name = "spring", part = "spring.fmu" }]
+        """
+    )
+    monkeypatch.chdir(tmp_path)
+    scene = load_scene("scene/own.toml", {"spring.behaviour": "1"})
+    assert build(scene.system) == {"spring": tmp_path / "scene" / "spring.fmu"}
+    assert instrument(scene, "spring.u")["source"].arguments == {"unit": "1"}  # it states no unit
+
+
 def test_a_foreign_fmu(foreign, tmp_path):
     assert fmu_file(Component("spring", str(foreign[2]))) == foreign[2]
     with pytest.raises(StructureError, match="spring: there is no file"):
