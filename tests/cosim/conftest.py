@@ -11,7 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from hfsa.components._model import Model
-from hfsa.cosim.instance import Fmu, Instance
+from hfsa.cosim.instance import Fmu, Instance, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
 from hfsa.fmus.export import export
@@ -79,6 +79,21 @@ def open_fmu() -> Iterator[Open]:
 
     yield make
     for instance in opened:
+        instance.close()
+
+
+@pytest.fixture
+def opened() -> Iterator[Callable[[dict[str, Path]], dict[str, Instance]]]:
+    """Open instances by component, closed after the test."""
+    made: list[Instance] = []
+
+    def make(files: dict[str, Path]) -> dict[str, Instance]:
+        instances = open_instances(files)
+        made.extend(instances.values())
+        return instances
+
+    yield make
+    for instance in made:
         instance.close()
 
 

@@ -1,8 +1,11 @@
 """One instance: the same in FMI 2 and 3, ours and of another maker, reused, saved, and honest about failure."""
 
 import gc
+import multiprocessing
 import os
 import pickle
+import subprocess
+import sys
 import tempfile
 from ctypes import c_double
 from pathlib import Path
@@ -234,3 +237,28 @@ def test_close_removes_the_folder(files):
     assert folder.is_dir()
     fmu.close()
     assert not folder.exists()
+
+
+WORKER = """
+import sys, multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from hfsa.cosim.instance import Fmu, Instance
+
+def run(file):
+    with Instance(Fmu.load(file), "it") as it:
+        it.start()
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(1, multiprocessing.get_context(sys.argv[2])) as pool:
+        pool.submit(run, sys.argv[1]).result()
+    run(sys.argv[1])
+"""
+
+
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
+def test_processes_leave_no_folder_behind(files, tmp_path, method):
+    (tmp_path / "worker.py").write_text(WORKER)
+    (tmp_path / "here").mkdir()
+    command = [sys.executable, "worker.py", str(files["Plant", 2]), method]
+    subprocess.run(command, cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path / "here")}, check=True)
+    assert [name for name in os.listdir(tmp_path / "here") if name.startswith("hfsa-")] == []

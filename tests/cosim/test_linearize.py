@@ -7,7 +7,6 @@ import pytest
 
 from hfsa.components._model import Model
 from hfsa.cosim.build import build, load_scene
-from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.system import Component, Connection, StructureError, System
 from hfsa.fmus.export import export
@@ -15,21 +14,6 @@ from hfsa.fmus.export import export
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
 KP, KD, TF = 40.0, 2.0, 0.02
-
-
-@pytest.fixture
-def opened():
-    """Instances by component, closed after the test."""
-    made = []
-
-    def make(found):
-        made.append(open_instances(found))
-        return made[-1]
-
-    yield make
-    for instances in made:
-        for instance in instances.values():
-            instance.close()
 
 
 def system(names, connections=(), **starts) -> System:

@@ -22,20 +22,15 @@ KP, KD, TF = 40.0, 2.0, 0.02
 
 
 @pytest.fixture
-def master():
+def master(opened):
     """Make masters from component -> file, start values by component, and connections."""
-    opened = []
 
     def make(files, connections=(), algorithm="gauss_seidel", step_size=1e-3, starts=None):
         starts = starts or {}
         system = System([Component(n, "x", start=starts.get(n, {})) for n in files], connections)
-        opened.append(open_instances(files))
-        return Master(opened[-1], system, algorithm, step_size)
+        return Master(opened(files), system, algorithm, step_size)
 
-    yield make
-    for instances in opened:
-        for instance in instances.values():
-            instance.close()
+    return make
 
 
 def loop(master, files, version, algorithm, controller="Pd", **more):

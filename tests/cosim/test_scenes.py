@@ -5,26 +5,11 @@ import pytest
 
 from hfsa.cosim._scene_text import read_scene_text, scene_text
 from hfsa.cosim.build import build, instrument, load_scene, scenes
-from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, check, connector
 
 SCENES = pytest.mark.parametrize("name", list(scenes()))
-
-
-@pytest.fixture
-def opened():
-    made = []
-
-    def make(files):
-        made.append(open_instances(files))
-        return made[-1]
-
-    yield make
-    for instances in made:
-        for instance in instances.values():
-            instance.close()
 
 
 @SCENES
