@@ -70,7 +70,8 @@ def generate(model: Model) -> Sources:
 
 
 def _casadi_code(name: str, made: Functions) -> str:
-    generator = ca.CodeGenerator("model.c", {"casadi_real": "double", "casadi_int": "int"})
+    options = {"casadi_real": "double", "casadi_int": "int", "static_aux": True}
+    generator = ca.CodeGenerator("model.c", options)
     for function in made:
         generator.add(function)
     code = generator.dump()

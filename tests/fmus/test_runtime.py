@@ -28,6 +28,34 @@ def test_outputs_follow_inputs_without_a_step(instance, version):
         assert it.get("y", "inverse", "u") == [2 * u, 1 / u, u]
 
 
+def test_what_is_read_follows_time_and_states(instance, version):
+    """No result outlives what it was made from: time, states and inputs change one at a time, read in between."""
+    it = instance("pendulum", version, "me")
+    it.set({"torque": 2.0})
+    it.initialize()
+    it.update()
+    it.fmu.enterContinuousTimeMode()
+
+    def expected(t, q, w, u):
+        return [2 * 9.81 * -math.sin(q) - 0.1 * w + u * math.cos(3 * t), u * math.sin(t) + 0.5 / (1 + q**2)]
+
+    t, q, w, u = 0.0, 0.4, 0.0, 2.0
+    for step in range(12):
+        if step % 4 == 0:
+            t += 0.3
+            it.fmu.setTime(t)
+        elif step % 4 == 1:
+            q, w = q - 0.2, w + 0.1
+            it.fmu.setContinuousStates(pointer(np.array([q, w])), 2)
+        elif step % 4 == 2:
+            u -= 0.5
+            it.set({"torque": u})
+        else:
+            q += 0.05
+            it.set({"angle": q})
+        assert it.get("der(rate)", "feed") == pytest.approx(expected(t, q, w, u), rel=1e-13)
+
+
 @pytest.mark.parametrize("interface", INTERFACES)
 def test_values_equal_the_functions(instance, version, interface, model_name, models):
     """Derivatives, outputs and next values at the start are what CasADi computes."""
@@ -447,12 +475,15 @@ def drive(it, first: int, last: int, step_size: float = 7e-4) -> list[list[float
 def test_a_restored_state_repeats_bit_for_bit(instance, version, model_name):
     it = instance(model_name, version).initialize()
     drive(it, 0, 5)
-    state = it.state()
+    every = [v.name for v in it.variables if v.role.value != "text"]
+    state, seen = it.state(), it.get(*every)
     first = drive(it, 5, 25)
     it.set(dict.fromkeys(it.names("input"), 9.0))
     if "stiffness" in it.names("parameter"):
         it.set({"stiffness": 1.0})
+    assert it.get(*every) != seen
     it.restore(state)
+    assert it.get(*every) == seen
     assert drive(it, 5, 25) == first
     it.free_state(state)
 
@@ -574,6 +605,22 @@ def test_model_exchange_with_a_runge_kutta_of_the_test(instance, version):
     assert x[0] == pytest.approx(expected, rel=1e-6)
     with it.refused("expected 2"):
         it.fmu.getContinuousStates(pointer(x), 3)
+
+
+def test_model_exchange_needs_no_completed_step(instance, version):
+    """Derivatives follow the states whether or not a step was completed, and no event is asked for."""
+    it = instance("pendulum", version, "me").initialize()
+    it.update()
+    it.fmu.enterContinuousTimeMode()
+    found = []
+    for completed in (False, True):
+        if completed:
+            assert not any(it.fmu.completedIntegratorStep())
+        it.fmu.setContinuousStates(pointer(np.array([0.1, 0.2])), 2)
+        found.append(it.get("der(angle)", "der(rate)", "energy"))
+        it.fmu.setContinuousStates(pointer(np.array([0.5, -0.2])), 2)
+        it.get("der(rate)")
+    assert found[0] == found[1]
 
 
 def test_derivatives_that_are_no_numbers_are_discarded(instance, version):

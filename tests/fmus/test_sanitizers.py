@@ -65,7 +65,7 @@ def test_every_call_is_clean(sanitized, tmp_path, models, model_name):
         for file in objects:
             os.replace(tmp_path / file.name, file)
     program = [*set(units) - set(fixed), str(HARNESS / "exercise.c"), *map(str, objects)]
-    run(*compiler(), *flags, f"-I{tmp_path}", *program, "-o", "exercise", "-lm", cwd=tmp_path)
+    run(*compiler(), *flags, f"-I{tmp_path}", f"-I{HARNESS}", *program, "-o", "exercise", "-lm", cwd=tmp_path)
     assert " 0 failed" in run(str(tmp_path / "exercise"), cwd=tmp_path)
 
 

@@ -8,9 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core.h"
-#include "fmi2Functions.h"
-#include "fmi3Functions.h"
+#include "faces.h"
 
 #define M (&hfsa_model)
 #define MAX 256
@@ -23,156 +21,7 @@
     }                                                               \
   } while (0)
 
-static int checks, failures, messages;
-
-/* One face for both versions: statuses have the same values in both. */
-typedef struct {
-  const char* name;
-  void* (*create)(Interface interface, const char* token);
-  void (*destroy)(void* c);
-  int (*initialize)(void* c, double start_time);
-  int (*terminate)(void* c);
-  int (*reset)(void* c);
-  int (*get)(void* c, const unsigned* vr, size_t n, double* values);
-  int (*set)(void* c, const unsigned* vr, size_t n, const double* values);
-  int (*step)(void* c, double t, double h);
-  int (*get_state)(void* c, void** state);
-  int (*set_state)(void* c, void* state);
-  int (*free_state)(void* c, void** state);
-  int (*size)(void* c, void* state, size_t* size);
-  int (*serialize)(void* c, void* state, char* bytes, size_t size);
-  int (*deserialize)(void* c, const char* bytes, size_t size, void** state);
-  int (*directional)(void* c, const unsigned* u, size_t nu, const unsigned* k, size_t nk, const double* seed,
-                     double* out);
-  int (*output_derivatives)(void* c, const unsigned* vr, size_t n, const int* orders, double* values);
-  int (*update)(void* c);
-  int (*continuous)(void* c);
-  int (*event)(void* c);
-  int (*set_time)(void* c, double t);
-  int (*set_states)(void* c, const double* x, size_t n);
-  int (*get_states)(void* c, double* x, size_t n);
-  int (*derivatives)(void* c, double* der, size_t n);
-  int (*nominals)(void* c, double* nominals, size_t n);
-} Api;
-
-/* FMI 2 */
-
-static void log2_(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category, fmi2String text,
-                  ...) {
-  (void)e;
-  messages += strlen(name) && strlen(category) && strlen(text) && s > fmi2Warning;
-}
-static const fmi2CallbackFunctions callbacks = {log2_, NULL, NULL, NULL, NULL};
-static void* create2(Interface i, const char* token) {
-  return fmi2Instantiate("it", i == CO_SIMULATION ? fmi2CoSimulation : fmi2ModelExchange, token, "", &callbacks, 0, 1);
-}
-static int initialize2(void* c, double t) {
-  int a = fmi2SetupExperiment(c, fmi2True, 1e-6, t, fmi2False, 0.0);
-  return a | fmi2EnterInitializationMode(c) | fmi2ExitInitializationMode(c);
-}
-static int terminate2(void* c) { return fmi2Terminate(c); }
-static int reset2(void* c) { return fmi2Reset(c); }
-static int get2(void* c, const unsigned* vr, size_t n, double* v) { return fmi2GetReal(c, vr, n, v); }
-static int set2(void* c, const unsigned* vr, size_t n, const double* v) { return fmi2SetReal(c, vr, n, v); }
-static int step2(void* c, double t, double h) { return fmi2DoStep(c, t, h, fmi2False); }
-static int get_state2(void* c, void** s) { return fmi2GetFMUstate(c, s); }
-static int set_state2(void* c, void* s) { return fmi2SetFMUstate(c, s); }
-static int free_state2(void* c, void** s) { return fmi2FreeFMUstate(c, s); }
-static int size2(void* c, void* s, size_t* n) { return fmi2SerializedFMUstateSize(c, s, n); }
-static int serialize2(void* c, void* s, char* b, size_t n) { return fmi2SerializeFMUstate(c, s, b, n); }
-static int deserialize2(void* c, const char* b, size_t n, void** s) { return fmi2DeSerializeFMUstate(c, b, n, s); }
-static int directional2(void* c, const unsigned* u, size_t nu, const unsigned* k, size_t nk, const double* d,
-                        double* o) {
-  return fmi2GetDirectionalDerivative(c, u, nu, k, nk, d, o);
-}
-static int output_derivatives2(void* c, const unsigned* vr, size_t n, const int* orders, double* v) {
-  return fmi2GetRealOutputDerivatives(c, vr, n, orders, v);
-}
-static int update2(void* c) {
-  fmi2EventInfo info;
-  return fmi2NewDiscreteStates(c, &info);
-}
-static int continuous2(void* c) { return fmi2EnterContinuousTimeMode(c); }
-static int event2(void* c) {
-  fmi2Boolean enter, terminate;
-  return fmi2CompletedIntegratorStep(c, fmi2True, &enter, &terminate) | fmi2EnterEventMode(c);
-}
-static int set_time2(void* c, double t) { return fmi2SetTime(c, t); }
-static int set_states2(void* c, const double* x, size_t n) { return fmi2SetContinuousStates(c, x, n); }
-static int get_states2(void* c, double* x, size_t n) { return fmi2GetContinuousStates(c, x, n); }
-static int derivatives2(void* c, double* x, size_t n) {
-  return fmi2GetDerivatives(c, x, n) | fmi2GetEventIndicators(c, x, 0);
-}
-static int nominals2(void* c, double* x, size_t n) { return fmi2GetNominalsOfContinuousStates(c, x, n); }
-
-/* FMI 3 */
-
-static void log3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, fmi3String text) {
-  (void)e;
-  messages += strlen(category) && strlen(text) && s > fmi3Warning;
-}
-static void* create3(Interface i, const char* token) {
-  if (i == MODEL_EXCHANGE) return fmi3InstantiateModelExchange("it", token, "", 0, 1, NULL, log3);
-  return fmi3InstantiateCoSimulation("it", token, "", 0, 1, 0, 0, NULL, 0, NULL, log3, NULL);
-}
-static int initialize3(void* c, double t) {
-  return fmi3EnterInitializationMode(c, fmi3True, 1e-6, t, fmi3True, 1e9) | fmi3ExitInitializationMode(c);
-}
-static int terminate3(void* c) { return fmi3Terminate(c); }
-static int reset3(void* c) { return fmi3Reset(c); }
-static int get3(void* c, const unsigned* vr, size_t n, double* v) { return fmi3GetFloat64(c, vr, n, v, n); }
-static int set3(void* c, const unsigned* vr, size_t n, const double* v) { return fmi3SetFloat64(c, vr, n, v, n); }
-static int step3(void* c, double t, double h) {
-  fmi3Boolean event, terminate, early;
-  fmi3Float64 last;
-  return fmi3DoStep(c, t, h, 0, &event, &terminate, &early, &last);
-}
-static int get_state3(void* c, void** s) { return fmi3GetFMUState(c, s); }
-static int set_state3(void* c, void* s) { return fmi3SetFMUState(c, s); }
-static int free_state3(void* c, void** s) { return fmi3FreeFMUState(c, s); }
-static int size3(void* c, void* s, size_t* n) { return fmi3SerializedFMUStateSize(c, s, n); }
-static int serialize3(void* c, void* s, char* b, size_t n) { return fmi3SerializeFMUState(c, s, (fmi3Byte*)b, n); }
-static int deserialize3(void* c, const char* b, size_t n, void** s) {
-  return fmi3DeserializeFMUState(c, (const fmi3Byte*)b, n, s);
-}
-static int directional3(void* c, const unsigned* u, size_t nu, const unsigned* k, size_t nk, const double* d,
-                        double* o) {
-  return fmi3GetDirectionalDerivative(c, u, nu, k, nk, d, nk, o, nu);
-}
-static int output_derivatives3(void* c, const unsigned* vr, size_t n, const int* orders, double* v) {
-  return fmi3GetOutputDerivatives(c, vr, n, orders, v, n);
-}
-static int update3(void* c) {
-  fmi3Boolean a, b, d, e, f;
-  fmi3Float64 time;
-  return fmi3EvaluateDiscreteStates(c) | fmi3UpdateDiscreteStates(c, &a, &b, &d, &e, &f, &time);
-}
-static int continuous3(void* c) { return fmi3EnterContinuousTimeMode(c); }
-static int event3(void* c) {
-  fmi3Boolean enter, terminate;
-  return fmi3CompletedIntegratorStep(c, 1, &enter, &terminate) | fmi3EnterEventMode(c);
-}
-static int set_time3(void* c, double t) { return fmi3SetTime(c, t); }
-static int set_states3(void* c, const double* x, size_t n) { return fmi3SetContinuousStates(c, x, n); }
-static int get_states3(void* c, double* x, size_t n) { return fmi3GetContinuousStates(c, x, n); }
-static int derivatives3(void* c, double* x, size_t n) {
-  size_t states = 0, indicators = 1;
-  int status = fmi3GetNumberOfContinuousStates(c, &states) | fmi3GetNumberOfEventIndicators(c, &indicators);
-  return status | (states != n) | (indicators != 0) | fmi3GetContinuousStateDerivatives(c, x, n) |
-         fmi3GetEventIndicators(c, x, 0);
-}
-static int nominals3(void* c, double* x, size_t n) { return fmi3GetNominalsOfContinuousStates(c, x, n); }
-
-static const Api apis[] = {
-    {"FMI 2",      create2,      fmi2FreeInstance,    initialize2, terminate2,  reset2, get2,
-     set2,         step2,        get_state2,          set_state2,  free_state2, size2,  serialize2,
-     deserialize2, directional2, output_derivatives2, update2,     continuous2, event2, set_time2,
-     set_states2,  get_states2,  derivatives2,        nominals2},
-    {"FMI 3",      create3,      fmi3FreeInstance,    initialize3, terminate3,  reset3, get3,
-     set3,         step3,        get_state3,          set_state3,  free_state3, size3,  serialize3,
-     deserialize3, directional3, output_derivatives3, update3,     continuous3, event3, set_time3,
-     set_states3,  get_states3,  derivatives3,        nominals3},
-};
+static int checks, failures;
 
 /* Value references by role */
 
@@ -250,51 +99,122 @@ static void exercise_states(const Api* api) {
   for (int i = 0; i < 3; i++) api->destroy(c[i]);
 }
 
-/* Derivatives of every unknown by every known; in FMI 3 the adjoint is the transpose. */
-static void exercise_derivatives(const Api* api, Interface interface) {
-  static const Role known_roles[] = {ROLE_TIME, ROLE_STATE, ROLE_SAMPLED_STATE, ROLE_INPUT, ROLE_PARAMETER};
-  static const Role unknown_roles[] = {ROLE_DERIVATIVE, ROLE_OUTPUT, ROLE_NEXT, ROLE_SAMPLED_OUTPUT};
-  unsigned knowns[MAX], unknowns[MAX];
-  size_t nk = 0, nu = 0;
-  double u[MAX], seed[MAX], forward[MAX], backward[MAX], weight[MAX];
-  for (int r = 0; r < 5; r++)
-    for (size_t i = 0; i < count_of(known_roles[r]); i++) knowns[nk++] = references[known_roles[r]][i];
-  for (int r = 0; r < 4; r++)
-    for (size_t i = 0; i < count_of(unknown_roles[r]); i++) unknowns[nu++] = references[unknown_roles[r]][i];
+static const Role known_roles[] = {ROLE_TIME, ROLE_STATE, ROLE_SAMPLED_STATE, ROLE_INPUT, ROLE_PARAMETER};
+static const Role unknown_roles[] = {ROLE_DERIVATIVE, ROLE_OUTPUT, ROLE_NEXT, ROLE_SAMPLED_OUTPUT};
+
+static size_t gather(const Role* roles, size_t n_roles, unsigned* found) {
+  size_t n = 0;
+  for (size_t r = 0; r < n_roles; r++)
+    for (size_t i = 0; i < count_of(roles[r]); i++) found[n++] = references[roles[r]][i];
+  return n;
+}
+
+/* An instance at a point: start time, then every other known. */
+static void* at_point(const Api* api, Interface interface, const unsigned* knowns, size_t nk, const double* point) {
   void* c = api->create(interface, M->token);
-  for (size_t i = 0; i < count_of(ROLE_INPUT); i++) u[i] = 1.5 + (double)i;
-  CHECK(api->set(c, references[ROLE_INPUT], count_of(ROLE_INPUT), u) == 0);
-  CHECK(api->initialize(c, 0.6) == 0);
-  for (size_t i = 0; i < nk; i++) seed[i] = cos((double)i);
-  for (size_t i = 0; i < nu; i++) weight[i] = sin(1.0 + (double)i);
-  CHECK(api->directional(c, unknowns, nu, knowns, nk, seed, forward) == 0);
-  if (api == &apis[1]) {
-    double along = 0.0, across = 0.0;
-    CHECK(fmi3GetAdjointDerivative(c, unknowns, nu, knowns, nk, weight, nu, backward, nk) == fmi3OK);
-    for (size_t i = 0; i < nu; i++) along += weight[i] * forward[i];
-    for (size_t i = 0; i < nk; i++) across += seed[i] * backward[i];
-    CHECK(fabs(along - across) <= 1e-10 * (1.0 + fabs(along)));
-    CHECK(fmi3GetAdjointDerivative(c, unknowns, nu, knowns, nk, weight, nu + 1, backward, nk) == fmi3Error);
+  CHECK(api->set(c, knowns + 1, nk - 1, point + 1) == 0 && api->initialize(c, point[0]) == 0);
+  return c;
+}
+
+/* Every unknown at a point; sampled outputs as the tick there gives them. */
+static void values_at(const Api* api, Interface interface, const unsigned* knowns, size_t nk, const double* point,
+                      const unsigned* unknowns, size_t nu, double* values) {
+  size_t held = count_of(ROLE_SAMPLED_OUTPUT);
+  void* c = at_point(api, interface, knowns, nk, point);
+  CHECK(api->get(c, unknowns, nu - held, values) == 0);
+  CHECK((interface == CO_SIMULATION ? api->step(c, point[0], 1e-9) : api->update(c)) == 0);
+  CHECK(api->get(c, unknowns + nu - held, held, values + nu - held) == 0);
+  api->destroy(c);
+}
+
+/* Forward derivatives equal central differences, known by known; in FMI 3 the adjoint is the transpose. */
+static void exercise_derivatives(const Api* api, Interface interface) {
+  unsigned knowns[MAX], unknowns[MAX], outside = (unsigned)M->variable_count;
+  size_t nk = gather(known_roles, 5, knowns), nu = gather(unknown_roles, 4, unknowns);
+  double point[MAX], forward[MAX], backward[MAX], ahead[MAX], behind[MAX], one = 1.0;
+  for (size_t k = 0; k < nk; k++) {
+    const Variable* v = &M->variables[knowns[k]];
+    point[k] = v->role == ROLE_TIME ? 0.6 : v->role == ROLE_INPUT ? 1.5 + (double)k : v->start + 0.1 * v->nominal;
   }
-  unsigned outside = (unsigned)M->variable_count;
-  CHECK(api->directional(c, &outside, 1, knowns, nk, seed, forward) == ERROR);
-  CHECK(api->directional(c, unknowns, nu, &outside, 1, seed, forward) == ERROR);
-  if (interface == CO_SIMULATION) {
-    int orders[MAX], two = 2;
-    for (int i = 0; i < MAX; i++) orders[i] = 1;
-    drive(api, c, 0, 0, 0.0);
-    CHECK(api->step(c, 0.6, 1e-3) == 0);
-    CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], count_of(ROLE_OUTPUT), orders, forward) == 0);
-    CHECK(api->output_derivatives(c, references[ROLE_SAMPLED_OUTPUT], count_of(ROLE_SAMPLED_OUTPUT), orders, forward) ==
-          0);
-    CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], 1, &two, forward) == ERROR);
-    CHECK(api->output_derivatives(c, references[ROLE_TIME], 1, orders, forward) == ERROR);
-    if (api == &apis[0] && count_of(ROLE_INPUT)) {
-      CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], count_of(ROLE_INPUT), orders, seed) == fmi2OK);
-      CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_TIME], 1, orders, seed) == fmi2Error);
-      CHECK(api->step(c, 0.601, 4.3e-3) == 0);
+  void* c = at_point(api, interface, knowns, nk, point);
+  for (size_t k = 0; k < nk; k++) {
+    CHECK(api->directional(c, unknowns, nu, knowns + k, 1, &one, forward) == 0);
+    double value = point[k], h = 1e-5 * fabs(value) + (value == 0.0) * 1e-5;
+    point[k] = value + h;
+    values_at(api, interface, knowns, nk, point, unknowns, nu, ahead);
+    point[k] = value - h;
+    values_at(api, interface, knowns, nk, point, unknowns, nu, behind);
+    point[k] = value;
+    for (size_t i = 0; i < nu; i++)
+      CHECK(fabs(forward[i] - (ahead[i] - behind[i]) / (2.0 * h)) <= 1e-5 * (1.0 + fabs(forward[i]) + fabs(ahead[i])));
+    for (size_t i = 0; i < nu && api == &apis[1]; i++) {
+      CHECK(fmi3GetAdjointDerivative(c, unknowns + i, 1, knowns, nk, &one, 1, backward, nk) == fmi3OK);
+      CHECK(fabs(backward[k] - forward[i]) <= 1e-12 * (1.0 + fabs(forward[i])));
     }
   }
+  CHECK(api->directional(c, &outside, 1, knowns, 1, &one, forward) == ERROR);
+  CHECK(api->directional(c, unknowns, nu, &outside, 1, &one, forward) == ERROR);
+  if (api == &apis[1])
+    CHECK(fmi3GetAdjointDerivative(c, unknowns, nu, knowns, nk, &one, nu + 1, backward, nk) == fmi3Error);
+  api->destroy(c);
+}
+
+/* Set slopes of all inputs for the next step, in FMI 2, which alone has them. */
+static void slope(const Api* api, void* c) {
+  int orders[MAX];
+  double slopes[MAX];
+  for (size_t i = 0; i < count_of(ROLE_INPUT); i++) {
+    orders[i] = 1;
+    slopes[i] = 3.0 - (double)i;
+  }
+  if (api == &apis[0])
+    CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], count_of(ROLE_INPUT), orders, slopes) == fmi2OK);
+}
+
+/* Steps of different sizes, with sloped inputs: one step equals its parts. */
+static void exercise_steps(const Api* api) {
+  static const double parts[3][3] = {{5.3e-3, 0.0, 0.0}, {1.1e-3, 4.2e-3, 0.0}, {2e-3, 2.5e-3, 8e-4}};
+  double seen[3][MAX];
+  size_t n = 0;
+  for (int trial = 0; trial < 3; trial++) {
+    void* c = api->create(CO_SIMULATION, M->token);
+    CHECK(api->initialize(c, 0.0) == 0);
+    drive(api, c, 0, 1, 0.0);
+    double time = 7e-4;
+    for (int k = 0; k < 3 && parts[trial][k] > 0.0; k++) {
+      slope(api, c);
+      CHECK(api->step(c, time, parts[trial][k]) == 0);
+      time += parts[trial][k];
+    }
+    n = see(api, c, seen[trial]);
+    api->destroy(c);
+  }
+  for (size_t i = 0; i < n; i++)
+    for (int trial = 1; trial < 3; trial++) CHECK(fabs(seen[trial][i] - seen[0][i]) <= 1e-6 * (1.0 + fabs(seen[0][i])));
+}
+
+/* The time derivative of each output equals its difference quotient; what has none is refused. */
+static void exercise_output_derivatives(const Api* api) {
+  const double step = 1e-8;
+  double rates[MAX], before[MAX], after[MAX], one = 1.0;
+  int orders[MAX], two = 2;
+  size_t n = count_of(ROLE_OUTPUT), n_held = count_of(ROLE_SAMPLED_OUTPUT);
+  for (int i = 0; i < MAX; i++) orders[i] = 1;
+  void* c = api->create(CO_SIMULATION, M->token);
+  CHECK(api->initialize(c, 0.0) == 0);
+  drive(api, c, 0, 5, 0.0);
+  slope(api, c);
+  CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], n, orders, rates) == 0);
+  CHECK(api->get(c, references[ROLE_OUTPUT], n, before) == 0 && api->step(c, 5 * 7e-4, step) == 0);
+  CHECK(api->get(c, references[ROLE_OUTPUT], n, after) == 0);
+  for (size_t i = 0; i < n; i++)
+    CHECK(fabs(rates[i] - (after[i] - before[i]) / step) <= 1e-3 * (1.0 + fabs(rates[i]) + fabs(after[i])));
+  CHECK(api->output_derivatives(c, references[ROLE_SAMPLED_OUTPUT], n_held, orders, rates) == 0);
+  for (size_t i = 0; i < n_held; i++) CHECK(rates[i] == 0.0);
+  CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], 1, &two, rates) == ERROR);
+  CHECK(api->output_derivatives(c, references[ROLE_TIME], 1, orders, rates) == ERROR);
+  if (api == &apis[0]) CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_TIME], 1, orders, &one) == fmi2Error);
+  if (api == &apis[0]) CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], 1, &two, &one) == fmi2Error);
   api->destroy(c);
 }
 
@@ -424,6 +344,8 @@ int main(void) {
     exercise_states(api);
     exercise_derivatives(api, CO_SIMULATION);
     exercise_derivatives(api, MODEL_EXCHANGE);
+    exercise_steps(api);
+    exercise_output_derivatives(api);
     exercise_model_exchange(api);
     exercise_errors(api);
   }
