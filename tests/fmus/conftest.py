@@ -49,6 +49,21 @@ def two_link() -> Model:
     return m
 
 
+def chain() -> Model:
+    """Linear in mass-matrix form: three masses on springs, coupled by inertia too."""
+    m = Model("Chain", "Three masses in a row")
+    k = m.parameter("stiffness", 900.0, "N/m", "Springs", min=0)
+    u = m.input("force", "N", "Force on the last mass")
+    x = m.state("x[1..3]", "m", "Positions", start=[0.1, 0.0, -0.1], nominal=0.1)
+    v = m.state("v[1..3]", "m/s", "Velocities", nominal=3.0)
+    m.der[x] = v
+    stiffness = ca.DM([[2, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    mass = ca.DM([[2, 0.1, 0], [0.1, 2, 0.1], [0, 0.1, 1]])
+    a = m.motion(v, mass=mass, force=-k * (stiffness @ x) - 0.4 * v + ca.vertcat(0, 0, u))
+    m.output("acceleration", a[2], "m/s2", "Acceleration of the last mass", nominal=90.0)
+    return m
+
+
 def controller() -> Model:
     """Sampled, with an output that is evaluated whenever it is read."""
     m = Model("Controller", "Sampled integral controller")
@@ -106,6 +121,7 @@ MODELS: dict[str, Callable[[], Model]] = {
     "mass_on_spring": mass_on_spring,
     "pendulum": pendulum,
     "two_link": two_link,
+    "chain": chain,
     "controller": controller,
     "hybrid": hybrid,
     "van_der_pol": van_der_pol,

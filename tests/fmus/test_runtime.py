@@ -202,6 +202,14 @@ def test_two_instances_do_not_disturb_each_other(instance, version, model_name):
     assert results[True][0] != results[True][1]
 
 
+def test_times_that_cannot_be(instance, version):
+    it = instance("gain", version)
+    with it.refused("start time is nan"):
+        it.initialize(time=math.nan)
+    with it.refused("stop time is 1", "start time 2"):
+        it.initialize(time=2.0, stop_time=1.0)
+
+
 # Steps ----------------------------------------------------------------------------------------------------------------
 
 
@@ -235,8 +243,24 @@ def test_a_result_that_is_no_number_is_named(instance, version):
     it = instance("gain", version).initialize()
     it.set({"u": 0.0})
     assert it.get("y") == [0.0]
+    with it.refused("logStatusDiscard", "derivative for inverse is"):
+        it.forward(["inverse"], ["u"], [1.0])
     with it.refused("logStatusDiscard", "inverse", "inf"):
         it.get("inverse")
+
+
+def test_a_tick_that_gives_no_number_is_named(instance, version):
+    it = instance("controller", version)
+    it.set({"gain": 1e308, "integral": 10.0})
+    it.initialize()
+    with it.refused("logStatusError", "command is inf", "time 0"):
+        it.step(0.0, 1e-3)
+    assert it.get("integral", "command", "time") == [10.0, -1.0, 0.0]
+    me = instance("controller", version, "me")
+    me.set({"gain": 1e308, "integral": 10.0})
+    me.initialize()
+    with me.refused("command is inf"):
+        me.update()
 
 
 def test_a_step_that_blows_up_leaves_the_instance_as_it_was(instance, version):
