@@ -24,7 +24,7 @@ from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import Plan, SweepFile
 from hfsa.cosim.run import run
 from hfsa.cosim.sweep import Bench, Progress, Settings, finished, linear, plan_sweep, stepped, system_record
-from hfsa.cosim.system import Connector, Scene, StructureError, System, connector, expand, nearest
+from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector, expand, nearest
 
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
@@ -80,6 +80,7 @@ def sweep_scene(
     scene, settings = loaded.scene, request.settings
     files = build.build(scene.system)
     variables = {name: describe(file).variables for name, file in files.items()}
+    check(scene.system, variables)
     inputs = find_signals(request.inputs, scene.inputs, variables, "input")
     outputs = find_signals(request.outputs, scene.outputs, variables, "output")
     scene = _with_amplitude(scene, request.amplitude, inputs, variables)
@@ -99,7 +100,11 @@ def sweep_scene(
     record = system_record(loaded.title, text, *((bench.system, bench.files) for bench in benches.values()))
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, record) as file:
-        stepped(file, plan, benches, settings, jobs=jobs, report=report)
+        try:
+            stepped(file, plan, benches, settings, jobs=jobs, report=report)
+        except KeyboardInterrupt:
+            warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
+            raise
 
 
 def run_scene(

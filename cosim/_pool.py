@@ -27,7 +27,7 @@ def results(
     if executor is not None:
         for i, result in _submitted(work, tasks, executor):
             yield tasks[i], result
-    elif jobs == 1:
+    elif jobs == 1 or len(tasks) < 2:
         for task in tasks:
             yield task, work(task)
     else:

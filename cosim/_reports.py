@@ -1,6 +1,7 @@
 """What the verbs answer, as data for JSON and as text to read: parts and scenes, engineering numbers, finished work."""
 
 import re
+import textwrap
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,7 @@ def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
     groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": build.scenes()}
     for part_name, part in build.parts().items():
         groups[part.module.__name__.split(".")[1]][part_name] = part
-    known = [known for parts in groups.values() for known in parts]
+    known = dict.fromkeys(known for parts in groups.values() for known in parts)
     if name is not None and name not in known:
         raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
     return {
@@ -110,7 +111,8 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
     for key in ("inputs", "outputs"):
         if entry.get(key):
             names = [s if isinstance(s, str) else s["name"] for s in entry[key]]
-            yield f"      {'in ' if key == 'inputs' else 'out'}  {', '.join(_ranges(names))}"
+            label = "      in   " if key == "inputs" else "      out  "
+            yield textwrap.fill(", ".join(_ranges(names)), 118, initial_indent=label, subsequent_indent=" " * 11)
     if not in_full:
         return
     for key in ("arguments", "parameters"):

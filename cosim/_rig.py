@@ -17,7 +17,7 @@ from hfsa.cosim._pool import is_stopping
 from hfsa.cosim._records import Point, Status
 from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
-from hfsa.cosim.instance import Fmu, Instance, StepError
+from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, Connector, StructureError, System, connector
 
@@ -97,7 +97,7 @@ class Rig:
 
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
-        instances = {name: Instance(Fmu.load(file), name) for name, file in bench.files.items()}
+        instances = open_instances(bench.files)
         self.master = Master(instances, bench.system, settings.algorithm, settings.step_size)
         outputs = [bench.connector(name) for name in bench.outputs]
         self.units = [output.unit or "" for output in outputs]

@@ -19,6 +19,7 @@ app = App(
     help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
     "4 simulation failed, 130 interrupted.",
     version_flags=["--version"],
+    suppress_keyboard_interrupt=False,
 )
 
 Arguments = Annotated[

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hfsa.cosim.instance import Fmu, Instance, StepError
+from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.master import Master
 from hfsa.cosim.results import RunFile, SystemRecord
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
@@ -38,7 +38,7 @@ def run(
     if steps < 1:
         raise StructureError(f"stop time {stop_time:g} s is less than a step of {step_size:g} s")
     with contextlib.ExitStack() as stack:
-        instances = {name: Instance(Fmu.load(file), name) for name, file in files.items()}
+        instances = open_instances(files)
         for instance in instances.values():
             stack.callback(instance.close)
         master = Master(instances, system, algorithm, step_size)

@@ -26,7 +26,7 @@ from hfsa.cosim._description import Description, describe
 from hfsa.cosim._rig import Bench, Settings, Task, measure
 from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
-from hfsa.cosim.instance import Fmu, Instance
+from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.results import InstanceRecord, Plan, Point, Signal, Status, SweepFile, SystemRecord
 from hfsa.cosim.system import Component, StructureError, System, check, connector
@@ -98,7 +98,7 @@ def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[NDArr
     derivatives, is sampled, or no equilibrium is found.
     """
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
-    instances = {name: Instance(Fmu.load(file), name) for name, file in files.items()}
+    instances = open_instances(files)
     try:
         point = linearize(system, instances, inputs, outputs).operating_point
         return linear_response(system, instances, inputs, outputs, plan.frequency), dict(point)
