@@ -99,7 +99,7 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
 Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
                                   const int* orders, const double* values) {
   static const char call[] = "SetRealInputDerivatives";
-  Status status = hfsa_permit(in, call, STEP);
+  Status status = hfsa_permit(in, call, INITIALIZATION | STEP);
   for (size_t i = 0; i < n && !status; i++) {
     const Variable* v = hfsa_variable(m, in, call, references[i]);
     if (!v) return ERROR;

@@ -37,6 +37,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 
 /* Modes */
 
+/* The tolerance of the solver is a parameter of its own, so that one number decides in every importer. */
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                fmi2Boolean stop_defined, fmi2Real stop_time) {
   (void)tolerance_defined;

@@ -76,6 +76,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const f
 
 /* Modes */
 
+/* The tolerance of the solver is a parameter of its own, so that one number decides in every importer. */
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                        fmi3Float64 start_time, fmi3Boolean stop_defined, fmi3Float64 stop_time) {
   (void)tolerance_defined;
