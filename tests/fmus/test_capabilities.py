@@ -1,6 +1,11 @@
-"""Every capability flag in both model descriptions has a test that exercises it; the list is printed (pytest -s)."""
+"""Every capability flag in both model descriptions has tests that exercise it; the list is printed (pytest -s).
+
+Each flag is exercised twice: by a function of harness/exercise.c, which talks to the binary in C and runs under the
+sanitizers (test_sanitizers.py), and by a test in Python that compares with an independent result.
+"""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -10,9 +15,12 @@ from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.model_description import model_description
 
-STATES = "test_runtime.py::test_a_restored_state_repeats_bit_for_bit"
-SERIALIZED = "test_runtime.py::test_a_serialized_state_carries_over"
-FORWARD = "test_runtime.py::test_forward_derivatives_equal_finite_differences"
+FOLDER = Path(__file__).parent
+
+STATES = ("exercise_states", "test_runtime.py::test_a_restored_state_repeats_bit_for_bit")
+SERIALIZED = ("exercise_states", "test_runtime.py::test_a_serialized_state_carries_over")
+FORWARD = ("exercise_derivatives", "test_runtime.py::test_forward_derivatives_equal_finite_differences")
+COMPLETED = ("exercise_model_exchange", "test_runtime.py::test_model_exchange_needs_no_completed_step")
 TESTS = {
     "canGetAndSetFMUstate": STATES,
     "canGetAndSetFMUState": STATES,
@@ -20,20 +28,41 @@ TESTS = {
     "canSerializeFMUState": SERIALIZED,
     "providesDirectionalDerivative": FORWARD,
     "providesDirectionalDerivatives": FORWARD,
-    "providesAdjointDerivatives": "test_runtime.py::test_adjoint_derivatives_are_the_transpose",
-    "canNotUseMemoryManagementFunctions": "test_sanitizers.py::test_every_call_is_clean",
-    "completedIntegratorStepNotNeeded": "test_runtime.py::test_model_exchange_needs_no_completed_step",
-    "needsCompletedIntegratorStep": "test_runtime.py::test_model_exchange_needs_no_completed_step",
-    "canInterpolateInputs": "test_solvers.py::test_exact_equals_the_matrix_exponential",
-    "canHandleVariableCommunicationStepSize": "test_runtime.py::test_the_communication_step_may_vary",
-    "maxOutputDerivativeOrder": "test_runtime.py::test_output_derivatives_follow_the_motion",
-    "hasEventMode": "test_sanitizers.py::test_every_call_is_clean",
-    "mightReturnEarlyFromDoStep": "test_runtime.py::test_last_successful_time",
+    "providesAdjointDerivatives": (
+        "exercise_derivatives",
+        "test_runtime.py::test_adjoint_derivatives_are_the_transpose",
+    ),
+    "canNotUseMemoryManagementFunctions": (
+        "exercise_states",
+        "test_sanitizers.py::test_a_million_steps_allocate_nothing",
+    ),
+    "completedIntegratorStepNotNeeded": COMPLETED,
+    "needsCompletedIntegratorStep": COMPLETED,
+    "canInterpolateInputs": ("exercise_steps", "test_solvers.py::test_exact_equals_the_matrix_exponential"),
+    "canHandleVariableCommunicationStepSize": (
+        "exercise_steps",
+        "test_runtime.py::test_the_communication_step_may_vary",
+    ),
+    "maxOutputDerivativeOrder": (
+        "exercise_output_derivatives",
+        "test_runtime.py::test_output_derivatives_follow_the_motion",
+    ),
+    "hasEventMode": ("exercise_the_rest", "test_runtime.py::test_calls_that_an_fmu_does_not_offer"),
+    "mightReturnEarlyFromDoStep": ("exercise_states", "test_runtime.py::test_last_successful_time"),
 }
+"""Flag: function of harness/exercise.c, test in Python."""
+
 MORE = {
-    "any number of instances": "test_runtime.py::test_two_instances_do_not_disturb_each_other",
-    "no allocation in a million steps": "test_sanitizers.py::test_a_million_steps_allocate_nothing",
-    "sampled models tick at their sample time": "test_runtime.py::test_ticks_are_the_same_for_any_communication_step",
+    "any number of instances": ("exercise_states", "test_runtime.py::test_two_instances_do_not_disturb_each_other"),
+    "reset": ("exercise_states", "test_runtime.py::test_reset_is_a_new_instance"),
+    "an error is a status and a message": (
+        "exercise_errors",
+        "test_runtime.py::test_an_input_that_is_no_number_stops_the_step",
+    ),
+    "ticks at the sample time": (
+        "exercise_steps",
+        "test_runtime.py::test_ticks_are_the_same_for_any_communication_step",
+    ),
 }
 """What an FMU of ours promises beside its flags."""
 
@@ -51,18 +80,21 @@ def flags() -> list[tuple[int, str, str, str]]:
     return rows
 
 
-def test_every_flag_has_its_test(flags):
+def test_every_flag_has_its_tests(flags):
     lines = [
-        f"FMI {version}  {interface:14} {flag + '=' + value:45} {TESTS[flag]}"
+        f"FMI {version}  {interface:14} {flag + '=' + value:44} {TESTS[flag][0]:28} {TESTS[flag][1]}"
         for version, interface, flag, value in flags
     ]
-    lines += [f"{promise:67} {test}" for promise, test in MORE.items()]
+    lines += [f"{promise:66} {function:28} {test}" for promise, (function, test) in MORE.items()]
     print("", *lines, sep="\n")
     assert {flag for _, _, flag, _ in flags} == set(TESTS)
 
 
-@pytest.mark.parametrize("name", sorted({*TESTS.values(), *MORE.values()}))
-def test_the_tests_exist(name):
-    file, function = name.split("::")
-    tree = ast.parse((Path(__file__).parent / file).read_text())
-    assert function in [node.name for node in tree.body if isinstance(node, ast.FunctionDef)]
+@pytest.mark.parametrize(("function", "name"), sorted({*TESTS.values(), *MORE.values()}))
+def test_the_tests_exist_and_the_harness_calls_its_own(function, name):
+    file, test = name.split("::")
+    tree = ast.parse((FOLDER / file).read_text())
+    assert test in [node.name for node in tree.body if isinstance(node, ast.FunctionDef)]
+    program = (FOLDER / "harness" / "exercise.c").read_text()
+    assert re.search(rf"^static void {function}\(", program, re.MULTILINE)
+    assert re.search(rf"{function}\(", program[program.index("int main(") :])
