@@ -18,12 +18,12 @@ typedef struct {
   double h[REMEMBERED];
   double* phi[REMEMBERED]; /* h phi1, h^2 phi2 */
   double* parameters;      /* that all of it was made from */
-  double *a, *scratch, *f, *g;
+  double *a, *scratch, *f;
 } Exact;
 
 static void* create(const Model* m) {
   size_t n = (size_t)m->size[ROLE_STATE], np = (size_t)m->size[ROLE_PARAMETER];
-  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 2 * n * n + np + 4 * n * n + 3 * n) * sizeof(double));
+  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 2 * n * n + np + 4 * n * n + 2 * n) * sizeof(double));
   if (!e) return NULL;
   double* cursor = (double*)(e + 1);
   for (int k = 0; k < REMEMBERED; k++, cursor += 2 * n * n) e->phi[k] = cursor;
@@ -31,7 +31,6 @@ static void* create(const Model* m) {
   e->a = e->parameters + np;
   e->scratch = e->a + n * n;
   e->f = e->scratch + 3 * n * n + n;
-  e->g = e->f + n;
   return e;
 }
 

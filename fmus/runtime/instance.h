@@ -1,8 +1,7 @@
 /* The mutable side: one instance of the model.
 
    Everything that decides how an instance goes on lies in one plain block, `State` with its columns behind it. An FMU
-   state is a copy of that block; all else is scratch, or is remembered together with the values that it was made from.
- */
+   state is a copy of that block. All else is scratch, or is remembered with the values that it was made from. */
 
 #ifndef HFSA_INSTANCE_H
 #define HFSA_INSTANCE_H
@@ -26,8 +25,8 @@ typedef enum {
   ANY_MODE = 63
 } Mode;
 
-/* The importer's logger. `send` knows the true type of `callback`; `categories` has a bit for each status that is let
- * through. */
+/* The importer's logger. `send` knows the true type of `callback`; `categories` has a bit for each status that passes.
+ */
 typedef struct Log Log;
 struct Log {
   void (*send)(const Log* log, const char* instance, Status status, const char* category, const char* text);
@@ -85,8 +84,7 @@ Instance* hfsa_create(const Model* m, Interface interface, const char* name, con
 void hfsa_free(Instance* in);
 void hfsa_start_values(const Model* m, Instance* in);
 
-/* messages.c: `hfsa_report` sends a formatted message and returns `status`; `hfsa_permit` reports a call in a wrong
- * mode */
+/* messages.c: `hfsa_report` sends a message and returns `status`; `hfsa_permit` reports a call in a wrong mode */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...);
 Status hfsa_permit(const Instance* in, const char* call, int modes);
 Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const categories[]);

@@ -120,8 +120,7 @@ static int try_step(const Model* m, Instance* in, double offset, double h) {
   return 0;
 }
 
-/* Largest error of a state in units of what is tolerated, and which state that is; infinite where the trial is not
- * finite. */
+/* Largest error of a state in units of what is tolerated, infinite where the trial is, and which state has it. */
 static double error_of(const Model* m, const Instance* in, int* worst) {
   const Work* work = in->work;
   double largest = 0.0;

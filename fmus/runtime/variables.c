@@ -5,8 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Modes in which a variable of each role may be set; a tunable parameter and, in Model Exchange, a state may be set
- * later too. */
+/* Modes in which a variable of each role may be set. */
 static const int settable[ROLES] = {
     [ROLE_STATE] = INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS_TIME,
     [ROLE_SAMPLED_STATE] = INSTANTIATED | INITIALIZATION,
@@ -110,8 +109,7 @@ Status hfsa_get_text(const Model* m, Instance* in, const Reference* references, 
   return OK;
 }
 
-/* The answer to every call about a type that no variable has, or about setting a string: none is fine, any other is
- * refused. */
+/* The answer to calls about types that no variable has, and about setting strings: only an empty list is fine. */
 Status hfsa_refuse(const Model* m, Instance* in, const char* call, const Reference* references, size_t n) {
   if (!in) return ERROR;
   if (n == 0) return OK;
