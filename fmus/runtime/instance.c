@@ -102,8 +102,7 @@ void hfsa_start_values(const Model* m, Instance* in) {
   }
 }
 
-/* A new instance, or a null pointer and a message that says why not. Messages of a failed creation are always let
- * through. */
+/* A new instance, or a null pointer and a message that says why not; that message is always let through. */
 Instance* hfsa_create(const Model* m, Interface interface, const char* name, const char* token, Log log, int logging) {
   Instance nobody = {0};
   nobody.log = log;

@@ -33,8 +33,7 @@ double hfsa_norm(int n, const double* a) {
   return largest;
 }
 
-/* a = diag(scale)^-1 a diag(scale) with powers of two, so that no digit changes, until rows and columns have like
- * norms. */
+/* a = diag(scale)^-1 a diag(scale) with powers of two, so that no digit changes: rows and columns get like norms. */
 void hfsa_balance(int n, double* a, double* scale) {
   for (int i = 0; i < n; i++) scale[i] = 1.0;
   for (int sweep = 0, changed = 1; changed && sweep < 100; sweep++) {

@@ -9,8 +9,7 @@
 /* Categories, named as both standards name them. */
 static const char* category_of(Status status) { return status == DISCARD ? "logStatusDiscard" : "logStatusError"; }
 
-/* Format and send a message, unless the importer has switched its category off; a null pointer for a logger is one way
- * to. */
+/* Format and send a message, unless the importer has switched its category off or has no logger. */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
   char text[1024];
   va_list values;
