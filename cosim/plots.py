@@ -275,15 +275,16 @@ def _mark_resonances(upper: Any, lower: Any, curve: _Curve) -> None:
 def _summit(curve: _Curve, peak: int) -> tuple[float, float]:
     """Return frequency [Hz] and level [dB] of a smooth curve's peak, between the points of its grid.
 
-    Near a resonance 1 / |response|^2 is a parabola over the frequency, which three points give.
+    Near a resonance 1 / |response|^2 is a parabola over the squared frequency, which three points give.
     """
     near = slice(peak - 1, peak + 2)
-    offset, inverse = curve.frequency[near] - curve.frequency[peak], 10 ** (-curve.level[near] / 10)
+    square = curve.frequency[peak] ** 2
+    offset, inverse = curve.frequency[near] ** 2 - square, 10 ** (-curve.level[near] / 10)
     a, b, c = np.polyfit(offset, inverse, 2)
     least = c - b**2 / (4 * a) if a > 0 else 0.0
     if least <= 0:  # no parabola that stays above 0: the grid is too coarse to tell
         return curve.frequency[peak], curve.level[peak]
-    return curve.frequency[peak] - b / (2 * a), -10 * math.log10(least)
+    return math.sqrt(square - b / (2 * a)), -10 * math.log10(least)
 
 
 def _mark_failures(axes: Any, panel: _Panel) -> None:
