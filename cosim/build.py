@@ -27,6 +27,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+import numpy as np
+
 import hfsa.components
 import hfsa.controllers
 import hfsa.cosim.scenes
@@ -34,7 +36,17 @@ import hfsa.fmus
 from hfsa.components._parts import Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import read_scene
-from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, companions, connector, nearest
+from hfsa.cosim.system import (
+    Analysis,
+    Component,
+    Connection,
+    Scene,
+    StructureError,
+    System,
+    companions,
+    connector,
+    nearest,
+)
 from hfsa.fmus.export import export
 
 FMI: Literal[2, 3] = 2
@@ -99,6 +111,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
         assert part.build is not None
         scene, own = part.build(**read_arguments(part.name, part.build, given)), list(part.arguments)
     assert isinstance(scene, Scene)
+    scene = _analyzed(scene)
     for key, value in arguments.items():
         component, dot, argument = key.partition(".")
         known = [c.name for c in scene.system.components]
@@ -234,6 +247,32 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
         return dataclasses.replace(scene, source=changed)
     components = [changed if c is component else c for c in scene.system.components]
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _analyzed(scene: Scene) -> Scene:
+    """Return the scene with numbers for the start values that are to come from analyses."""
+
+    def numbers(component: Component) -> Component:
+        start: dict[str, Any] = {}
+        for name, value in component.start.items():
+            start[name] = _analysis(value) if isinstance(value, Analysis) else value
+        return dataclasses.replace(component, start=start)
+
+    components = [numbers(component) for component in scene.system.components]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _analysis(wanted: Analysis) -> float | list[float]:
+    """Return the number, or the list of numbers, that an analysis gives for a key."""
+    result = part_named(wanted.part, parts()).analysis(**wanted.arguments)
+    name, _, members = wanted.key.partition("[")
+    if name not in result:
+        raise StructureError(f"the analysis of {wanted.part} has no result {name!r}{nearest(name, result)}")
+    values = np.asarray(result[name], dtype=float)
+    if members:
+        low, _, high = members.removesuffix("]").partition("..")
+        values = values[int(low) - 1 : int(high or low)]
+    return values.tolist()
 
 
 def _level(component: Component) -> str | None:

@@ -60,24 +60,38 @@ class Connector:
 
 
 @dataclass(frozen=True)
+class Analysis:
+    """A start value that a part's analysis gives: `Analysis("sdelta_tuning", "motor_angles[3..4]")`.
+
+    `key` is one of the analysis' results, a number or, with a range, members of an array counted from 1; `arguments`
+    are the analysis' own. `build.load_scene` puts the numbers in its place.
+    """
+
+    part: str
+    key: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Component:
     """One FMU of a system: `part` is the name of a part, or the path of a foreign `.fmu` file.
 
     `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
-    variables' units.
+    variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`.
     """
 
     name: str
     part: str
     level: str | None = None
     arguments: Mapping[str, Any] = field(default_factory=dict)
-    start: Mapping[str, float] = field(default_factory=dict)
+    start: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self):
         if not _COMPONENT.match(self.name):
             raise StructureError(f"component name {self.name!r} is not an identifier, such as robot or drive[1]")
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in self.arguments.items()}
         object.__setattr__(self, "arguments", arguments)
+        object.__setattr__(self, "start", _members(self.name, self.start))
 
 
 @dataclass(frozen=True)
@@ -190,6 +204,21 @@ def expand(name: str) -> list[str]:
     for indices in itertools.product(*ranges):
         tail = "".join(f"[{i}]{literal}" for i, literal in zip(indices, literals[1:], strict=True))
         members.append(literals[0] + tail)
+    return members
+
+
+def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
+    """Return start values member by member; those of an `Analysis` still under the name with its range."""
+    members: dict[str, Any] = {}
+    for name, value in start.items():
+        if isinstance(value, Analysis | Mapping):
+            members[name] = value if isinstance(value, Analysis) else Analysis(**value)
+            continue
+        names = expand(name)
+        values = value if isinstance(value, list | tuple) else [value] * len(names)
+        if len(values) != len(names):
+            raise StructureError(f"{component}.{name} has {len(values)} start values, expected {len(names)}")
+        members |= dict(zip(names, values, strict=True))
     return members
 
 

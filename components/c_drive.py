@@ -1,0 +1,130 @@
+"""A C-drive of the SDelta: two motors on a right- and a left-hand screw slide a tube along its axis and turn it.
+
+    [slide; angle] = [0; phi_sym] + J_C [theta_1; theta_2]     motor angles, zero at the symmetric posture (eq 3.13)
+    J_C = [[p / (4 pi), -p / (4 pi)], [1 / (2 iota), 1 / (2 iota)]]
+
+    ideal         the tube moves as commanded; the motors follow
+    rigid_shaft   M_th thetadd = tau + J_C^T [F; T],   M_th = (J_m + J_psi) 1 + J_C^T diag(m_tube, I_tube) J_C
+
+with motor torques tau and the force F and torque T that the robot exerts on the tube, positive along +slide and +angle.
+
+Ports: in `motor[i].torque` [N.m], `tube.force` [N], `tube.torque` [N.m], and, used by `ideal` only, `command.slide`
+[m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` (absolute, as the robot's) with `_rate`
+and `_acceleration`, `motor[i].angle` [rad] as the encoder shows it and `motor[i].speed` [rad/s].
+
+The encoder rounds to `encoder.resolution` and adds white noise of `encoder.noise`, a new value in each
+`encoder.interval`; both are 0, off, by default.
+
+Bode plot, `rigid_shaft`, from a torque on both motors in common to the angle of either: -40 dB per decade with -180
+degrees, 1 / (M_th,11 + M_th,12) rad/s2 per N.m; likewise in opposition with 1 / (M_th,11 - M_th,12).
+
+Source: Q. Sun, PhD thesis, McGill University, 2023, for J_C; rotor inertia of the motor named there by its maker's
+catalogue; inertia of screws and tube assumed.
+"""
+
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import Model, one_of
+from hfsa.components._noise import white_noise
+from hfsa.components._sdelta_kinematics import DRIVE_MATRIX, HOME
+
+ROTOR_INERTIA = 0.672e-4
+"""J_m, rotor of a motor Yaskawa SGMAH-08A [kg.m2] (maker's catalogue)."""
+SHAFT_INERTIA = 1.0e-4
+"""J_psi, screw, half of the coupling and nut, on the shaft's angle [kg.m2] (assumed)."""
+TUBE_MASS = 1.0
+"""m_tube [kg] (assumed)."""
+TUBE_INERTIA = 3.0e-3
+"""I_tube, about the C axis [kg.m2] (assumed)."""
+
+_ANGLE, _SPEED = 1e-2, 1.0
+_DERIVATIVES = (("", ""), ("_rate", "/s"), ("_acceleration", "/s2"))
+
+
+def inertia() -> np.ndarray:
+    """Return M_th of one drive on its two motor angles, shape (2, 2) [kg.m2]."""
+    tube = DRIVE_MATRIX.T @ np.diag([TUBE_MASS, TUBE_INERTIA]) @ DRIVE_MATRIX
+    return (ROTOR_INERTIA + SHAFT_INERTIA) * np.eye(2) + tube
+
+
+def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft") -> Model:
+    """One C-drive; start it at a posture by its `shaft[i].angle` (rigid_shaft).
+
+    Args:
+        level: `ideal` (moves as commanded) or `rigid_shaft` (inertia of rotors, screws and tube).
+
+    Raises:
+        ModelError: an unknown level.
+    """
+    levels = {"ideal": _ideal, "rigid_shaft": _rigid_shaft}
+    one_of(level, levels, "c_drive: level")
+    m = Model("CDrive", "C-drive: two motors slide and turn a tube")
+    torque = m.input("motor[1..2].torque", "N.m", "Motor torque (level rigid_shaft)")
+    load = ca.vertcat(
+        m.input("tube.force", "N", "Force on the tube, positive along +slide (level rigid_shaft)"),
+        m.input("tube.torque", "N.m", "Torque on the tube, positive along +angle (level rigid_shaft)"),
+    )
+    home = np.array([HOME.slide[0], HOME.angle[0]])
+    command = [
+        ca.vertcat(
+            m.input(f"command.slide{word}", f"m{per}", "Commanded slide (level ideal)", nominal=1e-4),
+            m.input(
+                f"command.angle{word}",
+                f"rad{per}",
+                "Commanded angle (level ideal)",
+                start=0.0 if word else home[1],
+                nominal=1e-3,
+            ),
+        )
+        for word, per in _DERIVATIVES
+    ]
+    motors = levels[level](m, command, home, torque, load)
+    for (word, per), motor in zip(_DERIVATIVES, motors, strict=True):
+        tube = ca.DM(DRIVE_MATRIX) @ motor + (0 if word else ca.DM(home))
+        m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube", nominal=1e-4)
+        m.output(f"tube.angle{word}", tube[1], f"rad{per}", "Angle of the tube", nominal=1e-3)
+    m.output("motor[1..2].angle", _encoder(m, motors[0]), "rad", "Motor angle, as the encoder shows it", nominal=_ANGLE)
+    m.output("motor[1..2].speed", motors[1], "rad/s", "Motor speed", nominal=_SPEED)
+    return m
+
+
+def analyze() -> dict[str, Any]:
+    """Return the drive's numbers in SI units.
+
+    Returns:
+        jacobian: J_C, motor angles to slide and angle, shape (2, 2) [m/rad, 1] (eq 3.13).
+        inertia: M_th, shape (2, 2) [kg.m2].
+    """
+    return {"jacobian": DRIVE_MATRIX, "inertia": inertia()}
+
+
+def _ideal(_m: Model, command: list[ca.SX], home: np.ndarray, _torque: ca.SX, _load: ca.SX) -> list[ca.SX]:
+    """Return the motors' angles, speeds and accelerations, columns of two, that the command demands."""
+    to_motors = ca.DM(np.linalg.inv(DRIVE_MATRIX))
+    slide_and_angle, rate, acceleration = command
+    return [to_motors @ (slide_and_angle - ca.DM(home)), to_motors @ rate, to_motors @ acceleration]
+
+
+def _rigid_shaft(m: Model, _command: list[ca.SX], _home: np.ndarray, torque: ca.SX, load: ca.SX) -> list[ca.SX]:
+    """Return the motors' angles, speeds and accelerations, columns of two, from the torques on them."""
+    angle = m.state("shaft[1..2].angle", "rad", "Motor angle, zero at the symmetric posture", nominal=_ANGLE)
+    speed = m.state("shaft[1..2].speed", "rad/s", "Motor speed", nominal=_SPEED)
+    acceleration = ca.DM(np.linalg.inv(inertia())) @ (torque + ca.DM(DRIVE_MATRIX.T) @ load)
+    m.der[angle] = speed
+    m.der[speed] = acceleration
+    return [angle, speed, acceleration]
+
+
+def _encoder(m: Model, angle: ca.SX) -> ca.SX:
+    """Return what the encoder shows of the angles, a column of two."""
+    resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
+    noise = m.parameter("encoder.noise", 0.0, "rad", "Standard deviation of the encoder's noise", min=0, nominal=1e-4)
+    interval = m.parameter("encoder.interval", 1e-4, "s", "Time between two values of the noise", min=1e-9)
+    seed = m.parameter("encoder.seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**25)
+    disturbance = ca.vertcat(*[white_noise(m.time, interval, 2 * seed + i) for i in range(2)])
+    step = ca.if_else(resolution > 0, resolution, 1)
+    seen = angle + noise * disturbance
+    return ca.if_else(resolution > 0, step * ca.floor(seen / step + 0.5), seen)

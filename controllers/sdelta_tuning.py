@@ -1,0 +1,64 @@
+"""Gains and torques for controlling the SDelta's six motors at a posture, from its rigid-body model.
+
+    M_rb = M_th + T^T M T                               inertia that the motors see (rigid limit of the motor plant)
+    Kp_i = M_rb,ii w_c^2,  Kd_i = 2 z_c w_c M_rb,ii     with w_c = 2 pi bandwidth, z_c = damping
+    tau_g = T^T [0; m g Z]                              holds the weight
+
+T maps motor angles to the pose of the centre of mass C, M is the platform's mass matrix there, M_th the drives'
+inertia. A bandwidth of a quarter of the first natural frequency, 6 Hz at the symmetric posture, keeps clear of the
+elastic modes.
+
+An analysis, not a model: `hfsa analyze sdelta_tuning`. Motors are ordered L1, R1, L2, R2, L3, R3.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from hfsa.components._model import ModelError
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components.c_drive import inertia
+
+
+def analyze(
+    *,
+    posture: Posture = SYMMETRIC,
+    payload: Payload = CUBE,
+    bandwidth: float = 6.0,
+    damping: float = 0.7,
+    gravity: float = 9.81,
+) -> dict[str, Any]:
+    """Return gains and torques at a posture, in SI units.
+
+    Args:
+        posture: rotation in degrees, position of S in metres.
+        payload: what the platform carries.
+        bandwidth: of the rigid closed loop [Hz].
+        damping: damping ratio of the rigid closed loop.
+        gravity: gravitational acceleration along -Z [m/s2].
+
+    Returns:
+        motor_angles: of the posture, (6,) [rad].
+        motor_inertia: M_rb, (6, 6) [kg.m2].
+        proportional_gain, derivative_gain: (6,) [N.m/rad], [N.m.s/rad].
+        holding_torque: that carries the weight, (6,) [N.m].
+
+    Raises:
+        ModelError: a singular posture; a bandwidth or damping below 0.
+    """
+    for name, value in (("bandwidth", bandwidth), ("damping", damping)):
+        if not (np.isfinite(value) and value >= 0):
+            raise ModelError(f"sdelta_tuning: {name} is {value:g}, expected 0 or more")
+    kinematics, body = Kinematics.at(posture), with_payload(payload)
+    T = kinematics.jacobian(posture.matrix @ body.center)
+    M_rb = np.kron(np.eye(3), inertia()) + T.T @ body.matrix(posture.matrix) @ T
+    w_c, diagonal = 2 * np.pi * bandwidth, np.diag(M_rb)
+    return {
+        "motor_angles": kinematics.motor_angles,
+        "motor_inertia": M_rb,
+        "proportional_gain": diagonal * w_c**2,
+        "derivative_gain": 2 * damping * w_c * diagonal,
+        "holding_torque": body.mass * gravity * T[5],
+    }
