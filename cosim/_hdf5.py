@@ -61,7 +61,8 @@ class Store:
                     store.close()
                 os.replace(part, path)
         finally:
-            part.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
         return cls(path)
 
     def flush(self) -> None:

@@ -164,7 +164,9 @@ def find_signals(
         fitting = fitting or [full for full in known if full.partition(".")[2] == name]
         if not fitting:
             short = [full.partition(".")[2] for full in known]
-            raise StructureError(f"no {causality} is called {name!r}{nearest(name, [*offered, *known, *short])}")
+            raise StructureError(
+                f"no {causality} is called {name!r}{nearest(name, dict.fromkeys([*offered, *known, *short]))}"
+            )
         if len(fitting) > 1:
             raise StructureError(f"{name} fits several {causality}s: {', '.join(fitting)}; say which")
         found += fitting

@@ -49,7 +49,7 @@ __all__ = [
     "read_run",
 ]
 
-_LONGEST_MESSAGE = 400
+_LONGEST_MESSAGE = 240
 _NAN = np.complex128(complex(np.nan, np.nan))
 
 

@@ -1,0 +1,347 @@
+"""The command line: every verb answers, a wrong word is named with the nearest right one, exit codes are kept."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hfsa.cosim._shell import plain
+from hfsa.cosim.cli import main
+from hfsa.cosim.results import Status, read, read_run
+from hfsa.fmus._errors import ExportError
+
+SWEEP = ["sweep", "mass_on_spring", "-p", "damping=5", "--from", "5", "--to", "50", "--jobs", "1"]
+
+
+@pytest.fixture
+def hfsa(capsys, tmp_path, monkeypatch):
+    """Run the command in an empty folder; returns exit code, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*tokens):
+        code = main([str(token) for token in tokens])
+        answer = capsys.readouterr()
+        return code, answer.out, answer.err
+
+    return run
+
+
+def strict(text):
+    """Read JSON as the standard has it: no NaN, no Infinity."""
+
+    def refuse(name):
+        raise AssertionError(f"{name} in JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+# Answers --------------------------------------------------------------------------------------------------------------
+
+
+def test_list_names_every_part_and_scene(hfsa):
+    code, out, _ = hfsa("list")
+    assert code == 0
+    for word in (
+        "components",
+        "controllers",
+        "scenes",
+        "sdelta (rigid, cartesian)",
+        "drive[1..3].slide",
+        "sdelta_shaker",
+    ):
+        assert word in out
+    code, out, _ = hfsa("list", "--json")
+    parts = {entry["name"]: entry for entry in strict(out)["components"]}
+    assert parts["sdelta"]["levels"] == ["rigid", "cartesian"]
+    assert parts["sdelta"]["has_analysis"]
+    assert {"name": "base.position", "unit": "m"}.items() <= parts["mass_on_spring"]["inputs"][0].items()
+    assert {"mass_on_spring", "sdelta_shaker"} <= {scene["name"] for scene in strict(out)["scenes"]}
+
+
+def test_list_of_one_part_tells_its_arguments(hfsa):
+    code, out, _ = hfsa("list", "sdelta")
+    assert code == 0
+    assert "-p posture.position=0,0,0.15" in out
+    assert "-p damping_ratio=0.01" in out
+    assert "ch3_full, ch3_rods, ch4, ch4_full" in out
+    assert "sine_source" not in out
+
+
+def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
+    words = ["-p", "posture.rotation=10,5,8", "-p", "posture.position=0.005,0.003,0.155", "-p", "stiffness=ch4"]
+    code, out, _ = hfsa("analyze", "sdelta", "--level", "cartesian", *words, "--json")
+    assert code == 0
+    numbers = strict(out)
+    assert set(numbers) == {
+        "stiffness_S", "stiffness_C", "mass_C", "frequency_matrix_C", "natural_frequencies_hz", "modal_screws_C",
+        "eigenstiffness", "eigenpitch", "translational_stiffness", "torsional_stiffness", "kappa", "kappa_t", "kappa_r",
+        "motor_angles", "limb_lengths", "jacobian",
+    }  # fmt: skip
+    assert np.shape(numbers["stiffness_S"]) == (6, 6)
+    assert numbers["natural_frequencies_hz"] == sorted(numbers["natural_frequencies_hz"])
+    code, out, _ = hfsa("analyze", "sdelta")
+    assert code == 0
+    assert "natural_frequencies_hz =\n  [ 23.58966" in out
+
+
+def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
+    code, out, _ = hfsa("export", "mass_on_spring", "-p", "damping=1", "-o", tmp_path / "built")
+    files = [Path(line) for line in out.split()]
+    assert code == 0
+    assert [file.name for file in files] == ["MassOnSpring.fmi2.fmu", "MassOnSpring.fmi3.fmu"]
+    code, out, _ = hfsa("check", *files)
+    assert (code, out.count("no problem found")) == (0, 2)
+    broken = tmp_path / "broken.fmu"
+    broken.write_bytes(files[0].read_bytes()[:2000])
+    code, out, _ = hfsa("check", broken, files[1], "--json")
+    assert code == 1
+    first, second = strict(out)
+    assert first["problems"]
+    assert second["problems"] == []
+    code, out, _ = hfsa("export", "mass_on_spring", "--fmi", "3", "-o", tmp_path / "three", "--json")
+    assert [Path(file).name for file in strict(out)["files"]] == ["MassOnSpring.fmi3.fmu"]
+
+
+def test_sweep_then_bode(hfsa):
+    code, out, err = hfsa(*SWEEP, "--points", "4", "-o", "swept.h5")
+    assert (code, out, err) == (0, "swept.h5: 4 done\n", "")
+    bode = read("swept.h5")
+    assert (bode.frequency[0], bode.frequency[-1]) == (5, 50)
+    assert np.abs(bode.frequency / 15.9 - 1).min() < 0.01  # one of four points hits the resonance
+    assert bode.attributes["title"].startswith("The example's scene")
+    code, out, _ = hfsa("sweep", "mass_on_spring", "-p", "damping=5", "--method", "linear", "--json")
+    assert strict(out)["points"]["done"] == 1000
+    assert strict(out)["peaks"][0]["magnitude"] == pytest.approx(20, rel=1e-2)
+    code, out, _ = hfsa("bode", "swept.h5", "results/mass_on_spring.h5")
+    assert (code, out) == (0, "swept.png\n")
+    assert Path("swept.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_sweep_takes_signals_by_short_name_amplitude_and_grid(hfsa):
+    words = [
+        "--points",
+        "3",
+        "--grid",
+        "log",
+        "--amplitude",
+        "2e-4",
+        "--input",
+        "base.position",
+        "--output",
+        "position",
+    ]
+    assert hfsa(*SWEEP, *words, "-o", "a.h5")[0] == 0
+    bode = read("a.h5")
+    assert np.allclose(bode.frequency, [5, 5 * np.sqrt(10), 50])
+    assert [(s.name, s.amplitude) for s in bode.inputs] == [("mass.base.position", 2e-4)]
+    assert [s.name for s in bode.outputs] == ["mass.position"]
+
+
+def test_resume_refuses_another_sweep_and_leaves_a_finished_one(hfsa):
+    assert hfsa(*SWEEP, "--points", "2", "-o", "a.h5", "--resume")[0] == 0
+    before = Path("a.h5").read_bytes()
+    assert hfsa(*SWEEP, "--points", "2", "-o", "a.h5", "--resume")[0] == 0
+    code, _, err = hfsa(*SWEEP, "--points", "2", "-o", "a.h5", "--resume", "--step", "5e-5")
+    assert code == 2
+    assert "a.h5 belongs to another sweep: step_size is 0.0001 there and 5e-05 here" in err
+    assert len(Path("a.h5").read_bytes()) == len(before)
+
+
+def test_run_records_the_input_and_the_outputs(hfsa):
+    code, out, err = hfsa("run", "mass_on_spring", "--frequency", "4", "--stop", "1", "--json")
+    assert (code, err) == (0, "")
+    answer = strict(out)
+    assert answer["steps"] == 10_000
+    values, units = read_run(answer["file"])
+    assert units == {"time": "s", "mass.base.position": "m", "mass.position": "m"}
+    later = values["time"] > 0.5
+    assert np.allclose(values["mass.base.position"][later], 1e-3 * np.sin(8 * np.pi * values["time"][later]))
+    assert np.abs(values["mass.position"]).max() > 1e-3
+
+
+FOREIGN = """
+    inputs = ["box.u"]
+    outputs = ["box.y"]
+    band = [1.0, 50.0]
+    amplitude = {{ "1" = 1.0 }}
+    step_size = 1e-3
+    stop_time = 2.0
+
+    [[components]]
+    name = "box"
+    part = "{file}"
+    start = {{ behaviour = 6, at = 1.5 }}
+"""
+
+
+@pytest.fixture
+def failing_scene(tmp_path, foreign):
+    """A scene of the user's own, in which an FMU turns NaN after 1.5 s."""
+    path = tmp_path / "failing.toml"
+    path.write_text(textwrap.dedent(FOREIGN.format(file=foreign[2])))
+    return path
+
+
+def test_points_that_fail_are_exit_code_1_and_null_in_json(hfsa, failing_scene):
+    code, out, _ = hfsa("sweep", failing_scene, "--points", "3", "--grid", "log", "--jobs", "1", "--json")
+    assert code == 1
+    answer = strict(out)
+    assert answer["points"] == {"pending": 0, "done": 2, "not_settled": 0, "failed": 1}
+    (trouble,) = answer["troubles"]
+    assert trouble["frequency"] == 1
+    assert "box.y" in trouble["message"].replace("box: y", "box.y")
+    code, out, err = hfsa("sweep", failing_scene, "--points", "3", "--jobs", "1")
+    assert code == 1
+    assert "there is no linear response to follow" in err
+    assert "box.u at 1 Hz failed: " in out
+
+
+def test_a_run_that_turns_nan_is_exit_code_4_and_keeps_what_was_recorded(hfsa, failing_scene):
+    code, out, err = hfsa("run", failing_scene, "-o", "run.h5")
+    assert (code, out) == (4, "")
+    assert "box" in err
+    assert "not finite at t = 1.5" in err
+    values, _ = read_run("run.h5")
+    recorded = np.isfinite(values["box.y"])
+    assert 1500 <= np.sum(recorded) <= 1502
+
+
+# Wrong words ----------------------------------------------------------------------------------------------------------
+
+WRONG = {
+    "scene": (["sweep", "sdelta_shakr"], "no scene is called 'sdelta_shakr'; did you mean sdelta_shaker"),
+    "scene file": (["run", "mine.toml"], "there is no file mine.toml"),
+    "scene argument": (["run", "mass_on_spring", "-p", "dampin=1"], "has no argument 'dampin'; did you mean damping"),
+    "scene value": (["run", "mass_on_spring", "-p", "damping=much"], "damping is 'much', expected a number"),
+    "component": (["sweep", "sdelta_shaker", "-p", "robt.level=rigid"], "'robt.level'; did you mean robot.level"),
+    "level": (["sweep", "sdelta_shaker", "-p", "robot.level=cartesain"], "did you mean cartesian?"),
+    "start": (["run", "mass_on_spring", "-p", "mass.dampin=1"], "no variable 'dampin'; did you mean damping?"),
+    "input": (
+        ["sweep", "mass_on_spring", "--input", "base.positon"],
+        "no input is called 'base.positon'; did you mean",
+    ),
+    "output": (["sweep", "mass_on_spring", "--output", "mass.positon"], "did you mean mass.position"),
+    "band": (["sweep", "mass_on_spring", "--from", "9", "--to", "2"], "frequencies from 9 to 2 Hz, expected"),
+    "step": (["sweep", "mass_on_spring", "--to", "9000"], "9000 Hz has 1.11 steps of 0.0001 s in a period"),
+    "stop": (["run", "mass_on_spring", "--stop", "1e-9"], "less than a step"),
+    "pair": (["analyze", "sdelta", "-p", "stiffness"], "-p 'stiffness' is not of the form NAME=VALUE"),
+    "pair twice": (["analyze", "sdelta", "-p", "a=1", "-p", "a=2"], "-p a is given twice: 1 and 2"),
+    "part": (["export", "sdlta"], "no part is called 'sdlta'; did you mean sdelta"),
+    "part level": (["export", "sdelta", "--level", "rigit"], "level is 'rigit', expected one of rigid, cartesian"),
+    "argument": (
+        ["export", "sdelta", "-p", "stifness=ch4"],
+        "sdelta has no argument 'stifness'; did you mean stiffness",
+    ),
+    "choice": (["analyze", "sdelta", "-p", "stiffness=ch5"], "expected one of ch3_full, ch3_rods, ch4, ch4_full"),
+    "bounds": (["export", "mass_on_spring", "-p", "stiffness=-1"], "stiffness is -1 N/m, expected 0 to inf N/m"),
+    "analysis": (["analyze", "mass_on_spring"], "mass_on_spring has no analysis"),
+    "listed": (["list", "sdlta"], "nothing is called 'sdlta'; did you mean sdelta"),
+    "results": (["bode", "none.h5"], "there is no file none.h5"),
+    "fmu": (["check", "none.fmu"], "there is no file none.fmu"),
+    "verb": (["sweeep"], 'Did you mean "sweep"'),
+    "option": (["sweep", "mass_on_spring", "--metod", "linear"], "--method"),
+    "method": (["sweep", "mass_on_spring", "--method", "multisine"], "stepped"),
+    "points": (["sweep", "mass_on_spring", "--points", "1"], "2"),
+    "nothing": (["sweep"], "SCENE"),
+}
+
+
+@pytest.mark.parametrize(("tokens", "message"), WRONG.values(), ids=WRONG)
+def test_a_wrong_word_is_named_with_the_nearest_right_one(hfsa, tokens, message):
+    code, out, err = hfsa(*tokens)
+    assert (code, out) == (2, "")
+    assert message in " ".join(err.split())
+    assert not list(Path().rglob("*.h5"))
+
+
+def test_a_build_that_fails_is_exit_code_3(hfsa, monkeypatch):
+    def fail(*_):
+        raise ExportError("no C compiler: tried cc, gcc, clang")
+
+    monkeypatch.setattr("hfsa.fmus.export.export", fail)
+    assert hfsa("export", "mass_on_spring") == (3, "", "error: no C compiler: tried cc, gcc, clang\n")
+
+
+def test_a_full_disk_is_exit_code_4(hfsa):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, hard))
+    try:
+        code, out, err = hfsa("sweep", "mass_on_spring", "--method", "linear", "--points", "9000", "-o", "big.h5")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert (code, out, err) == (4, "", "error: cannot write big.h5: File too large\n")
+    assert list(Path().iterdir()) == []
+
+
+def test_a_file_that_cannot_be_is_wrong_usage(hfsa):
+    code, _, err = hfsa(*SWEEP, "--points", "2", "--method", "linear", "-o", "/dev/full/a.h5")
+    assert code == 2
+    assert "error: cannot write /dev/full/a.h5: " in err
+
+
+def test_json_has_neither_nan_nor_numpy():
+    value = {"a": np.array([[1.0, np.nan]]), "b": 1 + 2j, "c": np.int64(3), "d": Path("x"), "e": (np.inf, None, True)}
+    assert strict(json.dumps(plain(value), allow_nan=False)) == {
+        "a": [[1.0, None]],
+        "b": {"real": 1.0, "imaginary": 2.0},
+        "c": 3,
+        "d": "x",
+        "e": [None, None, True],
+    }
+
+
+# As a process ---------------------------------------------------------------------------------------------------------
+
+
+def test_help_comes_without_the_heavy_libraries():
+    heavy = {"casadi", "control", "fmpy", "h5py", "matplotlib", "numpy", "scipy"}
+    script = f"import sys; from hfsa.cosim.cli import main; main(['--help']); print({heavy} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("set()\n")
+    for verb in ("list", "analyze", "export", "check", "run", "sweep", "bode"):
+        assert f" {verb} " in done.stdout
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    command = [sys.executable, "-m", "hfsa.cosim.cli", "list", "--json"]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    child.stdout.close()
+    err = child.stderr.read()
+    assert (child.wait(), err) == (0, "")
+
+
+def test_an_interrupted_sweep_keeps_its_points_and_resumes(tmp_path):
+    path = tmp_path / "sweep.h5"
+    words = ["sweep", "mass_on_spring", "-p", "damping=0.5", "--points", "12", "--jobs", "2", "-o", str(path)]
+    command = [sys.executable, "-m", "hfsa.cosim.cli", *words]
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while not (path.is_file() and measured(path)):
+        assert child.poll() is None
+        time.sleep(0.05)
+    os.killpg(child.pid, signal.SIGINT)  # as the keyboard does, to all processes
+    _, err = child.communicate()
+    assert child.returncode == 130
+    assert "sweep with --resume to go on" in err
+    assert "Traceback" not in err
+    half = read(path)
+    assert half.attributes["status"] == "interrupted"
+    assert 0 < np.sum(half.status == Status.DONE) < 12
+    assert main([*words, "--resume"]) == 0
+    assert read(path).attributes["status"] == "complete"
+
+
+def measured(path):
+    """Count the finished points of a file that another process is writing."""
+    import h5py
+
+    with h5py.File(path, "r", locking=False) as file:
+        return np.sum(file["bode/status"][:] == Status.DONE)
