@@ -1,0 +1,128 @@
+"""The C-drive: inertia, Bode sentence, energy, the ideal limit, and an encoder that rounds and hisses as told."""
+
+import numpy as np
+import pytest
+
+from hfsa.components._functions import functions
+from hfsa.components._linearize import linearize
+from hfsa.components._model import Kind, ModelError
+from hfsa.components._noise import white_noise
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components.c_drive import DRIVE_MATRIX, analyze, c_drive, inertia
+from hfsa.components.sdelta import sdelta
+
+
+def response(model, omega: float, outputs: list[str], inputs: list[str]) -> np.ndarray:
+    system = linearize(model)
+    rows = [system.output_labels.index(name) for name in outputs]
+    columns = [system.input_labels.index(name) for name in inputs]
+    return np.atleast_2d(system(1j * omega))[np.ix_(rows, columns)]
+
+
+def values_of(model, **values) -> dict[str, float]:
+    """Outputs at given inputs, states and parameters."""
+    point = [[values.get(q.name, q.start) for q in model.of(kind)] for kind in (Kind.STATE, Kind.INPUT, Kind.PARAMETER)]
+    out = functions(model).out(values.get("time", 0.0), point[0], [], point[1], point[2])
+    return dict(zip([q.name for q in model.of(Kind.OUTPUT)], np.array(out).ravel(), strict=True))
+
+
+def test_inertia_has_the_printed_digits():
+    """Spec of the drive, M_th: every diagonal entry and the coupling of a pair [kg.m2]."""
+    assert inertia()[0, 0] == pytest.approx(2.10831e-4, abs=5e-10)
+    assert inertia()[1, 1] == inertia()[0, 0]
+    assert inertia()[0, 1] == pytest.approx(-1.964e-6, abs=5e-10)
+    np.testing.assert_array_equal(analyze()["inertia"], inertia())
+
+
+@pytest.mark.parametrize("omega", [1.0, 300.0, 1e4])
+def test_bode_sentence(omega):
+    motors = ["motor[1]/angle", "motor[2]/angle"]
+    H = response(c_drive(), omega, motors, ["motor[1]/torque", "motor[2]/torque"])
+    M = inertia()
+    for direction, mass in (([1, 1], M[0, 0] + M[0, 1]), ([1, -1], M[0, 0] - M[0, 1])):
+        np.testing.assert_allclose(H @ direction, np.array(direction) / (-(omega**2) * mass), rtol=1e-12)
+
+
+def test_tube_motion_is_the_screws_and_gears():
+    """Equal angles turn the tube by angle / iota, opposite ones slide it by p angle / (2 pi)."""
+    model = c_drive()
+    at_rest = values_of(model)
+    turned = values_of(model, **{"shaft[1].angle": 0.6, "shaft[2].angle": 0.6})
+    slid = values_of(model, **{"shaft[1].angle": 0.6, "shaft[2].angle": -0.6})
+    assert turned["tube.angle"] - at_rest["tube.angle"] == pytest.approx(0.6 / 6, rel=1e-13)
+    assert turned["tube.slide"] == pytest.approx(at_rest["tube.slide"], abs=1e-15)
+    assert slid["tube.slide"] - at_rest["tube.slide"] == pytest.approx(0.060 * 0.6 / (2 * np.pi), rel=1e-13)
+    assert np.rad2deg(at_rest["tube.angle"]) == pytest.approx(63.4349, abs=5e-5)
+
+
+def test_power_of_torques_and_loads_becomes_kinetic_energy():
+    """d/dt (w^T M w / 2) = tau . w + F slide_rate + T angle_rate, at any state."""
+    rng = np.random.default_rng(5)
+    speed, torque, force, moment = rng.normal(size=2), rng.normal(size=2), *rng.normal(size=2)
+    names = {"shaft[1].speed": speed[0], "shaft[2].speed": speed[1], "tube.force": force, "tube.torque": moment}
+    out = values_of(c_drive(), **names, **{"motor[1].torque": torque[0], "motor[2].torque": torque[1]})
+    acceleration = np.linalg.solve(DRIVE_MATRIX, [out["tube.slide_acceleration"], out["tube.angle_acceleration"]])
+    power_in = torque @ speed + force * out["tube.slide_rate"] + moment * out["tube.angle_rate"]
+    assert speed @ inertia() @ acceleration == pytest.approx(power_in, rel=1e-12)
+
+
+def test_ideal_moves_as_commanded_and_its_motors_are_the_postures():
+    posture = Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))
+    at = Kinematics.at(posture)
+    for j in range(3):
+        commands = {"command.slide": at.limbs.slide[j], "command.angle": at.limbs.angle[j], "command.slide_rate": 0.3}
+        out = values_of(c_drive(level="ideal"), **commands)
+        assert (out["tube.slide"], out["tube.angle"]) == pytest.approx(
+            (at.limbs.slide[j], at.limbs.angle[j]), rel=1e-13
+        )
+        motors = [out["motor[1].angle"], out["motor[2].angle"]]
+        assert motors == pytest.approx(at.motor_angles[2 * j : 2 * j + 2], rel=1e-12)
+        assert DRIVE_MATRIX @ [out["motor[1].speed"], out["motor[2].speed"]] == pytest.approx([0.3, 0.0], abs=1e-13)
+
+
+def test_ports_fit_the_robots():
+    """What the drive puts out starts where the robot's inputs start, in the same units."""
+    drive, robot = c_drive(), sdelta(posture=SYMMETRIC)
+    start = values_of(drive)
+    for motion in ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration"):
+        assert robot[f"drive[1].{motion}"].start == pytest.approx(start[f"tube.{motion}"], abs=1e-15)
+        assert robot[f"drive[1].{motion}"].unit == drive[f"tube.{motion}"].unit
+    for load in ("force", "torque"):
+        assert robot[f"drive[1].{load}"].unit == drive[f"tube.{load}"].unit
+
+
+def test_the_encoder_is_off_by_default_and_rounds_to_its_resolution():
+    assert values_of(c_drive(), **{"shaft[1].angle": 0.12345})["motor[1].angle"] == 0.12345
+    for angle, shown in ((0.1234, 0.12), (0.1251, 0.13), (-0.1251, -0.13)):
+        out = values_of(c_drive(), **{"shaft[1].angle": angle, "encoder.resolution": 0.01})
+        assert out["motor[1].angle"] == pytest.approx(shown, abs=1e-15)
+
+
+def test_encoder_noise_is_white_and_its_seed_counts():
+    import casadi as ca
+
+    time, seed = ca.SX.sym("time"), ca.SX.sym("seed")
+    noise = ca.Function("noise", [time, seed], [white_noise(time, 1e-3, seed)])
+    instants = np.arange(100_000)[None, :] * 1e-3
+    first, second = (np.array(noise(instants, s)).ravel() for s in (1, 2))
+    n = len(instants[0])
+    assert abs(first.mean()) < 4 / np.sqrt(n)
+    assert first.std() == pytest.approx(1, abs=4 / np.sqrt(2 * n))
+    assert (first**4).mean() == pytest.approx(3, abs=4 * np.sqrt(96 / n))
+    for lag in (1, 2, 7, 1000):
+        assert abs(np.corrcoef(first[:-lag], first[lag:])[0, 1]) < 4 / np.sqrt(n)
+    assert abs(np.corrcoef(first, second)[0, 1]) < 4 / np.sqrt(n)
+    assert float(noise(0.01234, 1)) == float(noise(0.01299, 1)) != float(noise(0.01301, 1))
+
+
+def test_noise_reaches_the_encoder_only():
+    quiet, noisy = values_of(c_drive(), time=0.5), values_of(c_drive(), time=0.5, **{"encoder.noise": 1e-3})
+    assert 0 < abs(noisy["motor[1].angle"] - quiet["motor[1].angle"]) < 6e-3
+    assert noisy["tube.slide"] == quiet["tube.slide"]
+    assert noisy["motor[1].angle"] != noisy["motor[2].angle"]
+
+
+def test_unknown_level():
+    with pytest.raises(ModelError, match="level is 'rigid_shft'; did you mean rigid_shaft"):
+        c_drive(level="rigid_shft")  # type: ignore[arg-type]
