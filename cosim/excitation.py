@@ -10,6 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hfsa.cosim.frequency_response import resonances
+
 FEWEST_SAMPLES = 10
 """Samples in a period below which a third harmonic and a held input are no longer resolved."""
 
@@ -42,7 +44,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     step = np.hypot(np.hypot(np.diff(level, axis=0), np.diff(turn, axis=0)).max(axis=1), 2 * np.diff(np.log10(f)))
     length = np.concatenate([[0.0], np.cumsum(step)])
     grid = np.interp(np.linspace(0, length[-1], points), length, f)
-    peaks = sorted({int(i) for curve in level.T for i in _peaks(curve)})
+    peaks = sorted({int(i) for curve in level.T for i in resonances(20 * curve)})
     for peak in f[peaks]:
         inner = np.arange(1, points - 1)
         if len(inner):
@@ -78,10 +80,3 @@ def window_steps(frequency: float, step_size: float, measurement_periods: int = 
 def _check_points(points: int) -> None:
     if points < 2:
         raise ValueError(f"{points} points, expected at least 2")
-
-
-def _peaks(level: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices of maxima that stand 3 dB above their surroundings; `level` is log10 of a magnitude."""
-    from scipy.signal import find_peaks
-
-    return find_peaks(level, prominence=3 / 20)[0]

@@ -131,6 +131,21 @@ def harmonic_distortion(gain: ArrayLike, second: ArrayLike, third: ArrayLike) ->
     return np.divide(harmonics, fundamental, out=np.full(fundamental.shape, np.nan), where=fundamental > 0)
 
 
+def resonances(decibels: ArrayLike, height: float = 3.0) -> NDArray[np.int64]:
+    """Return the indices of maxima that stand `height` dB above their surroundings, shape (resonances,).
+
+    The surroundings of a maximum reach, on each side, to where the curve is higher again, or to its end.
+    """
+    level = np.asarray(decibels, dtype=float)
+    found = []
+    for i in 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] >= level[2:])):
+        higher = np.flatnonzero(level > level[i])
+        left, right = higher[higher < i].max(initial=0), higher[higher > i].min(initial=len(level) - 1)
+        if level[i] - max(level[left:i].min(), level[i + 1 : right + 1].min()) >= height:
+            found.append(i)
+    return np.array(found, dtype=np.int64)
+
+
 def noise_floor(gain: ArrayLike, units: Sequence[str], nominal: ArrayLike) -> NDArray[np.float64]:
     """Return the gain below which an output says nothing in one run, shape (outputs,).
 

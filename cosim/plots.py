@@ -20,10 +20,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFormatter
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from hfsa.cosim._records import ResultsError, Signal, Status
-from hfsa.cosim.frequency_response import negligible
+from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode
 from hfsa.cosim.system import nearest
 
@@ -46,7 +45,6 @@ _STYLE: Any = {
     "legend.frameon": False,
     "mathtext.default": "regular",
 }
-_PROMINENCE = 3.0
 
 
 @dataclass
@@ -254,7 +252,7 @@ def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
 
 def _mark_resonances(upper: Any, lower: Any, curve: _Curve) -> None:
     """Mark the peaks of a curve that stand 3 dB above their surroundings with frequency and height."""
-    for peak in find_peaks(curve.level, prominence=_PROMINENCE)[0]:
+    for peak in resonances(curve.level):
         f, level = _summit(curve, peak) if curve.is_line else (curve.frequency[peak], curve.level[peak])
         for axes in (upper, lower):
             axes.axvline(f, color=_ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)

@@ -13,6 +13,7 @@ from hfsa.cosim.frequency_response import (
     harmonic_distortion,
     phase,
     remaining_transient,
+    resonances,
 )
 
 TOLERANCE = 1e-3
@@ -153,6 +154,12 @@ def test_one_decay_is_summed_exactly(rho, angle, windows):
 def test_too_few_windows_say_nothing():
     assert np.isinf(remaining_transient(np.ones((FEWEST_WINDOWS - 1, 2)))).all()
     assert np.array_equal(remaining_transient(np.ones((FEWEST_WINDOWS, 2))), [0, 0])
+
+
+def test_a_resonance_stands_above_its_surroundings():
+    assert resonances([0, 5, 1, 2, 1, 9, 8, 8.5, 0]).tolist() == [1, 5]
+    assert resonances([0, 5, 1, 2, 1, 9, 8, 8.5, 0], height=0.4).tolist() == [1, 3, 5, 7]
+    assert resonances([0, 1, 2, 9]).size == 0  # an end is no maximum
 
 
 def test_phase_lies_above_minus_pi():
