@@ -30,6 +30,7 @@ METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMU
 """Methods of a sweep as a legend says them."""
 
 _COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
+_CLOSE = 0.02
 _INK, _GRID, _ACCENT = "#20242c", "#c9ced6", "#b3541e"
 _STYLE: Any = {
     "font.family": "sans-serif",
@@ -74,6 +75,16 @@ class _Panel:
     unit: str
     curves: list[_Curve] = field(default_factory=list)
 
+    @property
+    def labels(self) -> list[str]:
+        return [curve.label for curve in self.curves]
+
+    @property
+    def outputs(self) -> dict[str, list[_Curve]]:
+        """Curves by output."""
+        names = dict.fromkeys(curve.output.name for curve in self.curves)
+        return {name: [curve for curve in self.curves if curve.output.name == name] for name in names}
+
 
 def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Iterable[str] = ()) -> Figure:
     """Return the Bode plot of one or more sweeps, of all entries or of those of the given outputs and inputs.
@@ -83,15 +94,19 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
     panels = _panels(sweeps, list(outputs), list(inputs))
     columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
     rows = max(len(column) for column in columns)
-    size = (8.6, 6.2) if len(panels) == 1 else (1.2 + 4.6 * len(columns), 0.9 + 5.0 * rows)
+    size = (8.6, 6.2) if len(panels) == 1 else (max(8.0, 4.2 * len(columns)), 0.8 + 4.8 * rows)
+    shared_legend = len(panels) > 1 and all(panel.labels == panels[0].labels for panel in panels)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=size, dpi=160, layout="constrained")
         parts = figure.subfigures(rows, len(columns), squeeze=False)
         for i, column in enumerate(columns):
             for j, panel in enumerate(column):
-                _draw(parts[j][i], panel)
+                _draw(parts[j][i], panel, has_legend=not shared_legend)
         titles = dict.fromkeys(str(bode.attributes["title"]) for bode in sweeps)
         figure.suptitle(", ".join(titles), fontsize=12.5, fontweight="bold")
+        if shared_legend:
+            handles, labels = parts[0][0].axes[0].get_legend_handles_labels()
+            figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=10)
     return figure
 
 
@@ -148,7 +163,7 @@ def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> _Curve:
 
 def _name_curves(panel: _Panel, sweeps: Sequence[Bode]) -> None:
     """Give each curve a colour and a label that tell it from the others: by output, by method, by file."""
-    outputs = list(dict.fromkeys(curve.output.name for curve in panel.curves))
+    outputs = list(panel.outputs)
     methods = [bode.settings.get("method") for bode in sweeps]
     for curve in panel.curves:
         method = str(curve.bode.settings.get("method", ""))
@@ -165,8 +180,7 @@ def _name_curves(panel: _Panel, sweeps: Sequence[Bode]) -> None:
 
 def _align_phases(panel: _Panel) -> None:
     """Put the phases of one output on the branch of its densest curve, which begins in (-180, 180]."""
-    for output in {curve.output.name for curve in panel.curves}:
-        curves = [curve for curve in panel.curves if curve.output.name == output]
+    for curves in panel.outputs.values():
         dense = max(curves, key=lambda curve: len(curve.frequency))
         for curve in curves:
             if curve is not dense:
@@ -188,22 +202,22 @@ def _display(output: str, source: str) -> tuple[str, float]:
 # How it is drawn ------------------------------------------------------------------------------------------------------
 
 
-def _draw(part: Any, panel: _Panel) -> None:
+def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
     upper, lower = part.subplots(2, 1, sharex=True, height_ratios=[1.55, 1])
     for curve in sorted(panel.curves, key=lambda curve: not curve.is_line):
         _draw_curve(upper, curve, curve.level)
         _draw_curve(lower, curve, curve.phase)
     _scale_axes(upper, lower, panel)
-    outputs = list(dict.fromkeys(curve.output.name for curve in panel.curves))
-    for output in outputs:
-        curves = [curve for curve in panel.curves if curve.output.name == output]
-        _mark_resonances(upper, lower, max(curves, key=lambda curve: len(curve.frequency)))
+    _mark_resonances(upper, lower, panel)
     _mark_failures(lower, panel)
     upper.set_ylabel(f"Magnitude (dB{f' re 1 {panel.unit}' if panel.unit else ''})")
     lower.set_ylabel("Phase (deg)")
     lower.set_xlabel("Frequency (Hz)")
-    upper.set_title(f"{panel.input.name}  \N{RIGHTWARDS ARROW}  {', '.join(outputs)}", fontsize=9.5)
-    upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
+    outputs = list(panel.outputs)
+    target = f"  \N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
+    upper.set_title(f"{panel.input.name}{target}", fontsize=8.5)
+    if has_legend:
+        upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
 
 
 def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
@@ -241,7 +255,8 @@ def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
     upper.set_ylim(bottom - margin, top + 2.6 * margin)
     phases = np.concatenate([curve.phase for curve in panel.curves])
     span = phases.max() - phases.min()
-    lower.yaxis.set_major_locator(MultipleLocator(45 if span <= 270 else 90 * math.ceil(span / 540)))
+    if span > 30:
+        lower.yaxis.set_major_locator(MultipleLocator(45 if span <= 270 else 90 * math.ceil(span / 540)))
     lower.set_ylim(phases.min() - max(0.07 * span, 5), phases.max() + max(0.07 * span, 5))
     for axes in (upper, lower):
         axes.grid(which="major", color=_GRID, linewidth=0.7)
@@ -250,31 +265,34 @@ def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
         axes.spines[["top", "right"]].set_visible(False)
 
 
-def _mark_resonances(upper: Any, lower: Any, curve: _Curve) -> None:
-    """Mark the peaks of a curve that stand 3 dB above their surroundings with frequency and height."""
-    for peak in resonances(curve.level):
-        f, level = _summit(curve, peak) if curve.is_line else (curve.frequency[peak], curve.level[peak])
+def _mark_resonances(upper: Any, lower: Any, panel: _Panel) -> None:
+    """Mark the peaks that stand 3 dB above their surroundings with frequency and height; of close ones the highest."""
+    dense = [max(curves, key=lambda curve: len(curve.frequency)) for curves in panel.outputs.values()]
+    summits = [_summit(curve, i) for curve in dense for i in resonances(curve.level)]
+    marks: list[tuple[float, float]] = []
+    for f, level in sorted(summits, key=lambda summit: -summit[1]):
+        if all(abs(math.log(f / other)) > _CLOSE for other, _ in marks):
+            marks.append((f, level))
+    for f, level in marks:
         for axes in (upper, lower):
             axes.axvline(f, color=_ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
-        upper.annotate(
-            f"{f:.4g} Hz, {level:.1f} dB",
-            (f, level),
-            xytext=(-7, 7),
-            textcoords="offset points",
-            ha="right",
-            va="bottom",
-            color=_ACCENT,
-            fontsize=9.5,
-            fontweight="bold",
-            zorder=5,
-        )
+        label = f"{f:.4g} Hz, {level:.1f} dB"
+        look = {"color": _ACCENT, "fontweight": "bold", "ha": "right", "zorder": 5, "textcoords": "offset points"}
+        if len(marks) == 1:
+            upper.annotate(label, (f, level), xytext=(-7, 7), va="bottom", fontsize=9.5, **look)
+        else:
+            # along the foot of each line, where curves with peaks leave room
+            place = {"xycoords": upper.get_xaxis_transform(), "xytext": (-2, 4), "va": "bottom", "rotation": 90}
+            upper.annotate(label, (f, 0.0), fontsize=8, **place, **look)
 
 
 def _summit(curve: _Curve, peak: int) -> tuple[float, float]:
-    """Return frequency [Hz] and level [dB] of a smooth curve's peak, between the points of its grid.
+    """Return frequency [Hz] and level [dB] of a curve's peak; of a smooth line, between the points of its grid.
 
     Near a resonance 1 / |response|^2 is a parabola over the squared frequency, which three points give.
     """
+    if not curve.is_line:
+        return curve.frequency[peak], curve.level[peak]
     near = slice(peak - 1, peak + 2)
     square = curve.frequency[peak] ** 2
     offset, inverse = curve.frequency[near] ** 2 - square, 10 ** (-curve.level[near] / 10)

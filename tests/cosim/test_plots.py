@@ -73,6 +73,22 @@ def test_the_resonance_is_marked_with_frequency_and_height(sweep):
     assert texts(upper) == ["24.5 Hz, 34.0 dB"]  # between the points of the grid
 
 
+def test_of_close_peaks_the_highest_is_marked(sweep):
+    x, far = ("robot.position[1]", "m"), 1 / (1 - (DENSE / 10) ** 2 + 0.02j * DENSE / 10)
+    entries = {(Z, Y): resonance(DENSE), (x, Y): 0.2 * resonance(DENSE * 0.99) + far}
+    ((upper, _),) = axes_of(bode_figure([sweep("theory.h5", "linear", DENSE, entries)]))
+    assert sorted(texts(upper)) == ["24.5 Hz, 34.0 dB", "9.999 Hz, 34.0 dB"]
+
+
+def test_panels_with_the_same_curves_share_a_legend(sweep):
+    r = ("reference.rotation[2]", "rad")
+    t = ("robot.rotation[2]", "rad")
+    bode = sweep("two.h5", "linear", DENSE, {(Z, Y): resonance(DENSE), (t, r): resonance(DENSE)})
+    figure = bode_figure([bode])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["linear theory"]
+    assert all(upper.get_legend() is None for upper, _ in axes_of(figure))
+
+
 def test_a_curve_without_a_peak_has_no_mark(sweep):
     ((upper, _),) = axes_of(bode_figure([sweep("flat.h5", "stepped", SPARSE, {(Z, Y): 1 / (1 + 0.1j * SPARSE)})]))
     assert texts(upper) == []
@@ -107,10 +123,12 @@ def test_entries_share_axes_by_unit_and_zeros_are_left_out(sweep):
     titles = [upper.get_title() for upper, _ in axes_of(bode_figure([bode]))]
     arrow = "\N{RIGHTWARDS ARROW}"
     assert titles == [
-        f"reference.position[3]  {arrow}  robot.position[3], robot.position[1]",
+        "reference.position[3]",
         f"reference.rotation[2]  {arrow}  robot.rotation[2]",
         f"reference.rotation[2]  {arrow}  robot.position[1]",
     ]
+    legend = [text.get_text().partition(":")[0] for text in axes_of(bode_figure([bode]))[0][0].get_legend().get_texts()]
+    assert legend == ["robot.position[3]", "robot.position[1]"]
     one = axes_of(bode_figure([bode], outputs=[x[0]], inputs=[Y[0]]))
     assert [upper.get_title() for upper, _ in one] == [f"reference.position[3]  {arrow}  robot.position[1]"]
     with pytest.raises(ResultsError, match=r"no file has an output 'robot.positon\[1\]'; did you mean robot.position"):
