@@ -169,6 +169,7 @@ def run(
     loaded = load(scene, _shell.named_values(parameter), step_size=step, stop_time=stop, algorithm=algorithm)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with _shell.progress("run") as show:
+        show(0.0, "building FMUs")
         run_scene(
             loaded, path, excited=input, frequency=frequency, report=lambda part: show(part, ""), warn=_shell.warn
         )
@@ -254,6 +255,7 @@ def sweep(
     request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     with _shell.progress("sweep") as show:
+        show(0.0, "building FMUs")
         sweep_scene(
             loaded,
             request,
