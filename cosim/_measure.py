@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation
+from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
@@ -37,7 +38,7 @@ class Request:
     """What a user asks of a scene; `None` takes what the scene or the method says.
 
     `inputs` and `outputs` are names, full or without the component where that is clear; `low` and `high` in Hz;
-    `amplitude` in the unit of each input; `jobs` processes, `None` for one per processor.
+    `amplitude` in the unit of each input; `jobs` processes, `None` for one per processor; `loop` one of `LOOPS`.
     """
 
     settings: Settings
@@ -49,6 +50,7 @@ class Request:
     grid: str = GRIDS[0]
     amplitude: float | None = None
     jobs: int | None = None
+    loop: str = LOOPS[0]
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,8 @@ def sweep_scene(
         return
     with _usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
-    benches = {name: _bench(scene, name, outputs) for name in inputs}
+    library = chosen_loop(request.loop, warn)
+    benches = {name: _bench(scene, name, outputs, library) for name in inputs}
     record = system_record(loaded.title, text, *((bench.system, bench.files) for bench in benches.values()))
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, record) as file:
@@ -113,10 +116,14 @@ def run_scene(
     *,
     excited: str | None = None,
     frequency: float | None = None,
+    loop: str = LOOPS[0],
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
 ) -> None:
-    """Run a scene in time with a sine at one input; record that input and the scene's outputs into the file `path`."""
+    """Run a scene in time with a sine at one input; record that input and the scene's outputs into the file `path`.
+
+    `loop` is one of `LOOPS`.
+    """
     scene = loaded.scene
     files = build.build(scene.system)
     variables = {name: describe(file).variables for name, file in files.items()}
@@ -141,6 +148,7 @@ def run_scene(
         step_size=scene.step_size,
         algorithm=scene.algorithm,
         record=system_record(loaded.title, scene_text(scene), (system, files)),
+        library=chosen_loop(loop, warn),
         report=report,
     )
     for message in warnings.values():
@@ -216,9 +224,9 @@ def _points(request: Request) -> int:
     return request.points or (1000 if request.settings.method == "linear" else 40)
 
 
-def _bench(scene: Scene, excited: str, outputs: Sequence[str]) -> Bench:
+def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:
     system = build.instrument(scene, excited, outputs)
-    return Bench(system, build.build(system), tuple(outputs), source=scene.source.name, lock_in=build.LOCK_IN)
+    return Bench(system, build.build(system), tuple(outputs), scene.source.name, build.LOCK_IN, library)
 
 
 @contextlib.contextmanager

@@ -74,10 +74,19 @@ class Recording:
 
     def take(self, time: float) -> None:
         """Keep the row `point`, and then raise `StepError` if the watch finds fault with it."""
-        if self.rows == len(self._time):  # a run longer than was asked for
-            self._time = np.concatenate([self._time, np.zeros_like(self._time)])
-            self._values = np.concatenate([self._values, np.zeros_like(self._values)])
+        if self.rows == len(self._time):
+            self.grow()
         self._time[self.rows] = time
         self._values[self.rows] = self.point
         self.rows += 1
         self.watch.check(time)
+
+    def grow(self) -> None:
+        """Make room for a run longer than was asked for."""
+        self._time = np.concatenate([self._time, np.zeros_like(self._time)])
+        self._values = np.concatenate([self._values, np.zeros_like(self._values)])
+
+    @property
+    def room(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times and values of all rows there is room for, taken or not: (capacity,) and (capacity, n)."""
+        return self._time, self._values

@@ -18,7 +18,7 @@ from hfsa.cosim._records import Point, Status
 from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.instance import StepError, open_instances
-from hfsa.cosim.master import Master
+from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, Connector, StructureError, System, connector
 
 
@@ -51,6 +51,7 @@ class Bench:
         files: FMU file of each component.
         outputs: full names; signal i + 1 of the amplifier is `outputs[i]`.
         source, lock_in: names of the instruments.
+        library: the stepping loop in C; `None` for the one in Python.
     """
 
     system: System
@@ -58,11 +59,12 @@ class Bench:
     outputs: tuple[str, ...]
     source: str = "source"
     lock_in: str = "lock_in"
+    library: Path | None = None
 
     @cached_property
     def key(self) -> str:
         """The same text for the same bench, in every process."""
-        return repr((self.system, sorted(self.files.items()), self.outputs))
+        return repr((self.system, sorted(self.files.items()), self.outputs, self.library))
 
     def connector(self, name: str) -> Connector:
         """Return the variable of a full name, from its FMU's description."""
@@ -98,7 +100,8 @@ class Rig:
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
         instances = open_instances(bench.files)
-        self.master = Master(instances, bench.system, settings.algorithm, settings.step_size)
+        parts = (instances, bench.system, settings.algorithm, settings.step_size)
+        self.master = make_master(*parts, bench.library)
         outputs = [bench.connector(name) for name in bench.outputs]
         self.units = [output.unit or "" for output in outputs]
         self.nominal = np.array([output.nominal for output in outputs])

@@ -35,6 +35,9 @@ Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
 Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
+Loop = Annotated[
+    Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
+]
 Signals = Annotated[list[str] | None, Parameter(negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]
 
@@ -141,6 +144,7 @@ def run(
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
+    loop: Loop = "c",
     output: Output = None,
     json: Json = False,
 ) -> int:
@@ -171,7 +175,13 @@ def run(
     with _shell.progress("run") as show:
         show(0.0, "building FMUs")
         run_scene(
-            loaded, path, excited=input, frequency=frequency, report=lambda part: show(part, ""), warn=_shell.warn
+            loaded,
+            path,
+            excited=input,
+            frequency=frequency,
+            loop=loop,
+            warn=_shell.warn,
+            report=lambda part: show(part, ""),
         )
     _shell.answer(*run_report(path), json)
     return _shell.DONE
@@ -196,6 +206,7 @@ def sweep(
     settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
     settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
     measurement_periods: Annotated[int, Parameter(validator=Number(gte=1))] = 1,
+    loop: Loop = "c",
     jobs: Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))] = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     file: Annotated[Path | None, Parameter("-o")] = None,
@@ -252,7 +263,7 @@ def sweep(
         measurement_periods=measurement_periods,
         settling_time=settling_time,
     )
-    request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs)
+    request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")

@@ -199,6 +199,11 @@ class Master:
         if not self._is_ready:
             raise StructureError("the master is not at a communication point: initialize it first")
         self._is_ready = False  # until the last exchange is complete
+        self._take(steps)
+        self._is_ready = True
+
+    def _take(self, steps: int) -> None:
+        """Take steps; `stepping.CompiledMaster` does in C what this says."""
         calls = {action.call.run: action.call for action in self.cycle}
         stepping = [action.call.run for action in self.cycle[: self._first_of_point]]
         at_point = [action.call.run for action in self.cycle[self._first_of_point :]]
@@ -219,7 +224,6 @@ class Master:
                 self._watch.check(time.value)
             if every and count % every == 0:
                 self._record()
-        self._is_ready = True
 
     def record(self, names: Iterable[str], rows: int, every: int = 1) -> Recording:
         """Record variables (full names) at every `every`-th communication point from the next `initialize` on.

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from hfsa.cosim.instance import StepError, open_instances
-from hfsa.cosim.master import Master
 from hfsa.cosim.results import RunFile, SystemRecord
+from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
 
-_BLOCK = 2000
+_BLOCK = 10_000
+"""Steps between two writes to the file."""
 
 
 def run(
@@ -27,12 +28,14 @@ def run(
     step_size: float,
     record: SystemRecord,
     algorithm: str = ALGORITHMS[0],
+    library: Path | None = None,
     report: Callable[[float], None] | None = None,
 ) -> dict[str, str]:
     """Run from 0 to `stop_time` [s] and record variables (full names) at every communication point.
 
     Returns the first warning of each instance. The file is written as the run goes on; a `StepError` is written to it
-    as well, with everything recorded before, and raised. `report` is called with the part done, 0 to 1.
+    as well, with everything recorded before, and raised. `library` is the stepping loop in C, `None` for Python's;
+    `report` is called with the part done, 0 to 1.
     """
     steps = round(stop_time / step_size)
     if steps < 1:
@@ -41,7 +44,7 @@ def run(
         instances = open_instances(files)
         for instance in instances.values():
             stack.callback(instance.close)
-        master = Master(instances, system, algorithm, step_size)
+        master = make_master(instances, system, algorithm, step_size, library)
         units = {name: connector(system, master.wiring.connectors, name).unit or "1" for name in names}
         recording = master.record(list(names), rows=steps + 1)
         file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * step_size, units, record)

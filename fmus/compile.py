@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from hfsa.fmus._binary import HEADERS
@@ -15,6 +16,9 @@ from hfsa.fmus.c_code import RUNTIME, Sources
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """Never -ffast-math: it would switch off the checks for NaN, and gradual underflow in the whole host process."""
+
+SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+"""Ending of a shared library."""
 
 
 def source_files(sources: Sources) -> dict[str, str]:
@@ -30,10 +34,15 @@ def compile_library(sources: Sources, folder: Path) -> Path:
     Tries `$CC`, cc, gcc, clang and the compiler of PyPI's ziglang, in this order. Raises `ExportError` with the
     compiler's messages where it fails, or with the commands tried where none is found.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    library = folder / f"{sources.name}{_suffix()}"
+    library = folder / f"{sources.name}{SUFFIX}"
+    compile_files(source_files(sources), library)
+    return library
+
+
+def compile_files(files: Mapping[str, str], library: Path) -> None:
+    """Compile C files, text by name, into a shared library; `ExportError` as `compile_library`."""
+    library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
-        files = source_files(sources)
         for name, text in files.items():
             (Path(scratch) / name).write_text(text, encoding="utf-8", errors="surrogateescape")
         units = sorted(name for name in files if name.endswith(".c"))
@@ -41,8 +50,7 @@ def compile_library(sources: Sources, folder: Path) -> Path:
         done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
     if done.returncode:
         call = shlex.join(command)
-        raise ExportError(f"{sources.name}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
-    return library
+        raise ExportError(f"{library.stem}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
 
 
 def compiler() -> list[str]:
@@ -56,7 +64,3 @@ def compiler() -> list[str]:
         return zig
     tried = ", ".join(shlex.join(command) for command in [*candidates, zig] if command)
     raise ExportError(f"no C compiler: tried {tried}; set $CC, or pip install hfsa[zig]")
-
-
-def _suffix() -> str:
-    return {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")

@@ -1,0 +1,196 @@
+"""The master whose stepping loop is `runtime/step.c`: bit for bit what `master.Master` does, without Python in between.
+
+    master = make_master(instances, system, "gauss_seidel", 50e-6, library)     # library: Path, or None for Python's
+
+`master.py` decides which prepared calls are made and in which order, here and there. The loop in C is given their
+function pointers, components, value references and arrays, and makes them for some 50 ms at a time, so that Ctrl-C is
+heard. Whatever is not plainly well it hands back at once: a status, a value that is not finite or out of bounds, a full
+recording. Then the same methods speak as in `master.py`, and where it was but a warning the loop goes on behind it.
+
+The library is compiled at install (`setup.py`) or at first use (`_compiled.py`); its name has a hash of its source, so
+that a library of another source is never taken.
+"""
+
+import ctypes
+import hashlib
+from collections.abc import Iterable, Mapping
+from ctypes import POINTER, Structure, addressof, c_double, c_int, c_longlong, c_size_t, c_void_p
+from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
+from time import perf_counter
+from typing import ClassVar
+
+from hfsa.cosim._recording import Recording, Watch
+from hfsa.cosim.instance import Call, Instance
+from hfsa.cosim.master import Master
+from hfsa.cosim.system import ALGORITHMS, System
+
+SOURCE = Path(__file__).parent / "runtime" / "step.c"
+
+_SPELL = 0.05
+"""Time [s] after which the loop in C comes back to see whether anybody wants something else."""
+
+_COMPLETE, _CALL_NOT_OK, _BUS_WRONG, _ROW_WRONG, _RECORDING_FULL = range(5)
+
+
+def make_master(
+    instances: Mapping[str, Instance], system: System, algorithm: str, step_size: float, library: Path | None
+) -> Master:
+    """Return a master that steps in C with the given library, or in Python where there is none."""
+    if library is None:
+        return Master(instances, system, algorithm, step_size)
+    return CompiledMaster(instances, system, algorithm, step_size, library=library)
+
+
+@cache
+def library_name() -> str:
+    """Return the name of the library of this source, without an ending; `setup.py` gives the same."""
+    return f"_step_{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:12]}"
+
+
+def installed_library() -> Path | None:
+    """Return the library that was compiled when the package was installed, if there is one of this source."""
+    candidates = (Path(__file__).with_name(library_name() + suffix) for suffix in EXTENSION_SUFFIXES)
+    return next((file for file in candidates if file.is_file()), None)
+
+
+class CompiledMaster(Master):
+    """`Master`, stepping in C; `library` is the compiled `step.c`."""
+
+    def __init__(
+        self,
+        instances: Mapping[str, Instance],
+        system: System,
+        algorithm: str = ALGORITHMS[0],
+        step_size: float = 1e-3,
+        *,
+        library: Path,
+    ):
+        super().__init__(instances, system, algorithm, step_size)
+        self._advance = ctypes.CDLL(str(library)).hfsa_advance
+        self._advance.argtypes = [POINTER(_Cycle), POINTER(_Run), c_longlong]
+        self._run_in_c = _Run()
+        self._spell = 1
+        self._prepare()
+
+    def record(self, names: Iterable[str], rows: int, every: int = 1) -> Recording:
+        """Record as `Master.record`."""
+        recording = super().record(names, rows, every)
+        self._prepare()
+        return recording
+
+    def _prepare(self) -> None:
+        """Lay out the cycle for C: to the next point, the exchange at it, what is recorded there."""
+        recording = self._recording
+        self._calls = [*(action.call for action in self.cycle), *self._record_calls]
+        self._cycle = _Cycle(
+            calls=(_Call * len(self._calls))(*map(_call, self._calls)),
+            exchange=self._first_of_point,
+            record=len(self.cycle),
+            end=len(self._calls),
+            bus=_watch(self._watch),
+            step_size=self.step_size,
+        )
+        if recording is not None:
+            self._cycle.row, self._cycle.every = _watch(recording.watch), recording.every
+
+    def _take(self, steps: int) -> None:
+        cycle, run, recording = self._cycle, self._run_in_c, self._recording
+        last, outcome = self._count + steps, None
+        cycle.start_time = self._start_time
+        run.count, run.next, run.phase = self._count, 0, 0
+        self._make_room()
+        while outcome != _COMPLETE or self._count < last:
+            begin, before = perf_counter(), self._count
+            try:
+                outcome = self._advance(cycle, run, min(last, before + self._spell))
+            finally:  # where a Ctrl-C that came meanwhile is raised
+                self._count = run.count
+                self.wiring.time.value = self.time
+                if recording is not None:
+                    recording.rows = run.rows
+            if outcome == _COMPLETE:
+                if self._count > before:
+                    fitting = int((self._count - before) * _SPELL / (perf_counter() - begin))
+                    self._spell = max(1, min(fitting, 100 * self._spell))
+            elif outcome == _CALL_NOT_OK:
+                self._report(self._calls[run.next - 1], run.status)
+            elif outcome == _BUS_WRONG:
+                self._watch.check(self.time)
+            elif recording is not None and outcome == _ROW_WRONG:
+                recording.watch.check(self.time)
+            elif recording is not None:
+                recording.grow()
+                self._make_room()
+
+    def _make_room(self) -> None:
+        """Tell C where the rows are."""
+        if self._recording is not None:
+            time, values = self._recording.room
+            run = self._run_in_c
+            run.time, run.values = time.ctypes.data, values.ctypes.data
+            run.rows, run.capacity = self._recording.rows, len(time)
+
+
+# The structures of step.c ---------------------------------------------------------------------------------------------
+
+
+class _Call(Structure):
+    _fields_: ClassVar = [
+        ("kind", c_int),
+        ("function", c_void_p),
+        ("component", c_void_p),
+        ("references", c_void_p),
+        ("n", c_size_t),
+        ("values", c_void_p),
+    ]
+
+
+class _Watch(Structure):
+    _fields_: ClassVar = [("values", c_void_p), ("low", c_void_p), ("high", c_void_p), ("n", c_size_t)]
+
+
+class _Cycle(Structure):
+    _fields_: ClassVar = [
+        ("calls", POINTER(_Call)),
+        ("exchange", c_size_t),
+        ("record", c_size_t),
+        ("end", c_size_t),
+        ("bus", _Watch),
+        ("row", _Watch),
+        ("start_time", c_double),
+        ("step_size", c_double),
+        ("every", c_longlong),
+    ]
+
+
+class _Run(Structure):
+    _fields_: ClassVar = [
+        ("count", c_longlong),
+        ("next", c_size_t),
+        ("phase", c_int),
+        ("status", c_int),
+        ("time", c_void_p),
+        ("values", c_void_p),
+        ("rows", c_size_t),
+        ("capacity", c_size_t),
+    ]
+
+
+_KINDS = {("get", 2): 0, ("set", 2): 0, ("get", 3): 1, ("set", 3): 1, ("step", 2): 2, ("step", 3): 3}
+
+
+def _call(call: Call) -> _Call:
+    """Return a prepared call for C; what it points to is kept alive by the call."""
+    function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
+    prepared = _Call(_KINDS[call.role, call.instance.fmu.version], function, addressof(call.arguments[0]))
+    if call.role != "step":
+        references, n, values = call.arguments[1:4]
+        prepared.references, prepared.n, prepared.values = addressof(references), n.value, values.value
+    return prepared
+
+
+def _watch(watch: Watch) -> _Watch:
+    """Return a watch for C, which must not outlive it."""
+    return _Watch(*(array.ctypes.data for array in (watch.values, watch.low, watch.high)), len(watch.values))
