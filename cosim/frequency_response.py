@@ -39,7 +39,7 @@ _ROUNDING = 1e-9
 _HIGHEST_ORDER = 8
 _LONGEST_MEMORY = 40
 _JUDGED_WINDOWS = 3
-_RESIDUAL_WEIGHT = 2.0
+_RESIDUAL_WEIGHT = 4.0
 
 
 class Settling:
@@ -114,7 +114,7 @@ def _bound(g: np.ndarray, order: int) -> NDArray[np.float64]:
     gap = 1 - np.sum(c)
     gap = gap if abs(gap) > 1e-12 else 1e-12
     limit = g[-1] + np.tensordot(c, g[-1] - g[-2::-1][:order], axes=1) / gap
-    misfit = np.abs(np.einsum("kpm,p->km", past, c) - present)[-max(order, 3) :].max(axis=0)
+    misfit = np.abs(np.einsum("kpm,p->km", past, c) - present)[-max(order, 5) :].max(axis=0)
     return np.abs(g[-_JUDGED_WINDOWS:] - limit).max(axis=0) + _RESIDUAL_WEIGHT * misfit / abs(gap)
 
 
