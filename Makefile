@@ -30,7 +30,7 @@ lint: .venv/installed
 	$(BIN)/lint-imports
 
 # The environment: pinned versions with hashes, then this checkout itself, editable.
-.venv/installed: $(LOCKS) pyproject.toml
+.venv/installed: $(LOCKS) pyproject.toml setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "hfsa needs Python 3.11 or newer; set PYTHON=...")'
 ifdef HAS_UV
 	test -x $(BIN)/python || uv venv --quiet --python $(PYTHON) .venv

@@ -11,6 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from hfsa.components._model import Model
+from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim.instance import Fmu, Instance, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
@@ -110,6 +111,12 @@ def scene_cache(request) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HFSA_CACHE", str(folder))
         yield folder
+
+
+@pytest.fixture(scope="session")
+def library(scene_cache) -> Path:
+    """The stepping loop in C."""
+    return stepping_library()
 
 
 def _foreign(folder: Path, version: int) -> Path:

@@ -1,4 +1,4 @@
-"""The master: each algorithm against its discrete equations, and against two masters that others wrote."""
+"""The master, with either stepping loop: each algorithm against its discrete equations, and two masters of others."""
 
 import ctypes
 import signal
@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.master import Master
+from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, StructureError, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -21,14 +22,14 @@ LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "pla
 KP, KD, TF = 40.0, 2.0, 0.02
 
 
-@pytest.fixture
-def master(opened):
-    """Make masters from component -> file, start values by component, and connections."""
+@pytest.fixture(params=["python", "c"])
+def master(request, opened, library):
+    """Make masters from component -> file, start values by component, and connections; everything holds for both."""
 
     def make(files, connections=(), algorithm="gauss_seidel", step_size=1e-3, starts=None):
         starts = starts or {}
         system = System([Component(n, "x", start=starts.get(n, {})) for n in files], connections)
-        return Master(opened(files), system, algorithm, step_size)
+        return make_master(opened(files), system, algorithm, step_size, library if request.param == "c" else None)
 
     return make
 

@@ -1,0 +1,219 @@
+"""The stepping loop in C does what the one in Python does, bit for bit, however a run ends; and how it is come by."""
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from hfsa.cosim import _compiled, stepping
+from hfsa.cosim._compiled import chosen_loop, stepping_library
+from hfsa.cosim.build import build, instrument, load_scene, scenes
+from hfsa.cosim.instance import StepError
+from hfsa.cosim.results import read_run
+from hfsa.cosim.stepping import CompiledMaster, installed_library, library_name, make_master
+from hfsa.cosim.system import ALGORITHMS, Component, Connection, System
+from hfsa.fmus._errors import ExportError
+
+VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def both(opened, library):
+    """What a run leaves behind with the loop in Python and with the one in C."""
+
+    def outcomes(system, files, run, algorithm="gauss_seidel", step_size=0.01):
+        ways = (None, library)
+        return [_outcome(make_master(opened(files), system, algorithm, step_size, way), run) for way in ways]
+
+    return outcomes
+
+
+def _outcome(master, run):
+    """Everything that can be seen of a run after it, numbers as bytes."""
+    failure = None
+    try:
+        recording = run(master)
+    except StepError as error:
+        recording, failure = master._recording, (str(error), error.status, error.time)
+    assert recording.rows > 0
+    numbers = recording.time.tobytes(), recording.values.tobytes(), master.wiring.bus.tobytes()
+    return failure, recording.rows, master.time, master.warnings, numbers
+
+
+# The same bits --------------------------------------------------------------------------------------------------------
+
+
+@VERSIONS
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("name", list(scenes()))
+def test_every_scene_has_the_same_bits(both, name, algorithm, version):
+    scene = load_scene(name)
+    system = instrument(scene, scene.inputs[-1], fmi=version)
+
+    def run(master):
+        recording = master.record([*scene.outputs, "lock_in.gain[1].real", "source.value"], rows=11, every=3)
+        master.initialize(0.7, starts={"lock_in.window": 100 * scene.step_size, "source.frequency": scene.band[1]})
+        for steps in (1, 2, 0, 697, 300):
+            master.advance(steps)
+        assert recording.rows == 334
+        assert recording.values.any(axis=0).all()
+        return recording
+
+    python, c = both(system, build(system, version), run, algorithm, scene.step_size)
+    assert python == c
+    assert python[0] is None
+
+
+@VERSIONS
+@pytest.mark.parametrize("every", [1, 4])
+@pytest.mark.parametrize("connected", [True, False], ids=["connected", "recorded"])
+@pytest.mark.parametrize(
+    ("starts", "ending"),
+    [
+        ({"behaviour": 1.0, "at": 0.05}, None),
+        ({"behaviour": 2.0, "at": 0.05}, "discard"),
+        ({"behaviour": 3.0, "at": 0.05}, "error"),
+        ({"behaviour": 4.0, "at": 0.05}, "fatal"),
+        ({"behaviour": 5.0, "at": 0.05}, "terminated"),
+        ({"behaviour": 6.0, "at": 0.05}, "not finite"),
+        ({"u": 20_500.0}, "out of bounds"),
+    ],
+)
+def test_every_end_of_a_run_is_the_same(both, foreign, version, every, connected, starts, ending):
+    connections = [Connection("spring.y", "other.u")] if connected else []
+    components = [Component("spring", "x", start={"u": 1.0, **starts}), Component("other", "x")]
+
+    def run(master):
+        recording = master.record(["spring.y", "other.y"], rows=5, every=every)
+        master.initialize()
+        master.advance(20)
+        master.advance(20)
+        return recording
+
+    if ending == "terminated" and version == 2:
+        ending = None  # FMI 2 has no such request
+    files = {"spring": foreign[version], "other": foreign[version]}
+    python, c = both(System(components, connections), files, run)
+    assert python == c
+    failure, rows, time, warnings, _ = python
+    if ending is None:
+        assert (failure, rows, time) == (None, 1 + 40 // every, 0.4)
+        assert list(warnings) == (["spring"] if starts["behaviour"] == 1.0 else [])
+    else:
+        assert failure[1] == ending
+        assert time < 0.1
+
+
+def test_warnings_before_an_error(both, foreign):
+    """A warning is taken from the log when it comes, so that the error tells of itself alone."""
+
+    def run(master):
+        recording = master.record(["spring.y"], rows=5)
+        master.initialize()
+        master.advance(10)
+        master.set({"spring.behaviour": 3.0})
+        master.advance(10)
+        return recording
+
+    system = System([Component("spring", "x", start={"behaviour": 1.0, "at": 0.05})])
+    python, c = both(system, {"spring": foreign[3]}, run)
+    assert python == c
+    assert python[0] == ("spring: fmi3DoStep: error at t = 0.1 s: the spring is broken", "error", 0.1)
+    assert python[3] == {"spring": "spring: fmi3DoStep: warning: the spring is broken"}
+
+
+def test_an_instance_made_anew_is_found(both, foreign):
+    """The foreign FMU cannot reset: its component is another in the second run."""
+
+    def run(master):
+        recording = master.record(["spring.y"], rows=5)
+        for u in (1.0, 2.0):
+            master.initialize(starts={"spring.u": u})
+            master.advance(10)
+        assert recording["spring.y"][-1] == pytest.approx(0.2)
+        return recording
+
+    python, c = both(System([Component("spring", "x")]), {"spring": foreign[2]}, run)
+    assert python == c
+
+
+def test_the_command_line_runs_either_loop(capsys, tmp_path):
+    from hfsa.cosim.cli import main
+
+    found = []
+    for loop in ("c", "python"):
+        file = tmp_path / f"{loop}.h5"
+        assert main(["run", "mass_on_spring", "--loop", loop, "--stop", "0.3", "-o", str(file)]) == 0
+        values, _ = read_run(file)
+        found.append({name: array.tobytes() for name, array in values.items()})
+    assert found[0] == found[1]
+    assert capsys.readouterr().err == ""
+
+
+# Where the library comes from -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def empty_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("HFSA_CACHE", str(tmp_path))
+    monkeypatch.setattr(_compiled, "installed_library", lambda: None)
+    return tmp_path
+
+
+def test_it_is_compiled_once(empty_cache, monkeypatch):
+    library = stepping_library()
+    monkeypatch.setattr(_compiled, "compile_files", None)
+    assert stepping_library() == library
+    assert [file for file in empty_cache.rglob("*") if file.is_file()] == [library]
+
+
+def test_several_may_compile_at_once(empty_cache):
+    with ThreadPoolExecutor(3) as pool:
+        found = set(pool.map(lambda _: stepping_library(), range(3)))
+    assert [file for file in empty_cache.rglob("*") if file.is_file()] == list(found)
+
+
+def test_without_a_compiler_python_steps_and_says_so(empty_cache, monkeypatch):
+    def none(*_):
+        raise ExportError("no C compiler: tried cc, gcc, clang")
+
+    monkeypatch.setattr(_compiled, "compile_files", none)
+    said = []
+    assert chosen_loop("c", said.append) is None
+    (sentence,) = said
+    assert sentence.startswith("the stepping loop runs in Python")
+    assert sentence.endswith("no C compiler: tried cc, gcc, clang")
+    assert not [file for file in empty_cache.rglob("*") if file.is_file()]
+    assert chosen_loop("python", said.append) is None
+    assert len(said) == 1
+
+
+def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
+    source = tmp_path / "step.c"
+    source.write_bytes(stepping.SOURCE.read_bytes() + b"\n")
+    ours = library_name()
+    monkeypatch.setattr(stepping, "SOURCE", source)
+    library_name.cache_clear()
+    try:
+        assert library_name() != ours
+        assert installed_library() is None
+    finally:
+        monkeypatch.undo()
+        library_name.cache_clear()
+
+
+def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
+    """Built in a copy, as an installation does it, it is found there and steps."""
+    for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    (tmp_path / "cosim/runtime").mkdir(parents=True)
+    (tmp_path / "cosim/runtime/step.c").write_bytes(stepping.SOURCE.read_bytes())
+    command = [sys.executable, "setup.py", "-q", "build_ext", "--build-lib", "built"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    (library,) = (tmp_path / "built").rglob("_step_*")
+    assert library.name.startswith(f"{library_name()}.")
+    assert library.name.removeprefix(library_name()) in stepping.EXTENSION_SUFFIXES
+    assert CompiledMaster({}, System([]), library=library).time == 0.0
