@@ -49,4 +49,4 @@ lock:
 	echo ziglang | uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 - -o requirements-zig.lock
 
 clean:
-	rm -rf .venv build fmus/built
+	rm -rf .venv build fmus/built cosim/_step_*

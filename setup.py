@@ -1,4 +1,4 @@
-"""Compile the stepping loop where a C compiler is found; without one `hfsa` does it at first use (cosim/_compiled.py)."""
+"""Compile the stepping loop where a C compiler is found; otherwise `hfsa` does so at first use: cosim/_compiled.py."""
 
 import hashlib
 from pathlib import Path
