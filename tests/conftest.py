@@ -1,9 +1,13 @@
-"""Shared fixtures: every part at every level, and its FMUs, exported once per session."""
+"""Shared fixtures: every part at every level, its FMUs, exported once per session, and two masters of other makers."""
 
+import ctypes
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from fmpy import read_model_description
 
 import hfsa.components
 import hfsa.controllers
@@ -51,3 +55,70 @@ def part_files(variant: tuple[str, str | None], part_model: Model, exported) -> 
 @pytest.fixture(scope="session")
 def mass_on_spring_files(exported) -> Files:
     return exported(str(("mass_on_spring", None)), PARTS["mass_on_spring"].model())
+
+
+class Ecos:
+    """A system in ecos, stepped get all, set all, step all; names are instance::variable."""
+
+    def __init__(self, files, h, values, connections=()):
+        import ecospy
+
+        structure = ecospy.EcosSimulationStructure()
+        for name, file in files.items():
+            structure.add_model(name, str(file))
+        for start, end in connections:
+            structure.make_real_connection(start, end)
+        structure.add_parameter_set("start", {name: float(value) for name, value in values.items()})
+        self.simulation = ecospy.EcosSimulation(h, structure=structure)
+        self.simulation.init(parameter_set="start")
+
+    def run(self, names, steps):
+        """Values after each step, (steps, names)."""
+        rows = []
+        for _ in range(steps):
+            self.simulation.step()
+            rows.append([self.simulation.get_real(name) for name in names])
+        return np.array(rows)
+
+
+class Libcosim:
+    """A system in libcosim, FMI 2 only; everything else as in `Ecos`."""
+
+    def __init__(self, files, h, values, connections=()):
+        from libcosimpy.CosimExecution import CosimExecution
+        from libcosimpy.CosimObserver import CosimObserver
+        from libcosimpy.CosimSlave import CosimLocalSlave
+
+        self.execution = CosimExecution.from_step_size(round(h * 1e9))
+        self.observer = CosimObserver.create_last_value()
+        assert self.execution.add_observer(self.observer)
+        self.slaves = [CosimLocalSlave(str(file), name) for name, file in files.items()]
+        self.places = {}
+        for (name, file), slave in zip(files.items(), self.slaves, strict=True):
+            index = self.execution.add_local_slave(slave)
+            for v in read_model_description(file).modelVariables:
+                self.places[f"{name}::{v.name}"] = (index, v.valueReference)
+        for name, value in values.items():
+            assert self.execution.real_initial_value(*self.places[name], value)
+        for start, end in connections:
+            assert self.execution.connect_real_variables(*self.places[start], *self.places[end]) == 0
+
+    def run(self, names, steps):
+        """Values after each step, (steps, names)."""
+        rows = []
+        for _ in range(steps):
+            assert self.execution.step()
+            rows.append([self.observer.last_real_values(i, [r])[0] for i, r in (self.places[n] for n in names)])
+        return np.array(rows)
+
+
+@pytest.fixture(scope="session")
+def ecos() -> type[Ecos]:
+    """Ecos needs libtbb, which lies beside the interpreter."""
+    ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), ctypes.RTLD_GLOBAL)
+    return Ecos
+
+
+@pytest.fixture(scope="session")
+def libcosim() -> type[Libcosim]:
+    return Libcosim

@@ -1,15 +1,12 @@
 """The master, with either stepping loop: each algorithm against its discrete equations, and two masters of others."""
 
-import ctypes
 import signal
-import sys
 import threading
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import read_model_description
 from scipy.linalg import expm
 
 from hfsa.cosim.instance import StepError, open_instances
@@ -173,47 +170,20 @@ def plain(files):
     return found
 
 
+PEER_VALUES = {"plant::x": 1.0}
+PEER_LOOP = [(c.start.replace(".", "::", 1), c.end.replace(".", "::", 1)) for c in LOOP]
+
+
 @VERSIONS
-def test_parity_with_ecos(files, plain, version):
-    ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), ctypes.RTLD_GLOBAL)
-    ecospy = pytest.importorskip("ecospy")
-    structure = ecospy.EcosSimulationStructure()
-    structure.add_model("plant", str(files["Plant", version]))
-    structure.add_model("pd", str(files["Pd", version]))
-    for connection in LOOP:
-        structure.make_real_connection(*(end.replace(".", "::", 1) for end in (connection.start, connection.end)))
-    structure.add_parameter_set("start", {"plant::x": 1.0})
-    simulation = ecospy.EcosSimulation(1e-3, structure=structure)
-    simulation.init(parameter_set="start")
-    found = []
-    for _ in range(STEPS):
-        simulation.step()
-        found.append(simulation.get_real("plant::position"))
-    np.testing.assert_allclose(found, plain[version][1:], rtol=0, atol=1e-9)
+def test_parity_with_ecos(files, plain, ecos, version):
+    found = ecos({"plant": files["Plant", version], "pd": files["Pd", version]}, 1e-3, PEER_VALUES, PEER_LOOP)
+    positions = found.run(["plant::position"], STEPS)[:, 0]
+    np.testing.assert_allclose(positions, plain[version][1:], rtol=0, atol=1e-9)
 
 
-def test_parity_with_libcosim(files, plain):
-    execution = pytest.importorskip("libcosimpy.CosimExecution").CosimExecution.from_step_size(1_000_000)
-    from libcosimpy.CosimObserver import CosimObserver
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
-    observer = CosimObserver.create_last_value()
-    execution.add_observer(observer)
-    slaves = {name: CosimLocalSlave(str(files[model, 2]), name) for name, model in (("plant", "Plant"), ("pd", "Pd"))}
-    places = {}
-    for name, model in (("plant", "Plant"), ("pd", "Pd")):
-        index = execution.add_local_slave(slaves[name])
-        for v in read_model_description(str(files[model, 2])).modelVariables:
-            places[f"{name}.{v.name}"] = (index, v.valueReference)
-    execution.real_initial_value(*places["plant.x"], 1.0)
-    for connection in LOOP:
-        execution.connect_real_variables(*places[connection.start], *places[connection.end])
-    index, reference = places["plant.position"]
-    found = []
-    for _ in range(STEPS):
-        assert execution.step()
-        found.append(observer.last_real_values(index, [reference])[0])
-    np.testing.assert_allclose(found, plain[2][1:], rtol=0, atol=1e-9)
+def test_parity_with_libcosim(files, plain, libcosim):
+    found = libcosim({"plant": files["Plant", 2], "pd": files["Pd", 2]}, 1e-3, PEER_VALUES, PEER_LOOP)
+    np.testing.assert_allclose(found.run(["plant::position"], STEPS)[:, 0], plain[2][1:], rtol=0, atol=1e-9)
 
 
 # Initialization -------------------------------------------------------------------------------------------------------

@@ -4,9 +4,7 @@ Four readers of the description that share no code: fmpy and fmutool (two XML st
 CasADi. Three that run it: fmpy (both interfaces), ecos (FMI 2 and 3), libcosim (FMI 2).
 """
 
-import ctypes
 import logging
-import sys
 import zipfile
 from pathlib import Path
 
@@ -164,78 +162,20 @@ def close(found, expected):
 # Masters ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="session")
-def ecospy():
-    """The ecos library; it needs libtbb, which lies beside the interpreter."""
-    ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), ctypes.RTLD_GLOBAL)
-    return pytest.importorskip("ecospy")
-
-
-class Ecos:
-    """A system in ecos; names are instance::variable."""
-
-    def __init__(self, ecospy, files, h, values, connections=()):
-        structure = ecospy.EcosSimulationStructure()
-        for name, file in files.items():
-            structure.add_model(name, str(file))
-        for start, end in connections:
-            structure.make_real_connection(start, end)
-        structure.add_parameter_set("start", {name: float(value) for name, value in values.items()})
-        self.simulation = ecospy.EcosSimulation(h, structure=structure)
-        self.simulation.init(parameter_set="start")
-
-    def run(self, names, steps=STEPS):
-        rows = []
-        for _ in range(steps):
-            self.simulation.step()
-            rows.append([self.simulation.get_real(name) for name in names])
-        return np.array(rows)
-
-
-class Libcosim:
-    """A system in libcosim; names are instance::variable as in ecos."""
-
-    def __init__(self, files, h, values, connections=()):
-        from libcosimpy.CosimExecution import CosimExecution
-        from libcosimpy.CosimObserver import CosimObserver
-        from libcosimpy.CosimSlave import CosimLocalSlave
-
-        self.execution = CosimExecution.from_step_size(round(h * 1e9))
-        self.observer = CosimObserver.create_last_value()
-        assert self.execution.add_observer(self.observer)
-        self.slaves = [CosimLocalSlave(str(file), name) for name, file in files.items()]
-        self.places = {}
-        for (name, file), slave in zip(files.items(), self.slaves, strict=True):
-            index = self.execution.add_local_slave(slave)
-            for v in read_model_description(file).modelVariables:
-                self.places[f"{name}::{v.name}"] = (index, v.valueReference)
-        for name, value in values.items():
-            assert self.execution.real_initial_value(*self.places[name], value)
-        for start, end in connections:
-            assert self.execution.connect_real_variables(*self.places[start], *self.places[end]) == 0
-
-    def run(self, names, steps=STEPS):
-        rows = []
-        for _ in range(steps):
-            assert self.execution.step()
-            rows.append([self.observer.last_real_values(i, [r])[0] for i, r in (self.places[n] for n in names)])
-        return np.array(rows)
-
-
 def instance_names(values):
     return {f"part::{name}": value for name, value in values.items()}
 
 
 @VERSIONS
-def test_a_part_steps_in_ecos(part_model, part_files, reference, ecospy, version):
-    system = Ecos(ecospy, {"part": part_files[version]}, step_size(part_files[2]), instance_names(excited(part_model)))
-    found = system.run([f"part::{name}" for name in outputs(part_model)])
+def test_a_part_steps_in_ecos(part_model, part_files, reference, ecos, version):
+    system = ecos({"part": part_files[version]}, step_size(part_files[2]), instance_names(excited(part_model)))
+    found = system.run([f"part::{name}" for name in outputs(part_model)], STEPS)
     np.testing.assert_allclose(found, reference, rtol=1e-9, atol=1e-12)
 
 
-def test_a_part_steps_in_libcosim(part_model, part_files, reference):
-    system = Libcosim({"part": part_files[2]}, step_size(part_files[2]), instance_names(excited(part_model)))
-    found = system.run([f"part::{name}" for name in outputs(part_model)])
+def test_a_part_steps_in_libcosim(part_model, part_files, reference, libcosim):
+    system = libcosim({"part": part_files[2]}, step_size(part_files[2]), instance_names(excited(part_model)))
+    found = system.run([f"part::{name}" for name in outputs(part_model)], STEPS)
     np.testing.assert_allclose(found, reference, rtol=1e-9, atol=1e-12)
 
 
@@ -264,17 +204,17 @@ def both_at_once(files, folder, h, steps):
 
 
 @VERSIONS
-def test_a_connected_pair_in_ecos(pair, ecospy, version, tmp_path):
+def test_a_connected_pair_in_ecos(pair, ecos, version, tmp_path):
     h, steps = 1e-3, 700
-    found = Ecos(ecospy, pair[version], h, PAIR_VALUES, PAIR_CONNECTIONS).run(["mass::position"], steps)
+    found = ecos(pair[version], h, PAIR_VALUES, PAIR_CONNECTIONS).run(["mass::position"], steps)
     expected = both_at_once(pair[version], tmp_path, h, steps)
     assert np.abs(expected).max() > 1e-3
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-def test_a_connected_pair_in_libcosim(pair, tmp_path):
+def test_a_connected_pair_in_libcosim(pair, libcosim, tmp_path):
     h, steps = 1e-3, 700
-    found = Libcosim(pair[2], h, PAIR_VALUES, PAIR_CONNECTIONS).run(["mass::position"], steps)
+    found = libcosim(pair[2], h, PAIR_VALUES, PAIR_CONNECTIONS).run(["mass::position"], steps)
     expected = both_at_once(pair[2], tmp_path, h, steps)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
