@@ -1,12 +1,13 @@
 """The C-drive: inertia, Bode sentence, energy, the ideal limit, and an encoder that rounds and hisses as told."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, ModelError
-from hfsa.components._noise import white_noise
+from hfsa.components._noise import _PRIME, _remainder, white_noise
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_kinematics import Kinematics
 from hfsa.components.c_drive import DRIVE_MATRIX, analyze, c_drive, inertia
@@ -100,8 +101,6 @@ def test_the_encoder_is_off_by_default_and_rounds_to_its_resolution():
 
 
 def test_encoder_noise_is_white_and_its_seed_counts():
-    import casadi as ca
-
     time, seed = ca.SX.sym("time"), ca.SX.sym("seed")
     noise = ca.Function("noise", [time, seed], [white_noise(time, 1e-3, seed)])
     instants = np.arange(100_000)[None, :] * 1e-3
@@ -114,6 +113,15 @@ def test_encoder_noise_is_white_and_its_seed_counts():
         assert abs(np.corrcoef(first[:-lag], first[lag:])[0, 1]) < 4 / np.sqrt(n)
     assert abs(np.corrcoef(first, second)[0, 1]) < 4 / np.sqrt(n)
     assert float(noise(0.01234, 1)) == float(noise(0.01299, 1)) != float(noise(0.01301, 1))
+
+
+def test_the_remainder_is_exact():
+    number = ca.SX.sym("number")
+    remainder = ca.Function("remainder", [number], [_remainder(number)])
+    rng = np.random.default_rng(5)
+    multiples = rng.integers(0, _PRIME, 10_000) * _PRIME
+    numbers = np.concatenate([rng.integers(0, 2**53, 10_000), multiples, multiples + 1, multiples + _PRIME - 1])
+    np.testing.assert_array_equal(np.array(remainder(numbers[None, :].astype(float))).ravel(), numbers % _PRIME)
 
 
 def test_noise_reaches_the_encoder_only():
