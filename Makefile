@@ -1,9 +1,10 @@
 # make demo   sets everything up and runs the main job: a Bode plot of the flexible robot from co-simulated FMUs
 # make test   sets everything up and passes the tests
+# make bench  our stepping loop beside other masters
 # make slow   the tests that take minutes;  make lint  style, types and floors;  make lock  new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow lint lock clean
+.PHONY: demo test slow bench lint lock clean
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -22,6 +23,9 @@ test: .venv/installed
 
 slow: .venv/installed
 	$(BIN)/python -m pytest -m slow
+
+bench: .venv/installed
+	$(BIN)/python tests/benchmarks/masters.py
 
 lint: .venv/installed
 	$(BIN)/ruff check

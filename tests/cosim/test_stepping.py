@@ -1,7 +1,9 @@
 """The stepping loop in C does what the one in Python does, bit for bit, however a run ends; and how it is come by."""
 
+import resource
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -151,6 +153,49 @@ def test_the_command_line_runs_either_loop(capsys, tmp_path):
         found.append({name: array.tobytes() for name, array in values.items()})
     assert found[0] == found[1]
     assert capsys.readouterr().err == ""
+
+
+# Again and again ------------------------------------------------------------------------------------------------------
+
+
+def _kept() -> tuple[int, int, int]:
+    """Memory [bytes] and open files of this process, and folders of unzipped FMUs."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return (
+        pages * resource.getpagesize(),
+        len(list(Path("/proc/self/fd").iterdir())),
+        len(list(Path(tempfile.gettempdir()).glob("hfsa-*"))),
+    )
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads /proc")
+@pytest.mark.parametrize("way", ["python", "c"])
+def test_a_thousand_runs_keep_nothing(files, foreign, opened, library, way, tmp_path, monkeypatch):
+    """Neither instances that reset nor the foreign one, which is made anew in each run."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    system = System(
+        [Component("plant", "x", start={"x": 1.0}), Component("pd", "x"), Component("other", "x")],
+        [
+            Connection("plant.position", "pd.position"),
+            Connection("pd.force", "plant.force"),
+            Connection("plant.velocity", "other.u"),
+        ],
+    )
+    found = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 3], "other": foreign[2]})
+    master = make_master(found, system, "gauss_seidel", 0.01, library if way == "c" else None)
+    recording = master.record(["plant.position", "pd.force"], rows=11)
+
+    def runs(n):
+        for _ in range(n):
+            master.initialize(stop_time=1.0)
+            master.advance(20)
+        return recording.values.tobytes()
+
+    first, before = runs(100), _kept()
+    last, after = runs(1000), _kept()
+    assert first == last
+    assert after[1:] == before[1:]
+    assert after[0] - before[0] < 500 * 1000  # half a kilobyte per run
 
 
 # Where the library comes from -----------------------------------------------------------------------------------------
