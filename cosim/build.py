@@ -45,6 +45,7 @@ from hfsa.cosim.system import (
     System,
     companions,
     connector,
+    expand,
     nearest,
 )
 from hfsa.fmus.export import export
@@ -238,15 +239,30 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     elif part is not None and argument in part.arguments:
         changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
     else:
-        try:
-            start = {**component.start, argument: float(value)}
-        except ValueError:
-            raise StructureError(f"{name}.{argument} is {value!r}, expected a number") from None
+        start = {**component.start, argument: _start_value(component, part, argument, value)}
         changed = dataclasses.replace(component, start=start)
     if component is scene.source:
         return dataclasses.replace(scene, source=changed)
     components = [changed if c is component else c for c in scene.system.components]
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> float:
+    """Return a start value that fits the variables `argument` stands for; errors name what is known, and the bounds."""
+    model = None if part is None else part.model(component.level, **component.arguments)
+    known = describe(fmu_file(component)).variables if model is None else [quantity.name for quantity in model]
+    for member in expand(argument):
+        if member not in known:
+            names = [*known, *(part.arguments if part else ())]
+            raise StructureError(f"{component.name} has no argument {member!r}{nearest(member, names)}")
+    try:
+        number = float(value)
+    except ValueError:
+        raise StructureError(f"{component.name}.{argument} is {value!r}, expected a number") from None
+    if model is not None:
+        for member in expand(argument):
+            model.set_start(member, number)
+    return number
 
 
 def _analyzed(scene: Scene) -> Scene:

@@ -224,7 +224,8 @@ WRONG = {
     "scene value": (["run", "mass_on_spring", "-p", "damping=much"], "damping is 'much', expected a number"),
     "component": (["sweep", "sdelta_shaker", "-p", "robt.level=rigid"], "'robt.level'; did you mean robot.level"),
     "level": (["sweep", "sdelta_shaker", "-p", "robot.level=cartesain"], "did you mean cartesian?"),
-    "start": (["run", "mass_on_spring", "-p", "mass.dampin=1"], "no variable 'dampin'; did you mean damping?"),
+    "out of bounds": (["run", "mass_on_spring", "-p", "mass.damping=-1"], "damping is -1 N.s/m, expected 0 to inf"),
+    "start": (["run", "mass_on_spring", "-p", "mass.dampin=1"], "mass has no argument 'dampin'; did you mean damping?"),
     "input": (
         ["sweep", "mass_on_spring", "--input", "base.positon"],
         "no input is called 'base.positon'; did you mean",
