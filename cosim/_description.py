@@ -13,6 +13,9 @@ from hfsa.cosim.system import Connector, StructureError
 SAMPLE_TIME = "sample_time"
 """Parameter [s] with which an FMU tells its period; its discrete outputs change at ticks only, and are held between."""
 
+NEXT = "next."
+"""What the name of a sampled state's value after the next tick begins with."""
+
 _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 
@@ -55,6 +58,11 @@ class Description:
     def has_sample_time(self) -> bool:
         """Whether a parameter `sample_time` [s] tells when it ticks."""
         return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
+
+    @property
+    def sampled_states(self) -> tuple[str, ...]:
+        """Names of its sampled states z, those that come with a variable `next.z`, the value after the next tick."""
+        return tuple(name for name in self.variables if f"{NEXT}{name}" in self.variables)
 
 
 def describe(file: Path) -> Description:

@@ -28,7 +28,7 @@ from typing import ClassVar
 import fmpy
 import numpy as np
 
-from hfsa.cosim._description import describe
+from hfsa.cosim._description import SAMPLE_TIME, describe
 from hfsa.cosim._library import LIBRARIES, TERMINATED, Log
 from hfsa.cosim.system import StructureError, nearest
 
@@ -267,6 +267,19 @@ class Instance:
                 self._call("directional", *arguments)
                 result[:, j] = rows.values
         return result
+
+    def ticked(self, names: Sequence[str]) -> np.ndarray:
+        """Return what a tick would make of sampled states and outputs (n,), in initialization mode; nothing changes."""
+        handle = self.handle(names)
+        before, time = self.save(), self.time or 0.0
+        try:
+            self.exit()
+            # the tick at the beginning happens in the first step, and no other if that is shorter than the sample time
+            self.step(time, self.get(self.handle([SAMPLE_TIME]))[0] / 2)
+            return self.get(handle).copy()
+        finally:
+            self.restore(before)
+            self.release(before)
 
     # FMU state --------------------------------------------------------------------------------------------------------
 

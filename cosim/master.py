@@ -144,6 +144,7 @@ class Master:
 
         `starts` holds start values by full name, which go before those of the components. `StepError` as of `settle`.
         """
+        check_sample_times(self.system, self.wiring.connectors, starts or {}, self.step_size)
         self.enter(start_time, stop_time, starts)
         for component in self.system.components:
             self.instances[component.name].exit()
@@ -161,7 +162,6 @@ class Master:
         starts = dict(starts or {})
         for name in starts:
             self._connector(name)
-        check_sample_times(self.system, self.wiring.connectors, starts, self.step_size)
         self._start_time, self._count, self._is_ready = start_time, 0, False
         self.wiring.time.value = start_time
         for component in self.system.components:

@@ -80,13 +80,11 @@ def test_the_operating_point_is_an_equilibrium(opened, tmp_path):
     np.testing.assert_allclose(linear.A, [[0, 1], [-10 - 120 * x**2, -2]], rtol=1e-12)
 
 
-def test_sampled_fmus(files, opened):
-    """They are refused where they take part, and left out where the response does not meet them."""
+def test_a_sampled_fmu_that_only_listens_takes_no_part(files, opened):
     found = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
-    with pytest.raises(StructureError, match=r"pd \(x\) is sampled"):
-        linearize(system(found, LOOP), found, [], ["plant.position"])
-    listening = system(found, LOOP[:1])
-    assert linearize(listening, found, ["plant.force"], ["plant.position"]).states == ("plant.x", "plant.v")
+    listening = linearize(system(found, LOOP[:1]), found, ["plant.force"], ["plant.position"])
+    assert listening.states == ("plant.x", "plant.v")
+    assert not listening.is_sampled
 
 
 def test_what_cannot_be_linearized(files, opened, foreign):

@@ -1,0 +1,196 @@
+"""What a co-simulation algorithm makes of a linear system: exact modes, stable steps and frequency response.
+
+    cycle = Cycle(system, instances, "gauss_seidel")
+    step = cycle.over(50e-6)
+    step.modes                        # what remains of each mode after one period of ticks, as rate and frequency
+    step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
+    cycle.stability_limits(20e-6, 1e-3, kind="flexible")
+
+The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium (`_cycle.py`); the
+product over one period, the least common multiple of step and sample times, is the one-step matrix. Its eigenvalues
+lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns at arg(lambda) / period.
+
+Rigid motion and flexible modes are told apart by frequency: rigid motion of a free body is at 0 Hz, and an algorithm
+may make it grow slowly at every step, while flexible modes leave the unit circle at a step of their own.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from hfsa.cosim._blocks import Blocks, block
+from hfsa.cosim._cycle import Emit, Layout, Listen, Replace, Turn, operations
+from hfsa.cosim.instance import Instance
+from hfsa.cosim.linearize import FORGOTTEN, operating_point
+from hfsa.cosim.master import Master
+from hfsa.cosim.system import ALGORITHMS, StructureError, System
+
+RIGID = 1.0
+"""Frequency [Hz] below which a mode is rigid motion."""
+
+NEUTRAL = 1e-3
+"""Rate [1/s] up to which a mode counts as neither growing nor decaying: rounding, at a free body's double pole."""
+
+Kind = Literal["rigid", "flexible", "all"]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One eigenvalue of the one-step matrix: `rate` [1/s] at which it grows, `frequency` [Hz] >= 0."""
+
+    multiplier: complex
+    rate: float
+    frequency: float
+
+
+class OneStep:
+    """An algorithm with one step size.
+
+    Attributes:
+        step_size: [s]; `steps` of them until the ticks repeat, `period` [s].
+        matrix: one-step matrix over one period, of what one period hands on to the next.
+    """
+
+    def __init__(self, layout: Layout, step_size: float):
+        self._layout, self.step_size = layout, step_size
+        self._operations = operations(layout, step_size)
+        self.steps = len(self._operations)
+        self.period = self.steps * step_size
+        self._whole = whole = np.eye(layout.size)
+        for _ in self._run(whole, None):
+            pass
+        kept = np.arange(layout.size)
+        while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
+            kept = kept[~dead]  # written over before it is read: of no consequence
+        self.matrix = whole[np.ix_(kept, kept)]
+
+    @cached_property
+    def modes(self) -> list[Mode]:
+        """All modes, the fastest growing first, conjugates once."""
+        multipliers = np.linalg.eigvals(self.matrix)
+        found = [
+            Mode(complex(m), float(np.log(abs(m)) / self.period), float(np.angle(m) / (2 * np.pi * self.period)))
+            for m in multipliers
+            if abs(m) > FORGOTTEN and m.imag >= 0
+        ]
+        return sorted(found, key=lambda mode: -mode.rate)
+
+    @property
+    def spectral_radius(self) -> float:
+        """Largest magnitude of an eigenvalue of `matrix`."""
+        return max((abs(mode.multiplier) for mode in self.modes), default=0.0)
+
+    def of(self, kind: Kind) -> list[Mode]:
+        """Return the modes that are rigid motion, flexible, or all."""
+        return [m for m in self.modes if kind == "all" or (m.frequency < RIGID) == (kind == "rigid")]
+
+    def growth(self, kind: Kind = "all") -> float:
+        """Return the largest rate [1/s] among modes of a kind, -inf if there is none."""
+        return max((mode.rate for mode in self.of(kind)), default=-np.inf)
+
+    def is_stable(self, kind: Kind = "all") -> bool:
+        """Whether no mode of a kind grows."""
+        return self.growth(kind) <= NEUTRAL
+
+    def response(self, frequency: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return what the lock-in amplifier measures of each signal in the end, complex, (frequencies, signals).
+
+        The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` without the two instruments.
+        """
+        layout = self._layout
+        if layout.source is None or layout.lock_in is None:
+            raise StructureError("a response takes a system with a sine source and a lock-in amplifier")
+        sine = layout.at(layout.lock_in, ["sine"])
+        count = sum(component == layout.lock_in and name.startswith("signal[") for component, name in layout.place)
+        signals = layout.at(layout.lock_in, [f"signal[{i}]" for i in range(1, count + 1)])
+        unit = np.eye(layout.size)
+        result = np.zeros((len(frequency), len(signals)), complex)
+        for i, omega in enumerate(2 * np.pi * np.asarray(frequency, float)):
+            v = np.zeros((layout.size, 1), complex)
+            for _ in self._run(v, omega):
+                pass
+            # what the excitation turns by in a period, everything does
+            v = np.linalg.solve(np.exp(1j * omega * self.period) * unit - self._whole, v)
+            samples = [now[signals, 0] / now[sine, 0] for now in self._run(v, omega)]
+            result[i] = np.mean(samples, axis=0)
+        return result
+
+    def _run(self, v: np.ndarray, omega: float | None) -> Iterator[np.ndarray]:
+        """Take vectors v, (size, m), through one period in place; yields them at each sample of the amplifier.
+
+        The sinusoid at `omega` [rad/s] begins with phase 0; `None` for none.
+        """
+        phase = 0.0 if omega is None else 1.0 + 0.0j
+        turn = 1.0 if omega is None else np.exp(1j * omega * self.step_size)
+        for operation in (operation for step in self._operations for operation in step):
+            match operation:
+                case Replace(rows, columns, None):
+                    v[rows] = v[columns]
+                case Replace(rows, columns, matrix):
+                    v[rows] = matrix @ v[columns]
+                case Emit(rows, orders):
+                    derivative = (1j * (omega or 0.0)) ** np.maximum(orders, 0) * (orders >= 0)
+                    v[rows] = 0.0 if omega is None else (derivative * phase)[:, None]
+                case Turn():
+                    phase *= turn
+                case Listen():
+                    yield v
+
+
+class Cycle:
+    """An algorithm's cycle of actions on a system linearised at its equilibrium.
+
+    `system` may hold a sine source and a lock-in amplifier, named by `source` and `lock_in`: they take part in
+    responses only. `starts` holds start values by full name. Raises `StructureError` as `linearize`.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        instances: Mapping[str, Instance],
+        algorithm: str = ALGORITHMS[0],
+        *,
+        source: str | None = None,
+        lock_in: str | None = None,
+        starts: Mapping[str, float] | None = None,
+    ):
+        instruments = {source, lock_in}
+        components = [component for component in system.components if component.name not in instruments]
+        names = [component.name for component in components]
+        inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & instruments]
+        plain = System(components, inner)
+        operating_point(plain, instances, Blocks(plain, instances, [], []), starts or {})
+
+        def connected(name: str, ends: Sequence[str]) -> list[str]:
+            return [variable for component, variable in map(system.split, ends) if component == name]
+
+        fed, feeding = [c.end for c in system.connections], [c.start for c in system.connections]
+        blocks = {name: block(instances[name], connected(name, fed), connected(name, feeding)) for name in names}
+        self._layout = Layout(Master(instances, system, algorithm), blocks, source, lock_in)
+
+    def over(self, step_size: float) -> OneStep:
+        """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""
+        return OneStep(self._layout, step_size)
+
+    def stability_limits(
+        self, shortest: float, longest: float, *, kind: Kind = "all", points: int = 60, accuracy: float = 1e-6
+    ) -> list[float]:
+        """Return the steps [s] within a range at which stability of a kind of modes is lost or regained, ascending.
+
+        A loss need not be the last: the range is scanned at `points` steps, evenly spaced by ratio, and each change
+        bisected to a relative `accuracy`. For systems without ticks, whose step is free.
+        """
+        steps = np.geomspace(shortest, longest, points)
+        stable = [self.over(step).is_stable(kind) for step in steps]
+        limits = []
+        for (low, high), (was, now) in zip(pairwise(steps), pairwise(stable), strict=True):
+            while was != now and high - low > accuracy * high:
+                middle = (low + high) / 2
+                low, high = (middle, high) if self.over(middle).is_stable(kind) == was else (low, middle)
+            if was != now:
+                limits.append(float((low + high) / 2))
+        return limits
