@@ -22,7 +22,7 @@ from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
-from hfsa.cosim.results import Plan, SweepFile
+from hfsa.cosim.results import Plan, SweepFile, Theory
 from hfsa.cosim.run import run
 from hfsa.cosim.sweep import Bench, Progress, Settings, finished, linear, plan_sweep, stepped, system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector, expand, nearest
@@ -30,7 +30,8 @@ from hfsa.cosim.system import Connector, Scene, StructureError, System, check, c
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
 
-_DENSE = 10_000
+# Frequencies at which the linear response is followed, and those that draw its line.
+_DENSE, _LINE = 10_000, 1000
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,8 @@ def sweep_scene(
     outputs = find_signals(request.outputs, scene.outputs, variables, "output")
     scene = _with_amplitude(scene, request.amplitude, inputs, variables)
     draft = _draft(scene, files, inputs, outputs, request)
-    plan = dataclasses.replace(draft, frequency=_frequencies(scene, files, draft, request, warn))
+    theory = _theory(scene, files, draft, request, warn)
+    plan = dataclasses.replace(draft, frequency=_frequencies(draft, theory, request))
     text = scene_text(scene)
     opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
     if settings.method == "linear":
@@ -96,6 +98,8 @@ def sweep_scene(
         with opening(path, plan, record) as file:
             file.write(finished(response))
         return
+    if theory is not None:
+        plan = dataclasses.replace(plan, theory=_line(scene, files, draft, theory))
     with _usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
     library = chosen_loop(request.loop, warn)
@@ -192,36 +196,46 @@ def _with_amplitude(
 
 
 def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: list[str], request: Request) -> Plan:
-    """Return the plan with evenly spaced frequencies; for a spacing along the response, with many."""
+    """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
     low = scene.band[0] if request.low is None else request.low
     high = scene.band[1] if request.high is None else request.high
-    points = _DENSE if request.grid == "response" else _points(request)
     with _usage_errors():
-        frequency = excitation.logarithmic(low, high, points)
+        frequency = excitation.logarithmic(low, high, _DENSE)
         return plan_sweep(scene.system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
 
 
-def _frequencies(
+def _theory(
     scene: Scene, files: Mapping[str, Path], draft: Plan, request: Request, warn: Callable[[str], None]
-) -> NDArray[np.float64]:
-    """Return the frequencies as the request wants them spaced, the draft being spaced evenly."""
-    if request.grid == "log":
-        return draft.frequency
+) -> NDArray[np.complex128] | None:
+    """Return the linear response at the draft's frequencies; `None`, with a warning, where a stepped sweep has none."""
     try:
-        response, _ = linear(scene.system, files, draft)
+        return linear(scene.system, files, draft)[0]
     except StructureError as error:
         if request.settings.method == "linear":
             raise
-        warn(f"frequencies are spaced evenly, for there is no linear response to follow: {error}")
-        return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], _points(request))
-    units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
-    wanted = ~negligible(response, units, amplitudes)
+        warn(f"there is no linear response to compare with: {error}")
+        return None
+
+
+def _frequencies(draft: Plan, theory: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
+    """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
+    points = request.points or (_LINE if request.settings.method == "linear" else 40)
     with _usage_errors():
-        return excitation.along_response(draft.frequency, response[:, wanted], _points(request))
+        if request.grid == "log" or theory is None:
+            return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)
+        return _along(draft, theory, points)
 
 
-def _points(request: Request) -> int:
-    return request.points or (1000 if request.settings.method == "linear" else 40)
+def _line(scene: Scene, files: Mapping[str, Path], draft: Plan, theory: NDArray[np.complex128]) -> Theory:
+    """Return as much of the theory as draws a smooth line."""
+    frequency = _along(draft, theory, _LINE)
+    return Theory(frequency, linear(scene.system, files, dataclasses.replace(draft, frequency=frequency))[0])
+
+
+def _along(draft: Plan, theory: NDArray[np.complex128], points: int) -> NDArray[np.float64]:
+    """Return frequencies along the response's entries that are not zero by symmetry."""
+    units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
+    return excitation.along_response(draft.frequency, theory[:, ~negligible(theory, units, amplitudes)], points)
 
 
 def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:

@@ -38,12 +38,13 @@ class SystemRecord:
 
 
 class Status(enum.IntEnum):
-    """What became of a point of a sweep."""
+    """What became of a point of a sweep; `LIMITED` was measured while a limit acted, so it is no linear response."""
 
     PENDING = 0
     DONE = 1
     NOT_SETTLED = 2
     FAILED = 3
+    LIMITED = 4
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,22 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Theory:
+    """The linear response that a sweep is expected to find: `response` has shape (frequencies, outputs, inputs)."""
+
+    frequency: NDArray[np.float64]
+    response: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
 class Plan:
-    """What a sweep measures: the axes of `/bode`, and `settings`, the attributes of `/sweep`."""
+    """What a sweep measures and expects: the axes of `/bode`, `settings`, the attributes of `/sweep`, and `/theory`."""
 
     frequency: NDArray[np.float64]
     outputs: Sequence[Signal]
     inputs: Sequence[Signal]
     settings: Mapping[str, Any] = field(default_factory=dict)
+    theory: Theory | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
     figure = bode_figure([read("results/demo.h5"), read("results/demo_linear.h5")])
     save(figure, Path("results/demo.png"))
 
-Files overlay: the method `linear` is drawn as a line, measured methods as points. Entries of one input whose units
+Files overlay: the method `linear`, and the theory that a measured sweep brings along, is drawn as a line, measured
+methods as points. Entries of one input whose units
 agree share a pair of axes. Resonances are marked where the densest curve has its peaks. Only here units are not SI:
 lengths in mm (um over an input that is neither length nor angle), angles in deg.
 """
@@ -11,7 +12,7 @@ lengths in mm (um over an input that is neither length nor angle), angles in deg
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,7 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
 
     `ResultsError` where there is nothing to draw, or no sweep has a given signal.
     """
+    sweeps = [drawn for bode in sweeps for drawn in (*_theory(bode), bode)]
     panels = _panels(sweeps, list(outputs), list(inputs))
     columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
     rows = max(len(column) for column in columns)
@@ -121,6 +123,16 @@ def save(figure: Figure, path: Path) -> None:
 
 
 # What is drawn --------------------------------------------------------------------------------------------------------
+
+
+def _theory(bode: Bode) -> list[Bode]:
+    """Return the theory that a file holds beside its measurement as a sweep of its own, to be drawn as a line."""
+    if bode.theory is None:
+        return []
+    points = len(bode.theory.frequency), len(bode.inputs)
+    settings = {**bode.settings, "method": "linear"}
+    status = np.full(points, Status.DONE, dtype=np.int8)
+    return [replace(bode, **vars(bode.theory), status=status, settings=settings, theory=None)]
 
 
 def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[_Panel]:

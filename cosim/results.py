@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import _hdf5
 from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import InstanceRecord, Plan, Point, ResultsError, Signal, Status, SystemRecord
+from hfsa.cosim._records import InstanceRecord, Plan, Point, ResultsError, Signal, Status, SystemRecord, Theory
 from hfsa.cosim._resume import check_same
 from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
@@ -45,6 +45,7 @@ __all__ = [
     "Status",
     "SweepFile",
     "SystemRecord",
+    "Theory",
     "read",
     "read_run",
 ]
@@ -157,6 +158,7 @@ class Bode:
         response: complex, output per input; NaN where a point is pending or failed.
         status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
         attributes: of the file; `settings`: of the sweep.
+        theory: the linear response beside a measured one, where there is one.
     """
 
     path: Path
@@ -171,6 +173,7 @@ class Bode:
     message: NDArray[np.object_]
     settings: dict[str, Any]
     attributes: dict[str, Any]
+    theory: Theory | None = None
 
     def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (the file's own word)
         """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
@@ -204,6 +207,7 @@ def read(path: str | Path) -> Bode:
             message=np.array([[_hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
             settings=_hdf5.plain(file["sweep"].attrs),
             attributes=_hdf5.plain(file.attrs) | {"status": _hdf5.status_of(file)},
+            theory=_read_theory(file),
             **numbers,
         )
 
@@ -232,21 +236,24 @@ _COMPUTED = (
 )
 
 
+def _read_theory(file: Node) -> Theory | None:
+    group = file.get("theory")
+    return None if group is None else Theory(group["frequency"][:], group["response"][:])
+
+
 def _lay_out(file: Node, plan: Plan) -> None:
-    """Write `/sweep` and `/bode`, every dataset at its full size."""
+    """Write `/sweep`, `/bode`, every dataset at its full size, and `/theory`."""
     settings = file.create_group("sweep")
     for name, value in plan.settings.items():
         settings.attrs[name] = value
     bode = file.create_group("bode")
-    _hdf5.scale(bode, "frequency", plan.frequency, "Hz")
-    _hdf5.scale(bode, "output", [signal.name for signal in plan.outputs])
-    _hdf5.scale(bode, "input", [signal.name for signal in plan.inputs])
+    entries, points, unit = ["frequency", "output", "input"], ["frequency", "input"], _response_unit(plan)
+    _lay_out_axes(bode, plan.frequency, plan)
     for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
         units = bode.create_dataset(f"{side}_unit", data=[s.unit for s in signals], dtype=h5py.string_dtype())
         units.dims[0].attach_scale(bode[side])
     _hdf5.filled(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
     bode["amplitude"][:] = [signal.amplitude for signal in plan.inputs]
-    entries, points, unit = ["frequency", "output", "input"], ["frequency", "input"], _response_unit(plan)
     _hdf5.filled(bode, "response", entries, _NAN, np.complex128, unit)
     _hdf5.filled(bode, "magnitude", entries, np.nan, float, unit)
     _hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
@@ -259,6 +266,17 @@ def _lay_out(file: Node, plan: Plan) -> None:
     status.attrs["flag_meanings"] = " ".join(members)
     message = _hdf5.filled(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
     message.attrs["_Encoding"] = "utf-8"  # xarray's word for how to decode it
+    if plan.theory is not None:
+        theory = file.create_group("theory")
+        _lay_out_axes(theory, plan.theory.frequency, plan)
+        _hdf5.filled(theory, "response", entries, _NAN, np.complex128, unit)
+        theory["response"][:] = plan.theory.response
+
+
+def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:
+    _hdf5.scale(group, "frequency", frequency, "Hz")
+    _hdf5.scale(group, "output", [signal.name for signal in plan.outputs])
+    _hdf5.scale(group, "input", [signal.name for signal in plan.inputs])
 
 
 def _clipped(message: str) -> bytes:

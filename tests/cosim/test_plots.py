@@ -1,10 +1,12 @@
 """A Bode plot shows measured points on theoretical lines, marks resonances, and names its units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hfsa.cosim.plots import bode_figure, save
-from hfsa.cosim.results import Plan, Point, ResultsError, Signal, Status, SweepFile, SystemRecord, read
+from hfsa.cosim.results import Plan, Point, ResultsError, Signal, Status, SweepFile, SystemRecord, Theory, read
 
 DENSE = np.geomspace(1, 50, 2000)
 SPARSE = np.array([1.0, 5.0, 20.0, 24.0, 25.0, 30.0, 50.0])
@@ -39,6 +41,15 @@ def sweep(tmp_path):
 
 
 Z, Y = ("robot.position[3]", "m"), ("reference.position[3]", "m")
+
+
+def test_the_theory_in_a_measured_file_is_drawn_as_its_line(sweep):
+    points = sweep("swept.h5", "stepped", SPARSE, {(Z, Y): resonance(SPARSE)})
+    theory = Theory(DENSE, resonance(DENSE)[:, None, None])
+    ((upper, _),) = axes_of(bode_figure([replace(points, theory=theory)]))
+    curves = {c.get_label(): c for c in upper.lines if not c.get_label().startswith("_")}
+    assert list(curves) == ["linear theory", "stepped sine, co-simulated FMUs"]
+    np.testing.assert_allclose(curves["linear theory"].get_ydata(), 20 * np.log10(abs(resonance(DENSE))), atol=1e-9)
 
 
 def axes_of(figure):

@@ -24,6 +24,7 @@ from hfsa.cosim.results import (
     Status,
     SweepFile,
     SystemRecord,
+    Theory,
     read,
     read_run,
 )
@@ -49,9 +50,26 @@ def point(i, k, scale=1.0):
     return Point(i, k, Status.DONE, response, np.full(3, 1e-4), np.full(3, 5e-4), wall_time=1.5)
 
 
+THEORY = Theory(np.geomspace(1, 50, 7), np.arange(42.0).reshape(7, 3, 2) * (1 - 2j))
+
+
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "deep" / "sweep.h5"
+
+
+def test_a_measured_sweep_brings_its_theory_along(path):
+    xarray = pytest.importorskip("xarray")
+    SweepFile.create(path, replace(PLAN, theory=THEORY), SYSTEM).close()
+    found = read(path).theory
+    assert found is not None
+    np.testing.assert_array_equal(found.frequency, THEORY.frequency)
+    np.testing.assert_array_equal(found.response, THEORY.response)
+    with xarray.open_dataset(path, group="theory", engine="h5netcdf") as theory:
+        entry = theory.response.sel(output="robot.rotation[1]", input="reference.position[3]")
+        np.testing.assert_array_equal(entry, THEORY.response[:, 2, 0])
+    assert SweepFile.create(path, PLAN, SYSTEM).close() is None
+    assert read(path).theory is None
 
 
 def test_what_is_written_is_read_by_name(path):
