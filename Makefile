@@ -10,13 +10,13 @@ PYTHON ?= python3
 BIN := .venv/bin
 HAS_UV := $(shell command -v uv 2> /dev/null)
 HAS_CC := $(shell command -v $${CC:-cc} 2> /dev/null || command -v gcc 2> /dev/null || command -v clang 2> /dev/null)
-VERTICAL := --input command.position[3] --output platform.position[3] --from 1 --to 50
+VERTICAL := --input command.position[3] --output platform.position[3] --from 1 --to 50 --points 40
 LOCKS := requirements.lock $(if $(HAS_CC),,requirements-zig.lock)
 
 demo: .venv/installed
-	$(BIN)/hfsa sweep sdelta_shaker $(VERTICAL) --method linear -o results/demo_linear.h5
-	$(BIN)/hfsa sweep sdelta_shaker $(VERTICAL) --points 40 --jobs 2 -o results/demo.h5
-	$(BIN)/hfsa bode results/demo_linear.h5 results/demo.h5 -o results/demo.png
+	$(BIN)/hfsa sweep sdelta_shaker $(VERTICAL) -o results/demo.h5
+	$(BIN)/hfsa sweep sdelta_hfsa $(VERTICAL) -o results/demo_hfsa.h5
+	$(BIN)/hfsa bode results/demo.h5 results/demo_hfsa.h5 -o results/demo.png
 
 test: .venv/installed
 	$(BIN)/python -m pytest -m "not slow"
