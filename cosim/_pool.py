@@ -16,22 +16,27 @@ _stop: Event | None = None
 
 
 def results(
-    work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int = 1, executor: Executor | None = None
+    work: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    jobs: int = 1,
+    executor: Executor | None = None,
+    apart: bool = False,
 ) -> Generator[tuple[Task, Result | None]]:
     """Yield each task with its result, in the order they finish.
 
-    Tasks run on `executor`, else in this process (`jobs` = 1) or in as many new ones, which begin in the given order.
+    Tasks run on `executor`, else in as many new processes as `jobs`, which begin in the given order; a single job runs
+    in this process unless it is to stay `apart`.
     The result is `None` where the process died, as after a crash in an FMU's code. Whoever stops asking must close the
     generator (`contextlib.closing`): what runs then is told so (`is_stopping`).
     """
     if executor is not None:
         for i, result in _submitted(work, tasks, executor):
             yield tasks[i], result
-    elif jobs == 1 or len(tasks) < 2:
+    elif tasks and (apart or min(jobs, len(tasks)) > 1):
+        yield from _in_processes(work, tasks, jobs)
+    else:
         for task in tasks:
             yield task, work(task)
-    else:
-        yield from _in_processes(work, tasks, jobs)
 
 
 def is_stopping() -> bool:

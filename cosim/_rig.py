@@ -19,7 +19,15 @@ from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import ALGORITHMS, Connector, StructureError, System, connector
+from hfsa.cosim.system import (
+    ALGORITHMS,
+    Connector,
+    StructureError,
+    System,
+    connector,
+    limit_message,
+    limit_signals,
+)
 
 
 @dataclass(frozen=True)
@@ -110,6 +118,8 @@ class Rig:
         members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
         self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
         self._windows = self._lock_in.handle(["windows"])
+        limits = limit_signals(self.master.wiring.connectors)
+        self._limits = self.master.record(limits, rows=1000) if limits else None
 
     def measure(self, task: Task) -> Point:
         """Measure one point; raises whatever goes wrong."""
@@ -127,6 +137,8 @@ class Rig:
         most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
         settling = Settling(settings.settling_tolerance)
         for k in range(1, ramp + most + 1):
+            if self._limits is not None:
+                self._limits.clear()
             self.master.advance(steps)
             if k > ramp:
                 gain = self._gain(k)
@@ -156,6 +168,8 @@ class Rig:
                 f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
                 f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
             )
+        if limited := self._limited():
+            status, message = Status.LIMITED, limited
         return Point(
             task.input,
             task.place,
@@ -165,6 +179,13 @@ class Rig:
             remaining_transient=remaining,
             message=message,
         )
+
+    def _limited(self) -> str:
+        """Return what to say of the first limit that acted within the last window, empty where none did."""
+        if self._limits is None or not self._limits.values.any():
+            return ""
+        row, column = np.argwhere(self._limits.values)[0]
+        return limit_message(self._limits.names[column], float(self._limits.time[row]))
 
     def close(self) -> None:
         """Free the instances."""

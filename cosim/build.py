@@ -36,6 +36,7 @@ import hfsa.fmus
 from hfsa.components._parts import Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import read_scene
+from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import (
     Analysis,
     Component,
@@ -48,6 +49,7 @@ from hfsa.cosim.system import (
     expand,
     nearest,
 )
+from hfsa.fmus._trial import death
 from hfsa.fmus.export import export
 
 FMI: Literal[2, 3] = 2
@@ -168,7 +170,10 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
 
 
 def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
-    """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it."""
+    """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it.
+
+    A `.fmu` of another maker is first tried in a process of its own: `StepError` where that does not survive it.
+    """
     if component.part.endswith(".fmu"):
         file = Path(component.part).resolve()
         if not file.is_file():
@@ -177,6 +182,10 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
             raise StructureError(
                 f"{component.name}: {file.name} is a finished FMU; it takes start values, no arguments"
             )
+        describe(file)  # what cannot be read is told so
+        if ending := _death(file, file.stat().st_mtime_ns):
+            message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
+            raise StepError(component.name, file.name, "cannot be run", None, message)
         return file
     part = part_named(component.part, parts())
     if component.level == "auto":
@@ -310,6 +319,11 @@ def _key(part: Part, component: Component, fmi: int) -> str:
     words = [part.name, repr(sorted(read.items())), repr(sorted(rest.items())), fmi, _sources(), version("casadi")]
     words += [sysconfig.get_platform(), os.environ.get("CC", "")]
     return hashlib.sha256(json.dumps(words).encode()).hexdigest()[:32]
+
+
+@cache
+def _death(file: Path, modified: int) -> str | None:  # noqa: ARG001 (another file under that name is tried again)
+    return death(file)
 
 
 @cache

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.results import RunFile, SystemRecord
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
+from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector, limit_message, limit_signals
 
 _BLOCK = 10_000
 """Steps between two writes to the file."""
@@ -33,9 +34,10 @@ def run(
 ) -> dict[str, str]:
     """Run from 0 to `stop_time` [s] and record variables (full names) at every communication point.
 
-    Returns the first warning of each instance. The file is written as the run goes on; a `StepError` is written to it
-    as well, with everything recorded before, and raised. `library` is the stepping loop in C, `None` for Python's;
-    `report` is called with the part done, 0 to 1.
+    What tells of a limit that acts (`limit_signals`) is recorded as well. Returns warnings: the first of each instance,
+    by its name, and of each limit that acted, by its signal's. The file is written as the run goes on; a `StepError`
+    is written to it as well, with everything recorded before, and raised. `library` is the stepping loop in C, `None`
+    for Python's; `report` is called with the part done, 0 to 1.
     """
     steps = round(stop_time / step_size)
     if steps < 1:
@@ -45,6 +47,9 @@ def run(
         for instance in instances.values():
             stack.callback(instance.close)
         master = make_master(instances, system, algorithm, step_size, library)
+        check_sample_times(system, master.wiring.connectors, {}, step_size)
+        limits = [name for name in limit_signals(master.wiring.connectors) if name not in names]
+        names = [*names, *limits]
         units = {name: connector(system, master.wiring.connectors, name).unit or "1" for name in names}
         recording = master.record(list(names), rows=steps + 1)
         file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * step_size, units, record)
@@ -71,4 +76,10 @@ def run(
                 write()
             finally:
                 file.close(failure)
-        return dict(master.warnings)
+        acting = [recording[name] != 0 for name in limits]
+        said = {
+            name: limit_message(name, recording.time[np.argmax(rows)])
+            for name, rows in zip(limits, acting, strict=True)
+            if rows.any()
+        }
+        return {**master.warnings, **said}

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from hfsa.cosim import _pool
 from hfsa.cosim._description import Description, describe
 from hfsa.cosim._rig import Bench, Settings, Task, measure
+from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import open_instances
@@ -72,9 +73,12 @@ def plan_sweep(
     """Return what a sweep measures, with the units that the FMUs tell.
 
     `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` go by the inputs' units.
-    `StructureError` names a signal that is not there, or not an input or output, and the nearest names.
+    `StructureError` names a signal that is not there, or not an input or output, and the nearest names; or a sample
+    time that the step does not fit.
     """
     variables = {name: describe(file).variables for name, file in files.items()}
+    if settings.method == "stepped":
+        check_sample_times(system, variables, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
         found = connector(system, variables, name)
@@ -175,7 +179,9 @@ def stepped(
     tasks.sort(key=_work, reverse=True)
     total, finished = sum(map(_work, tasks)), 0.0
     points = len(plan.frequency) * len(plan.inputs)
-    with contextlib.closing(_pool.results(measure, tasks, jobs, executor)) as results:
+    # a foreign FMU may crash: never in this process
+    is_foreign = any(c.part.endswith(".fmu") for bench in benches.values() for c in bench.system.components)
+    with contextlib.closing(_pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results:
         for n, (task, point) in enumerate(results, points - len(tasks) + 1):
             if point is None:
                 message = "the process ended without a result: an FMU must have crashed"

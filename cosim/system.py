@@ -228,6 +228,25 @@ def companions(name: str) -> tuple[str, str]:
     return f"{stem}_rate{bracket}{index}", f"{stem}_acceleration{bracket}{index}"
 
 
+def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str]:
+    """Return the outputs (full names) that are 1 while a limit acts and otherwise 0: `axis[1].saturation` and such."""
+    return [
+        f"{component}.{name}"
+        for component, variables in connectors.items()
+        for name, variable in variables.items()
+        if variable.causality == "output" and name.rpartition(".")[2] == "saturation"
+    ]
+
+
+def limit_message(name: str, time: float) -> str:
+    """Return what to say of an output of `limit_signals` that is 1 at a time [s]."""
+    component, _, variable = name.partition(".")
+    return (
+        f"{component}: {variable}: is 1 at t = {time:.9g} s: a limit acts, and the response is not that to small "
+        "signals; take a smaller amplitude or a higher limit"
+    )
+
+
 def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:
     """Raise `StructureError` unless every connection joins an output to an input of the same unit, without a loop.
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+from fmpy import extract
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 from fmpy.simulation import instantiate_fmu
 
@@ -39,14 +40,21 @@ def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> 
     problems = []
     remaining = list(interfaces)
     while remaining:
-        found, finished = _one_child(folder, remaining, timeout)
-        problems += found
+        found, ending, finished = _one_child(folder, remaining, timeout)
+        problems += [*found, ending] if ending else found
         remaining = remaining[max(finished, 1) :]
     return problems
 
 
-def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple[list[str], int]:
-    """Return the problems that one child found, and how many interfaces it has dealt with, its last one included."""
+def death(file: Path, timeout: float = TIMEOUT) -> str | None:
+    """Return how an FMU's binary ends or blocks the process that runs it in Co-Simulation; `None` where it does not."""
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as folder:
+        extract(str(file), folder)
+        return _one_child(Path(folder), ["CoSimulation"], timeout)[1]
+
+
+def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple[list[str], str | None, int]:
+    """Return what one child found, how it died if it did, and how many interfaces it has begun with."""
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         report = Path(scratch) / "report"
         command = [sys.executable, "-m", "hfsa.fmus._trial", str(folder), str(report), *interfaces]
@@ -54,18 +62,19 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
             child = subprocess.run(
                 command, capture_output=True, timeout=timeout, cwd=scratch, env=_environment(), check=False
             )
-            ending = _ending(child.returncode, child.stderr)
+            way = _ending(child.returncode, child.stderr)
         except subprocess.TimeoutExpired:
-            ending = f"did not return within {timeout:g} s"
+            way = f"did not return within {timeout:g} s"
         lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
     entries = [json.loads(line) for line in lines]
-    if ending is None and sum("done" in entry for entry in entries) < len(interfaces):
-        ending = "ended the process"
+    if way is None and sum("done" in entry for entry in entries) < len(interfaces):
+        way = "ended the process"
     problems = [f"{entry['interface']}: {entry['problem']}" for entry in entries if "problem" in entry]
-    if ending is not None:
+    ending = None
+    if way is not None:
         last = entries[-1] if entries else {"interface": LABELS[interfaces[0]], "doing": "start"}
-        problems.append(f"{last['interface']}: {last.get('doing', 'end')}: the binary {ending}")
-    return problems, len({entry["interface"] for entry in entries})
+        ending = f"{last['interface']}: {last.get('doing', 'end')}: the binary {way}"
+    return problems, ending, len({entry["interface"] for entry in entries})
 
 
 def _environment() -> dict[str, str]:

@@ -119,14 +119,22 @@ def library(scene_cache) -> Path:
     return stepping_library()
 
 
-def _foreign(folder: Path, version: int) -> Path:
+@pytest.fixture(scope="session")
+def deadly(tmp_path_factory) -> dict[str, Path]:
+    """The foreign FMU, but it ends any process that loads it, by how it does so."""
+    return {
+        how: _foreign(tmp_path_factory.mktemp(how), 2, f"-DDEADLY={i}") for i, how in enumerate(("crash", "exit"), 1)
+    }
+
+
+def _foreign(folder: Path, version: int, *more: str) -> Path:
     slave = FMU2Slave if version == 2 else FMU3Slave
     source = (Path(__file__).parent / "foreign.c").read_text()
     missing = [name for name in dir(slave) if name.startswith(f"fmi{version}") and f" {name}(" not in source]
     (folder / "stubs.c").write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in missing))
     (folder / "foreign.c").write_text(source)
     inside = binary_path(Path(), version, "Foreign").as_posix()
-    flags = ["-std=c99", "-fPIC", "-shared", "-w", f"-DVERSION={version}", f"-I{HEADERS}"]
+    flags = ["-std=c99", "-fPIC", "-shared", "-w", f"-DVERSION={version}", f"-I{HEADERS}", *more]
     subprocess.run([*compiler(), *flags, "foreign.c", "stubs.c", "-o", "foreign"], cwd=folder, check=True)
     file = folder / "Foreign.fmu"
     with zipfile.ZipFile(file, "w") as archive:

@@ -1,10 +1,14 @@
 /* An FMU of another maker, FMI 2 or 3: y integrates u, and from time `at` on it misbehaves as parameter `behaviour` says.
  * It cannot reset, has no derivatives and no FMU state. Functions that are not here are stubs that return an error.
- * FOLLOW is a lie about its dependencies: y follows u at once, which the description denies. */
+ * FOLLOW is a lie about its dependencies: y follows u at once, which the description denies. Built with DEADLY, it kills
+ * the process as soon as it is loaded: 1 by a signal, 2 by an exit. */
 
+#define _POSIX_C_SOURCE 200809L
 #include <math.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #if VERSION == 3
 #include "fmi3Functions.h"
@@ -13,7 +17,7 @@
 #endif
 
 enum { TIME, U, Y, BEHAVIOUR, AT, VALUES };
-enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW };
+enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH };
 
 typedef struct {
   double v[VALUES];
@@ -25,10 +29,18 @@ typedef struct {
 #endif
 } Fmu;
 
+#ifdef DEADLY
+__attribute__((constructor)) static void kill_at_once(void) {
+  if (DEADLY == 1) raise(SIGSEGV);
+  _exit(0);
+}
+#endif
+
 static int step(Fmu* f, double t, double h, int* finish) {
   int kind = t >= f->v[AT] ? (int)f->v[BEHAVIOUR] : 0;
   f->v[TIME] = t + h;
   f->v[Y] += h * f->v[U];
+  if (kind == CRASH) raise(SIGSEGV);
   if (kind == GO_NAN) f->v[Y] = NAN;
   *finish = kind == FINISH;
   return kind >= WARN && kind <= DIE ? kind : 0;
