@@ -4,6 +4,12 @@ The reference turns a pose command into motor angles; a PD controller, sampled e
 three C-drives by encoder feedback; the tubes move the elastic robot, which pushes back. The design is that of the rigid
 robot, 6 Hz with damping 0.7, a quarter of the first natural frequency; yet the vertical motion, the heaviest, closes at
 3.4 Hz with damping 0.40, because each motor has its own loop and none knows of the others.
+
+Steps of 0.25 ms / n, n = 1, 2, ..., are stable under all three algorithms. The error is of the first order in the step:
+at the default, 50 us under `gauss_seidel`, the vertical response is off by 0.28 dB and 1 degree at most, and twice the
+response at half the step minus that at the whole step leaves it within 0.1 dB. Without control, the drives free, the
+flexible modes become unstable at steps of 62.8 us (`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`),
+while the rigid motion is neutral under `jacobi` and grows by 0.058 1/s per us of step under the other two.
 """
 
 from typing import Literal
