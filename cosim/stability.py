@@ -40,11 +40,18 @@ Kind = Literal["rigid", "flexible", "all"]
 
 @dataclass(frozen=True)
 class Mode:
-    """One eigenvalue of the one-step matrix: `rate` [1/s] at which it grows, `frequency` [Hz] >= 0."""
+    """One eigenvalue of the one-step matrix.
+
+    Attributes:
+        multiplier: by which it grows and turns in one period.
+        rate: at which it grows [1/s]; `frequency` [Hz] >= 0.
+        shape: its share in states and sampled values at the beginning of a period, by full name, in their units.
+    """
 
     multiplier: complex
     rate: float
     frequency: float
+    shape: Mapping[str, complex]
 
 
 class OneStep:
@@ -66,17 +73,22 @@ class OneStep:
         kept = np.arange(layout.size)
         while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
             kept = kept[~dead]  # written over before it is read: of no consequence
+        self._kept = kept
         self.matrix = whole[np.ix_(kept, kept)]
 
     @cached_property
     def modes(self) -> list[Mode]:
         """All modes, the fastest growing first, conjugates once."""
-        multipliers = np.linalg.eigvals(self.matrix)
-        found = [
-            Mode(complex(m), float(np.log(abs(m)) / self.period), float(np.angle(m) / (2 * np.pi * self.period)))
-            for m in multipliers
-            if abs(m) > FORGOTTEN and m.imag >= 0
-        ]
+        multipliers, vectors = np.linalg.eig(self.matrix)
+        row = {int(place): i for i, place in enumerate(self._kept)}
+        values = {(component, name) for component, b in self._layout.blocks.items() for name in b.values}
+        rows = {f"{c}.{n}": row.get(place) for (c, n), place in self._layout.place.items() if (c, n) in values}
+        found = []
+        for multiplier, vector in zip(multipliers, vectors.T, strict=True):
+            if abs(multiplier) > FORGOTTEN and multiplier.imag >= 0:
+                rate, turn = np.log(abs(multiplier)) / self.period, np.angle(multiplier) / self.period
+                shape = {name: 0j if i is None else complex(vector[i]) for name, i in rows.items()}
+                found.append(Mode(complex(multiplier), float(rate), float(turn / (2 * np.pi)), shape))
         return sorted(found, key=lambda mode: -mode.rate)
 
     @property

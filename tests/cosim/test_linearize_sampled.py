@@ -1,5 +1,7 @@
 """The linear response through sampled FMUs, against sampled-data formulas and recursions written out here."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -33,7 +35,7 @@ class MotorPlant:
         T = np.linalg.solve(self.to_S, T_S)
         mass = scipy.linalg.block_diag(np.kron(np.eye(3), c_drive.inertia()), M)
         join = np.hstack([-T, np.eye(6)])
-        inverse = np.linalg.inv(mass)
+        inverse = np.linalg.inv(np.asarray(mass))
         self.A = np.block(
             [[np.zeros((12, 12)), np.eye(12)], [-inverse @ join.T @ K @ join, -inverse @ join.T @ D @ join]]
         )
@@ -84,7 +86,7 @@ class MotorPlant:
         )
 
 
-def response(opened, frequency, version=2, **arguments):
+def response(opened, frequency, version: Literal[2, 3] = 2, **arguments):
     scene = load_scene("sdelta_hfsa", arguments)
     instances = opened(build(scene.system, version))
     return linear_response(scene.system, instances, scene.inputs, scene.outputs, np.asarray(frequency))
