@@ -100,7 +100,7 @@ def sweep_scene(
         return
     if theory is not None:
         plan = dataclasses.replace(plan, theory=_line(scene, files, draft, theory))
-    with _usage_errors():
+    with usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
     library = chosen_loop(request.loop, warn)
     benches = {name: _bench(scene, name, outputs, library) for name in inputs}
@@ -199,7 +199,7 @@ def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: 
     """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
     low = scene.band[0] if request.low is None else request.low
     high = scene.band[1] if request.high is None else request.high
-    with _usage_errors():
+    with usage_errors():
         frequency = excitation.logarithmic(low, high, _DENSE)
         return plan_sweep(scene.system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
 
@@ -220,7 +220,7 @@ def _theory(
 def _frequencies(draft: Plan, theory: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
     """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
     points = request.points or (_LINE if request.settings.method == "linear" else 40)
-    with _usage_errors():
+    with usage_errors():
         if request.grid == "log" or theory is None:
             return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)
         return _along(draft, theory, points)
@@ -244,7 +244,7 @@ def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | N
 
 
 @contextlib.contextmanager
-def _usage_errors() -> Iterator[None]:
+def usage_errors() -> Iterator[None]:
     """What cannot be measured as it was asked for is a wrong word of the user's."""
     try:
         yield

@@ -198,6 +198,7 @@ def sweep(
     high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
     points: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
     grid: Literal["response", "log"] = "response",
+    open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
     input: Signals = None,  # noqa: A002 (the user's word)
     output: Signals = None,
     amplitude: Positive = None,
@@ -228,6 +229,9 @@ def sweep(
         Number of frequencies; 40, and 1000 for `linear`, without.
     grid
         Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
+    open_loop
+        With `linear`: a connection, by either of its ends or as `start -> end`, at which a loop is cut. Loop gain and
+        sensitivity are written in place of the scene's responses, and gain, phase and delay margins answered.
     input
         Inputs, one at a time, as often as wanted; all of the scene without. `command.position[1..3]` is a range.
     output
@@ -255,6 +259,16 @@ def sweep(
     from hfsa.cosim._reports import sweep_report
 
     loaded = load(scene, _shell.named_values(parameter), step_size=step, algorithm=algorithm)
+    path = file or Path("results", f"{Path(scene).stem}.h5")
+    if open_loop is not None:
+        from hfsa.cosim._loops import sweep_loop
+        from hfsa.cosim.system import StructureError
+
+        if method != "linear" or input or output:
+            raise StructureError("--open-loop takes --method linear, and no --input and --output")
+        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid)
+        _shell.answer(*found, json)
+        return _shell.DONE
     settings = Settings(
         method=method,
         algorithm=loaded.scene.algorithm,
@@ -264,7 +278,6 @@ def sweep(
         settling_time=settling_time,
     )
     request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
-    path = file or Path("results", f"{Path(scene).stem}.h5")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         sweep_scene(

@@ -68,11 +68,12 @@ class Loop:
         connection: which.
         is_stable: whether the system with the loop closed is.
         highest: half the sampling frequency of a sampled system [Hz], else infinity.
+        operating_point: the closed system's equilibrium, by full name.
     """
 
     def __init__(self, connection: Connection, opened: Linearization, closed: Linearization, clock: str | None):
         """`clock` is the sampled FMU at whose ticks L goes from sequence to sequence, if there is one."""
-        self.connection = connection
+        self.connection, self.operating_point = connection, opened.operating_point
         poles = closed.poles
         # a mode that neither grows nor decays, like rigid motion without a spring, is no instability
         self.is_stable = bool(np.all(poles.real <= 1e-9 * np.abs(poles).max(initial=1.0)))
