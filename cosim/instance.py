@@ -34,6 +34,15 @@ from hfsa.cosim.system import StructureError, nearest
 
 _STATUS = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending", TERMINATED: "terminated"}
 _WARNING, _FATAL = 1, 4
+_UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
+_ADVICE = {
+    "discard": "the FMU refuses a step of this size from here; try a smaller one",
+    "error": "the run cannot go on; see its inputs and parameters",
+    "fatal": "the FMU is lost to this process; see its inputs and parameters",
+    "terminated": "the FMU asks to end the run here",
+    "not finite": _UNSTABLE,
+    "out of bounds": _UNSTABLE,
+}
 
 
 class StepError(RuntimeError):
@@ -49,7 +58,8 @@ class StepError(RuntimeError):
 
     def __init__(self, instance: str, function: str, status: str, time: float | None, message: str = ""):
         at = "" if time is None else f" at t = {time:.9g} s"
-        super().__init__(f"{instance}: {function}: {status}{at}{': ' + message if message else ''}")
+        advice = f"; {_ADVICE[status]}" if status in _ADVICE else ""
+        super().__init__(f"{instance}: {function}: {status}{at}{': ' + message if message else ''}{advice}")
         self.instance, self.function, self.status, self.time = instance, function, status, time
         self.message = message
 
@@ -241,7 +251,8 @@ class Instance:
 
     def warning(self, call: Call) -> str:
         """Return what to say of a prepared call that returned a warning."""
-        return f"{self.name}: {self._library.names[call.role]}: warning: {self._log.take() or 'without a message'}"
+        at = "" if self.time is None else f" at t = {self.time:.9g} s"
+        return f"{self.name}: {self._library.names[call.role]}: warning{at}: {self._log.take() or 'without a message'}"
 
     def output_derivatives(self, handle: Handle, order: int = 1) -> np.ndarray:
         """Return the time derivatives of outputs after a step, shape (n,)."""

@@ -59,9 +59,16 @@ def box(tmp_path):
 @VERSIONS
 @LOOPS
 @pytest.mark.parametrize(
-    ("behaviour", "ending"), [(2, "discard"), (3, "error"), (4, "fatal"), (5, "terminated"), (6, "not finite")]
+    ("behaviour", "ending", "advice"),
+    [
+        (2, "discard", "; the FMU refuses a step of this size from here; try a smaller one"),
+        (3, "error", "; the run cannot go on; see its inputs and parameters"),
+        (4, "fatal", "; the FMU is lost to this process; see its inputs and parameters"),
+        (5, "terminated", "; the FMU asks to end the run here"),
+        (6, "not finite", "; where the loop is unstable at this step, a smaller one helps"),
+    ],
 )
-def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, version, loop):
+def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, advice, version, loop):
     code, out, err = hfsa("run", box(foreign[version], behaviour=behaviour, at=0.2), "--loop", loop, "-o", "run.h5")
     values, _ = read_run("run.h5")
     if ending == "terminated" and version == 2:
@@ -70,6 +77,7 @@ def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, version, l
     assert (code, out) == (4, "")
     assert err.startswith("error: box: ")
     assert f": {ending} at t = 0.2" in err
+    assert err.endswith(advice)
     recorded = np.isfinite(values["box.y"])
     assert 200 <= np.sum(recorded) <= 201
     assert recorded[:200].all()
@@ -78,7 +86,7 @@ def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, version, l
 @LOOPS
 def test_a_warning_is_said_once_and_the_run_goes_on(hfsa, box, foreign, loop):
     code, _, err = hfsa("run", box(foreign[3], behaviour=1, at=0.2), "--loop", loop, "-o", "run.h5")
-    assert (code, err) == (0, "hfsa: box: fmi3DoStep: warning: the spring is broken")
+    assert (code, err) == (0, "hfsa: box: fmi3DoStep: warning at t = 0.2 s: the spring is broken")
     assert np.isfinite(read_run("run.h5")[0]["box.y"]).all()
 
 
