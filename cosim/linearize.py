@@ -143,6 +143,12 @@ def linear_response(
     `frequency` is in Hz. An input's companions, `command.position_rate[3]` and `command.position_acceleration[3]` of
     `command.position[3]`, take part where the FMU has them and nothing else feeds them. Raises as `linearize`.
     """
+    columns, orders = sinusoids(system, instances, inputs)
+    return linearize(system, instances, columns, outputs, starts).response(frequency, orders)
+
+
+def sinusoids(system: System, instances: Mapping[str, Instance], inputs: Sequence[str]) -> tuple[list[str], Orders]:
+    """Return the inputs at which sinusoids at `inputs` enter, companions included, and where each of them does."""
     fed = {connection.end for connection in system.connections}
     columns: list[str] = []
     orders = []
@@ -150,9 +156,11 @@ def linear_response(
         component, variable = system.split(name)
         known = instances[component].fmu.variables
         companion = [f"{component}.{c}" if c in known else "" for c in companions(variable)]
-        full = [name, *(c if c not in fed else "" for c in companion)]
-        orders.append(tuple(_place(columns, c) for c in full))
-    return linearize(system, instances, columns, outputs, starts).response(frequency, orders)
+        value, rate, acceleration = (
+            _place(columns, c) for c in (name, *(c if c not in fed else "" for c in companion))
+        )
+        orders.append((value, rate, acceleration))
+    return columns, orders
 
 
 def linearize(
@@ -171,7 +179,7 @@ def linearize(
     sample times without a common grid, or where no equilibrium is found.
     """
     ends = [opened.start, opened.end] if opened else []
-    system = _relevant(system, [*inputs, *outputs, *ends])
+    system = upstream(system, [*inputs, *outputs, *ends])
     names = [component.name for component in system.components]
     starts = {name: value for name, value in (starts or {}).items() if name.partition(".")[0] in names}
     blocks = Blocks(system, instances, inputs, outputs)
@@ -188,7 +196,7 @@ def operating_point(
     return equilibrium(master, blocks)
 
 
-def _relevant(system: System, names: Iterable[str]) -> System:
+def upstream(system: System, names: Iterable[str]) -> System:
     """Return the part of the system that the components of these variables, or what feeds them, are in."""
     kept = {system.split(name)[0] for name in names}
     while True:

@@ -22,7 +22,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from hfsa.cosim._sampled import SampledSystem
 from hfsa.cosim.instance import Instance
-from hfsa.cosim.linearize import Linearization, linearize
+from hfsa.cosim.linearize import Linearization, linearize, upstream
 from hfsa.cosim.system import Connection, StructureError, System, nearest
 
 _POINTS_PER_DECADE = 200
@@ -186,7 +186,13 @@ def open_loop(
     connection: Connection,
     starts: Mapping[str, float] | None = None,
 ) -> Loop:
-    """Return the loop that a connection closes, opened there; raises as `linearize`."""
+    """Return the loop that a connection closes, opened there.
+
+    Raises as `linearize`, and `StructureError` for a connection that closes no loop.
+    """
+    before = [component.name for component in upstream(system, [connection.start]).components]
+    if system.split(connection.end)[0] not in before:
+        raise StructureError(f"{connection} closes no loop: its start does not follow its end")
     opened = linearize(system, instances, [], [], starts, opened=connection)
     closed = linearize(system, instances, [], [connection.start], starts)
     ends = (name.partition(".")[0] for name in (connection.start, connection.end))

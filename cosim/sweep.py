@@ -28,7 +28,7 @@ from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import open_instances
-from hfsa.cosim.linearize import linear_response, linearize
+from hfsa.cosim.linearize import linearize, sinusoids
 from hfsa.cosim.results import InstanceRecord, Plan, Point, Signal, Status, SweepFile, SystemRecord
 from hfsa.cosim.system import Component, StructureError, System, check, connector
 
@@ -99,13 +99,14 @@ def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[NDArr
     """Return the response from the FMUs' derivatives, and the states at the operating point by full name.
 
     The response is output per input, shape (frequencies, outputs, inputs). Raises `StructureError` where an FMU has no
-    derivatives, is sampled, or no equilibrium is found.
+    derivatives, sample times have no common grid, or no equilibrium is found.
     """
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
     instances = open_instances(files)
     try:
-        point = linearize(system, instances, inputs, outputs).operating_point
-        return linear_response(system, instances, inputs, outputs, plan.frequency), dict(point)
+        columns, orders = sinusoids(system, instances, inputs)
+        found = linearize(system, instances, columns, outputs)
+        return found.response(plan.frequency, orders), dict(found.operating_point)
     finally:
         for instance in instances.values():
             instance.close()
