@@ -16,7 +16,7 @@ sinusoid e enters with its rate and acceleration wherever the FMU has inputs for
 
 Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly: `_sampled.py`.
 Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees what those before it have
-put out, as in the algorithms `jacobi` and `gauss_seidel`.
+put out, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at its next tick).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -48,7 +48,7 @@ class Linearization:
 
     Attributes:
         A, B, C, D: matrices, (states, states), (states, inputs), (outputs, states), (outputs, inputs), in the
-            variables' units; with ticks, sampled values are further columns of A and C, held as long as A speaks for.
+            variables' units; with ticks, A and C have further columns for the sampled values.
         states, inputs, outputs: full names.
         closed: the system with its ticks.
         is_sampled: whether there are any.

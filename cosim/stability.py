@@ -33,7 +33,10 @@ RIGID = 1.0
 """Frequency [Hz] below which a mode is rigid motion."""
 
 NEUTRAL = 1e-3
-"""Rate [1/s] up to which a mode counts as neither growing nor decaying: rounding, at a free body's double pole."""
+"""Rate [1/s] up to which a mode counts as neither growing nor decaying."""
+
+ROUNDING = 1e-8
+"""What rounding makes of a free body's double eigenvalue 1: so far from 1 two of them may be found."""
 
 Kind = Literal["rigid", "flexible", "all"]
 
@@ -80,14 +83,14 @@ class OneStep:
     def modes(self) -> list[Mode]:
         """All modes, the fastest growing first, conjugates once."""
         multipliers, vectors = np.linalg.eig(self.matrix)
-        row = {int(place): i for i, place in enumerate(self._kept)}
         values = {(component, name) for component, b in self._layout.blocks.items() for name in b.values}
-        rows = {f"{c}.{n}": row.get(place) for (c, n), place in self._layout.place.items() if (c, n) in values}
+        places = {f"{c}.{n}": place for (c, n), place in self._layout.place.items() if (c, n) in values}
         found = []
         for multiplier, vector in zip(multipliers, vectors.T, strict=True):
             if abs(multiplier) > FORGOTTEN and multiplier.imag >= 0:
                 rate, turn = np.log(abs(multiplier)) / self.period, np.angle(multiplier) / self.period
-                shape = {name: 0j if i is None else complex(vector[i]) for name, i in rows.items()}
+                everything = self._whole[:, self._kept] @ vector / multiplier
+                shape = {name: complex(everything[place]) for name, place in places.items()}
                 found.append(Mode(complex(multiplier), float(rate), float(turn / (2 * np.pi)), shape))
         return sorted(found, key=lambda mode: -mode.rate)
 
@@ -106,7 +109,7 @@ class OneStep:
 
     def is_stable(self, kind: Kind = "all") -> bool:
         """Whether no mode of a kind grows."""
-        return self.growth(kind) <= NEUTRAL
+        return self.growth(kind) <= NEUTRAL + ROUNDING / self.period
 
     def response(self, frequency: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return what the lock-in amplifier measures of each signal in the end, complex, (frequencies, signals).
