@@ -237,20 +237,23 @@ def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
         axes.plot(curve.frequency, values, color=curve.colour, linewidth=1.6, alpha=0.75, label=curve.label, zorder=2)
         return
     settled = curve.status == Status.DONE
-    look = {"marker": "o", "markersize": 5.2, "linestyle": "none", "zorder": 4}
+    look = {"markersize": 5.2, "linestyle": "none", "zorder": 4}
     axes.plot(
         curve.frequency[settled],
         values[settled],
         **look,
+        marker="o",
         color=curve.colour,
         markeredgecolor="white",
         markeredgewidth=0.8,
         label=curve.label,
     )
-    if not np.all(settled):
-        label = f"{curve.label}, not settled"
-        hollow = {"color": "white", "markeredgecolor": curve.colour, "markeredgewidth": 1.2}
-        axes.plot(curve.frequency[~settled], values[~settled], **look, **hollow, label=label)
+    hollow = {"color": "white", "markeredgecolor": curve.colour, "markeredgewidth": 1.2}
+    for status, words, marker in ((Status.NOT_SETTLED, "not settled", "o"), (Status.LIMITED, "at a limit", "s")):
+        here = curve.status == status
+        if here.any():
+            label = f"{curve.label}, {words}"
+            axes.plot(curve.frequency[here], values[here], **look, **hollow, marker=marker, label=label)
 
 
 def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:

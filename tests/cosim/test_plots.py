@@ -159,6 +159,9 @@ def test_points_that_did_not_settle_or_failed_look_different(sweep):
     loose = sweep("loose.h5", "stepped", SPARSE, {(Z, Y): resonance(SPARSE)}, status=Status.NOT_SETTLED)
     ((upper, _),) = axes_of(bode_figure([loose]))
     assert "stepped sine, co-simulated FMUs, not settled" in [line.get_label() for line in upper.lines]
+    limited = sweep("limited.h5", "stepped", SPARSE, {(Z, Y): resonance(SPARSE)}, status=Status.LIMITED)
+    ((upper, _),) = axes_of(bode_figure([limited]))
+    assert "stepped sine, co-simulated FMUs, at a limit" in [line.get_label() for line in upper.lines]
     failed = sweep("failed.h5", "stepped", SPARSE, {(Z, Y): np.full(7, np.nan)}, status=Status.FAILED)
     good = sweep("good.h5", "linear", DENSE, {(Z, Y): resonance(DENSE)})
     with pytest.raises(ResultsError, match=r"failed.h5: no finished points to draw"):

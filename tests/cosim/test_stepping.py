@@ -17,6 +17,7 @@ from hfsa.cosim.results import read_run
 from hfsa.cosim.stepping import CompiledMaster, installed_library, library_name, make_master
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, System
 from hfsa.fmus._errors import ExportError
+from hfsa.fmus.compile import compiler
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 ROOT = Path(__file__).parents[2]
@@ -249,6 +250,11 @@ def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
     finally:
         monkeypatch.undo()
         library_name.cache_clear()
+
+
+def test_no_compiler_warns_of_it(tmp_path):
+    words = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", stepping.SOURCE, "-o", tmp_path / "step.o"]
+    subprocess.run([*compiler(), *words], check=True)
 
 
 def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
