@@ -12,8 +12,8 @@ Ports: in `motor[i].torque` [N.m], `tube.force` [N], `tube.torque` [N.m], and, u
 [m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` (absolute, as the robot's) with `_rate`
 and `_acceleration`, `motor[i].angle` [rad] as the encoder shows it and `motor[i].speed` [rad/s].
 
-The encoder rounds to `encoder.resolution` and adds white noise of `encoder.noise`, a new value in each
-`encoder.interval`; both are 0, off, by default.
+The encoder rounds to `encoder.resolution`, 0 for not at all. With `encoder_noise` it also adds white noise of standard
+deviation `encoder.noise`, a new value in each `encoder.interval`; without, the noise costs nothing.
 
 Bode plot, `rigid_shaft`, from a torque on both motors in common to the angle of either: -40 dB per decade with -180
 degrees, 1 / (M_th,11 + M_th,12) rad/s2 per N.m; likewise in opposition with 1 / (M_th,11 - M_th,12).
@@ -50,11 +50,12 @@ def inertia() -> np.ndarray:
     return (ROTOR_INERTIA + SHAFT_INERTIA) * np.eye(2) + tube
 
 
-def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft") -> Model:
+def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_noise: bool = False) -> Model:
     """One C-drive; start it at a posture by its `shaft[i].angle` (rigid_shaft).
 
     Args:
         level: `ideal` (moves as commanded) or `rigid_shaft` (inertia of rotors, screws and tube).
+        encoder_noise: whether the encoders are noisy.
 
     Raises:
         ModelError: an unknown level.
@@ -86,7 +87,8 @@ def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft") -> Model:
         tube = ca.DM(DRIVE_MATRIX) @ motor + (0 if word else ca.DM(home))
         m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube", nominal=1e-4)
         m.output(f"tube.angle{word}", tube[1], f"rad{per}", "Angle of the tube", nominal=1e-3)
-    m.output("motor[1..2].angle", _encoder(m, motors[0]), "rad", "Motor angle, as the encoder shows it", nominal=_ANGLE)
+    shown = motors[0] + _noise(m) if encoder_noise else motors[0]
+    m.output("motor[1..2].angle", _rounded(m, shown), "rad", "Motor angle, as the encoder shows it", nominal=_ANGLE)
     m.output("motor[1..2].speed", motors[1], "rad/s", "Motor speed", nominal=_SPEED)
     return m
 
@@ -118,13 +120,16 @@ def _rigid_shaft(m: Model, _command: list[ca.SX], _home: np.ndarray, torque: ca.
     return [angle, speed, acceleration]
 
 
-def _encoder(m: Model, angle: ca.SX) -> ca.SX:
-    """Return what the encoder shows of the angles, a column of two."""
-    resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
-    noise = m.parameter("encoder.noise", 0.0, "rad", "Standard deviation of the encoder's noise", min=0, nominal=1e-4)
+def _noise(m: Model) -> ca.SX:
+    """Return the noise of both encoders, a column of two."""
+    deviation = m.parameter("encoder.noise", 1e-5, "rad", "Standard deviation of the encoder's noise", min=0)
     interval = m.parameter("encoder.interval", 1e-4, "s", "Time between two values of the noise", min=1e-9)
     seed = m.parameter("encoder.seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**25)
-    disturbance = ca.vertcat(*[white_noise(m.time, interval, 2 * seed + i) for i in range(2)])
+    return deviation * ca.vertcat(*[white_noise(m.time, interval, 2 * seed + i) for i in range(2)])
+
+
+def _rounded(m: Model, angle: ca.SX) -> ca.SX:
+    """Return the angles in whole steps of the encoder."""
+    resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
     step = ca.if_else(resolution > 0, resolution, 1)
-    seen = angle + noise * disturbance
-    return ca.if_else(resolution > 0, step * ca.floor(seen / step + 0.5), seen)
+    return ca.if_else(resolution > 0, step * ca.floor(angle / step + 0.5), angle)

@@ -30,6 +30,8 @@ def sdelta_hfsa(
     sample_time: float = 0.25e-3,
     delay: bool = False,
     gravity: float = 0.0,
+    encoder_resolution: float = 0.0,
+    encoder_noise: float = 0.0,
 ) -> Scene:
     """The robot's six pose responses under PD control.
 
@@ -42,12 +44,15 @@ def sdelta_hfsa(
         sample_time: of the controller [s].
         delay: whether the torque is put out one sample time late.
         gravity: gravitational acceleration along -Z [m/s2]; the controller then feeds the holding torque forward.
+        encoder_resolution: step of the motors' encoders [rad], 0 for none.
+        encoder_noise: standard deviation of their noise [rad], a new value at each tick.
     """
     design = {**posture.arguments, "bandwidth": bandwidth, "damping": control_damping, "gravity": gravity}
 
     def tuned(key: str) -> Analysis:
         return Analysis("sdelta_tuning", key, design)
 
+    noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}
     reference = Component("reference", "sdelta_reference", "linear", posture.arguments)
     controller = Component(
         "controller",
@@ -65,7 +70,12 @@ def sdelta_hfsa(
             f"drive[{j}]",
             "c_drive",
             "rigid_shaft",
-            start={"shaft[1..2].angle": tuned(f"motor_angles[{2 * j - 1}..{2 * j}]"), "encoder.seed": j},
+            {"encoder_noise": encoder_noise > 0},
+            {
+                "shaft[1..2].angle": tuned(f"motor_angles[{2 * j - 1}..{2 * j}]"),
+                "encoder.resolution": encoder_resolution,
+                **(noise | {"encoder.seed": j} if encoder_noise > 0 else {}),
+            },
         )
         for j in (1, 2, 3)
     ]
@@ -76,6 +86,19 @@ def sdelta_hfsa(
         {**posture.arguments, "stiffness": stiffness},
         {"damping_ratio": damping, "gravity": gravity},
     )
+    return Scene(
+        System([reference, controller, *drives, robot], _connections()),
+        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
+        band=(1.0, 50.0),
+        amplitude={"rad": 1e-4, "m": 10e-6},
+        step_size=50e-6,
+        stop_time=5.0,
+    )
+
+
+def _connections() -> list[Connection]:
+    """Motor angles to the controller, torques to the drives, tubes to the robot, and its forces back to the tubes."""
     connections = [
         Connection("reference.motor[1..6].angle", "controller.axis[1..6].reference"),
         Connection("reference.motor[1..6].angle_rate", "controller.axis[1..6].reference_rate"),
@@ -88,12 +111,4 @@ def sdelta_hfsa(
         ]
     connections += [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     connections += [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
-    return Scene(
-        System([reference, controller, *drives, robot], connections),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
-        outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
-        band=(1.0, 50.0),
-        amplitude={"rad": 1e-4, "m": 10e-6},
-        step_size=50e-6,
-        stop_time=5.0,
-    )
+    return connections

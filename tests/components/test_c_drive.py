@@ -125,7 +125,8 @@ def test_the_remainder_is_exact():
 
 
 def test_noise_reaches_the_encoder_only():
-    quiet, noisy = values_of(c_drive(), time=0.5), values_of(c_drive(), time=0.5, **{"encoder.noise": 1e-3})
+    quiet = values_of(c_drive(), time=0.5)
+    noisy = values_of(c_drive(encoder_noise=True), time=0.5, **{"encoder.noise": 1e-3})
     assert 0 < abs(noisy["motor[1].angle"] - quiet["motor[1].angle"]) < 6e-3
     assert noisy["tube.slide"] == quiet["tube.slide"]
     assert noisy["motor[1].angle"] != noisy["motor[2].angle"]
