@@ -5,7 +5,8 @@ no control, so that what is seen is the elastic robot alone. Every amplitude rat
 one resonance, 34 dB high at 24.5 Hz; a horizontal one meets its resonance at 23.6 Hz and an antiresonance at 31.8 Hz,
 and turns the platform as well.
 
-The step of 50 us holds the tubes for that long: against the exact response that costs 0.1 dB and 1 degree at most.
+The step of 50 us holds the tubes for that long: against the exact response that costs 0.45 degrees at 50 Hz and less
+than 0.001 dB (1.35 degrees under `jacobi_plain`). No step is unstable: nothing is fed back.
 """
 
 from typing import Literal

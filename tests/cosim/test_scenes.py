@@ -83,3 +83,39 @@ def test_the_rate_and_acceleration_reach_the_reference():
         "source.cosine -> lock_in.cosine",
     ]
     assert system["lock_in"].arguments["units"] == ("rad", "rad", "rad", "m", "m", "m")
+
+
+def settled(opened, arguments: dict[str, object], name: str = "sdelta_hfsa", seconds: float = 3.0) -> Master:
+    """The scene at rest under control, with the controller's own step."""
+    scene = load_scene(name, arguments)
+    master = Master(opened(build(scene.system)), scene.system, scene.algorithm, 0.25e-3)
+    master.initialize()
+    master.advance(round(seconds / 0.25e-3))
+    return master
+
+
+def test_control_carries_the_weight_by_feed_forward(opened):
+    """The springs alone sag by 0.412 mm; without the holding torque the motors give way as well, by 19 mm."""
+    held = settled(opened, {"gravity": 9.81})
+    assert held.read(["robot.platform.position[3]"])[0] == pytest.approx(-0.412e-3, abs=1e-6)
+    torque = held.read([f"controller.axis[{i}].command" for i in range(1, 7)])
+    assert torque == pytest.approx([0.458382] * 6, abs=1e-4)
+    falling = settled(opened, {"gravity": 9.81, "controller.axis[1..6].feed_forward": 0})
+    assert falling.read(["robot.platform.position[3]"])[0] == pytest.approx(-19.7e-3, abs=0.1e-3)
+
+
+def test_control_begins_at_rest_in_any_posture(opened):
+    """Motors start at the posture's angles, so that nothing moves until something is commanded."""
+    master = settled(opened, {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155"}, seconds=0.1)
+    angles = [f"drive[{j}].motor[{i}].angle" for j in (1, 2, 3) for i in (1, 2)]
+    assert np.abs(master.read(angles)).max() > 0.1
+    outputs = load_scene("sdelta_hfsa").outputs
+    assert np.abs(master.read(list(outputs))).max() < 1e-12
+
+
+def test_the_encoders_noise_is_heard_and_their_resolution_seen(opened):
+    quiet = settled(opened, {"encoder_resolution": 1e-3, "gravity": 9.81}, seconds=0.1)
+    steps = quiet.read(["drive[1].motor[1].angle"]) / 1e-3
+    assert steps == pytest.approx(np.round(steps), abs=1e-9)
+    noisy = settled(opened, {"encoder_noise": 1e-5}, seconds=0.1)
+    assert 0 < np.abs(noisy.read(["robot.platform.position[3]"])[0]) < 1e-6
