@@ -8,9 +8,9 @@ robot, 6 Hz with damping 0.7, a quarter of the first natural frequency; yet the 
 Steps of 0.25 ms / n, n = 1, 2, ..., are stable under all three algorithms. The error is of the first order in the step:
 at the default, 50 us under `gauss_seidel`, each motion's response to its own command is off by 0.28 dB and 0.95 degrees
 at most, a small cross response by more; twice the response at half the step less that at the whole step is within 0.011
-dB and 0.06 degrees everywhere. Without control, the drives free, the
-flexible modes become unstable at steps of 62.8 us (`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`),
-while the rigid motion is neutral under `jacobi` and grows by 0.058 1/s per us of step under the other two.
+dB and 0.06 degrees everywhere. Without control, the drives free, the flexible modes become unstable at steps of 62.8 us
+(`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`), while the rigid motion is neutral under `jacobi` and
+grows by 0.058 1/s per us of step under the other two.
 """
 
 from typing import Literal
