@@ -24,14 +24,24 @@ from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import Plan, SweepFile, Theory
 from hfsa.cosim.run import run
-from hfsa.cosim.sweep import Bench, Progress, Settings, finished, linear, plan_sweep, stepped, system_record
+from hfsa.cosim.sweep import (
+    Bench,
+    LinearSweep,
+    Progress,
+    Settings,
+    finished,
+    linear,
+    plan_sweep,
+    stepped,
+    system_record,
+)
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector, expand, nearest
 
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
 
 # Frequencies at which the linear response is followed, and those that draw its line.
-_DENSE, _LINE = 10_000, 1000
+_DENSE, _LINE = 5000, 1000
 
 
 @dataclass(frozen=True)
@@ -89,17 +99,18 @@ def sweep_scene(
     scene = _with_amplitude(scene, request.amplitude, inputs, variables)
     draft = _draft(scene, files, inputs, outputs, request)
     theory = _theory(scene, files, draft, request, warn)
-    plan = dataclasses.replace(draft, frequency=_frequencies(draft, theory, request))
+    dense = None if theory is None else theory.response(draft.frequency)
+    plan = dataclasses.replace(draft, frequency=_frequencies(draft, dense, request))
     text = scene_text(scene)
     opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
-    if settings.method == "linear":
-        response, point = linear(scene.system, files, plan)
-        record = system_record(loaded.title, text, (scene.system, files), operating_point=point)
+    if theory is not None and settings.method == "linear":
+        record = system_record(loaded.title, text, (scene.system, files), operating_point=theory.operating_point)
         with opening(path, plan, record) as file:
-            file.write(finished(response))
+            file.write(finished(theory.response(plan.frequency)))
         return
-    if theory is not None:
-        plan = dataclasses.replace(plan, theory=_line(scene, files, draft, theory))
+    if theory is not None and dense is not None:
+        line = _along(draft, dense, _LINE)
+        plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
     with usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
     library = chosen_loop(request.loop, warn)
@@ -206,36 +217,33 @@ def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: 
 
 def _theory(
     scene: Scene, files: Mapping[str, Path], draft: Plan, request: Request, warn: Callable[[str], None]
-) -> NDArray[np.complex128] | None:
-    """Return the linear response at the draft's frequencies; `None`, with a warning, where a stepped sweep has none."""
+) -> LinearSweep | None:
+    """Return the linearised scene; `None`, with a warning, where a stepped sweep has none."""
     try:
-        return linear(scene.system, files, draft)[0]
+        found = linear(scene.system, files, draft)
     except StructureError as error:
         if request.settings.method == "linear":
             raise
         warn(f"there is no linear response to compare with: {error}")
         return None
+    if found.growth:
+        warn(f"the system is unstable: a mode grows by {found.growth:.3g} 1/s, so its response cannot be measured")
+    return found
 
 
-def _frequencies(draft: Plan, theory: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
+def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
     """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
     points = request.points or (_LINE if request.settings.method == "linear" else 40)
     with usage_errors():
-        if request.grid == "log" or theory is None:
+        if request.grid == "log" or dense is None:
             return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)
-        return _along(draft, theory, points)
+        return _along(draft, dense, points)
 
 
-def _line(scene: Scene, files: Mapping[str, Path], draft: Plan, theory: NDArray[np.complex128]) -> Theory:
-    """Return as much of the theory as draws a smooth line."""
-    frequency = _along(draft, theory, _LINE)
-    return Theory(frequency, linear(scene.system, files, dataclasses.replace(draft, frequency=frequency))[0])
-
-
-def _along(draft: Plan, theory: NDArray[np.complex128], points: int) -> NDArray[np.float64]:
+def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[np.float64]:
     """Return frequencies along the response's entries that are not zero by symmetry."""
     units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
-    return excitation.along_response(draft.frequency, theory[:, ~negligible(theory, units, amplitudes)], points)
+    return excitation.along_response(draft.frequency, dense[:, ~negligible(dense, units, amplitudes)], points)
 
 
 def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:

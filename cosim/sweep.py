@@ -2,7 +2,7 @@
 
     plan = plan_sweep(system, files, inputs, outputs, frequency, amplitude, settings)
     with SweepFile.create(path, plan, system_record(...)) as file:
-        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...)[0]))
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...).response(...)))
 
 `stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
 FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
@@ -28,13 +28,14 @@ from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import open_instances
-from hfsa.cosim.linearize import linearize, sinusoids
+from hfsa.cosim.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.results import InstanceRecord, Plan, Point, Signal, Status, SweepFile, SystemRecord
 from hfsa.cosim.system import Component, StructureError, System, check, connector
 
 __all__ = [
     "METHODS",
     "Bench",
+    "LinearSweep",
     "Progress",
     "Settings",
     "finished",
@@ -46,6 +47,9 @@ __all__ = [
 
 METHODS = ("stepped", "linear")
 """Methods of a sweep; the first is the default."""
+
+NEUTRAL = 1e-3
+"""Rate [1/s] up to which a mode of the linear system counts as neither growing nor decaying."""
 
 # Simulated time [s] that a lightly damped machine takes to settle, for estimates of the work only.
 _TYPICAL_SETTLING = 3.0
@@ -95,18 +99,40 @@ def plan_sweep(
     )
 
 
-def linear(system: System, files: Mapping[str, Path], plan: Plan) -> tuple[NDArray[np.complex128], dict[str, float]]:
-    """Return the response from the FMUs' derivatives, and the states at the operating point by full name.
+@dataclass(frozen=True)
+class LinearSweep:
+    """The linearised FMUs with the inputs and outputs of a plan."""
 
-    The response is output per input, shape (frequencies, outputs, inputs). Raises `StructureError` where an FMU has no
-    derivatives, sample times have no common grid, or no equilibrium is found.
+    found: Linearization
+    orders: Orders
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return output per input at frequencies [Hz], shape (frequencies, outputs, inputs)."""
+        return self.found.response(frequency, self.orders)
+
+    @property
+    def operating_point(self) -> dict[str, float]:
+        """States at the equilibrium by full name."""
+        return dict(self.found.operating_point)
+
+    @property
+    def growth(self) -> float:
+        """Rate [1/s] of the mode that grows fastest; 0 where all decay, or rest to rounding."""
+        fastest = float(self.found.poles.real.max(initial=-np.inf))
+        return fastest if fastest > NEUTRAL else 0.0
+
+
+def linear(system: System, files: Mapping[str, Path], plan: Plan) -> LinearSweep:
+    """Linearise the FMUs for a plan.
+
+    Raises `StructureError` where an FMU has no derivatives, sample times have no common grid, or there is no
+    equilibrium.
     """
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
     instances = open_instances(files)
     try:
         columns, orders = sinusoids(system, instances, inputs)
-        found = linearize(system, instances, columns, outputs)
-        return found.response(plan.frequency, orders), dict(found.operating_point)
+        return LinearSweep(linearize(system, instances, columns, outputs), orders)
     finally:
         for instance in instances.values():
             instance.close()

@@ -35,7 +35,7 @@ class Sweeper:
         return plan_sweep(*parts, np.asarray(frequency, float), self.scene.amplitude, chosen)
 
     def linear(self, frequency):
-        return linear(self.scene.system, self.files, self.plan(frequency))[0]
+        return linear(self.scene.system, self.files, self.plan(frequency)).response(np.asarray(frequency, float))
 
     def record(self):
         return system_record("Test", "scene", *((b.system, b.files) for b in self.benches.values()))
@@ -191,12 +191,21 @@ def test_wrong_wiring_and_wrong_names_are_errors_before_anything_runs(mass, tmp_
 
 def test_a_sweep_knows_what_it_was_made_of(mass, tmp_path):
     plan = replace(mass.plan([1.0, 2.0]), settings={"method": "linear"})
-    response, point = linear(mass.scene.system, mass.files, plan)
-    record = system_record("Mass", "text", (mass.scene.system, mass.files), operating_point=point)
+    theory = linear(mass.scene.system, mass.files, plan)
+    record = system_record("Mass", "text", (mass.scene.system, mass.files), operating_point=theory.operating_point)
     assert record.instances[0].solver == "exact"
     assert record.instances[0].fmi_version == 2
     assert len(record.instances[0].sha256) == 64
     assert dict(record.operating_point) == {"mass.mass.position": 0.0, "mass.mass.velocity": 0.0}
     with SweepFile.create(tmp_path / "linear.h5", plan, record) as file:
-        file.write(finished(response))
-    assert np.array_equal(read(tmp_path / "linear.h5").response, response)
+        file.write(finished(theory.response(plan.frequency)))
+    assert np.array_equal(read(tmp_path / "linear.h5").response, theory.response(plan.frequency))
+
+
+@pytest.mark.parametrize(("bandwidth", "is_stable"), [(175.0, True), (188.0, False)])
+def test_an_unstable_loop_is_told_from_a_stable_one(bandwidth, is_stable):
+    """Sampled PD at 0.25 ms loses stability at a bandwidth of 181.8 Hz."""
+    sweeper = Sweeper(build.load_scene("sdelta_hfsa", {"bandwidth": bandwidth}), SHAKER_INPUTS[5:])
+    theory = linear(sweeper.scene.system, sweeper.files, sweeper.plan([10.0]))
+    assert (theory.growth == 0) is is_stable
+    assert np.all(np.isfinite(theory.response(np.array([10.0]))))
