@@ -30,6 +30,7 @@ def sdelta_hfsa(
     control_damping: float = 0.7,
     sample_time: float = 0.25e-3,
     delay: bool = False,
+    torque_limit: float = 7.16,
     gravity: float = 0.0,
     encoder_resolution: float = 0.0,
     encoder_noise: float = 0.0,
@@ -44,6 +45,7 @@ def sdelta_hfsa(
         control_damping: damping ratio of the rigid closed loop.
         sample_time: of the controller [s].
         delay: whether the torque is put out one sample time late.
+        torque_limit: of each motor [N.m]; the peak torque of the motor that the thesis names.
         gravity: gravitational acceleration along -Z [m/s2]; the controller then feeds the holding torque forward.
         encoder_resolution: step of the motors' encoders [rad], 0 for none.
         encoder_noise: standard deviation of their noise [rad], a new value at each tick.
@@ -63,6 +65,7 @@ def sdelta_hfsa(
             "sample_time": sample_time,
             "axis[1..6].proportional_gain": tuned("proportional_gain"),
             "axis[1..6].derivative_gain": tuned("derivative_gain"),
+            "axis[1..6].limit": torque_limit,
             "axis[1..6].feed_forward": tuned("holding_torque"),
         },
     )
