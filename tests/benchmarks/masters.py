@@ -8,6 +8,7 @@ that, all must agree on the value of one output after 1000 steps. Ratios of spee
 written for that loop alone, or our loop in C where there is no such program.
 """
 
+import argparse
 import contextlib
 import ctypes
 import os
@@ -221,7 +222,9 @@ def compare(case: Case, ways: dict[str, tuple[Callable[[Case, int], Timed], int]
 
 def main() -> None:
     """Print one table per case."""
-    rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rounds", nargs="?", type=int, default=5)
+    rounds = parser.parse_args().rounds
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     library = stepping_library()
     with tempfile.TemporaryDirectory() as folder:
