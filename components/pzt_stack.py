@@ -1,0 +1,233 @@
+"""A PZT stack (Tokin AE0505D16) with its amplifier: a voltage makes it push along its force-elongation line.
+
+    k = F0 / s0,  alpha = F0 / Vmax,  C_S = C_T - alpha^2 / k            the line ends at F0 (blocked) and s0 (free)
+    V_c = command clipped to 0..Vmax
+
+    static       V = V_c,  u = s0 V / Vmax,  F = k (u - l) = F0 (V / Vmax - l / s0),  i = 0
+    linear       i = (V_c - V) / R_a clipped to +-I_max,  C_S V' = i - alpha l',  u = d V,  d = s0 / Vmax
+    hysteretic   as linear, but u = d V - h + z_1 + z_2
+                 h' = A d V' - beta |V'| h - gamma V' |h|                Bouc-Wen
+                 z_j' = (c_j d V - z_j) / tau_j                          creep
+
+with elongation l and u, what the elongation is without a load. `hysteretic` takes d such that the first rise to Vmax is
+s0 before it creeps, d = s0 / (Vmax - A / (beta + gamma) (1 - exp(-(beta + gamma) Vmax))); A = 0 and c_j = 0 make it
+`linear`, and `linear` at rest is `static`.
+
+The causality says who owns the stack's stiffness k, damping c and mass:
+
+    source   the load owns all three and takes the force of the blocked stack, F_b = k u: one way but for the charge
+    force    the stack owns k and c, F = k (u - l) - c l' (no c in `static`); the load owns the mass m / 3. Held over a
+             communication step H the spring is a negative damper k H / 2
+
+Ports: in `command.voltage` [V], `stack.elongation_rate` [m/s] (in `source` for the voltage only, may be left open) and,
+in `force`, `stack.elongation` [m]; out `stack.blocking_force` (source) or `stack.force` (force) [N], positive when it
+pushes, `stack.voltage` [V], `stack.current` [A], `stack.free_elongation` u [m], in `force` also `stack.charge`
+q = C_S V + alpha l [C]. Flags, 0 or 1: `saturated` (command outside 0..Vmax), `current_limited`, and in `force`
+`contact_lost` (F + preload < 0: a stack only pushes; the equations go on as if it were glued).
+
+Bode plot, `linear` within its limits, from the command to the force of the blocked stack: alpha up to the corner
+1 / (2 pi R_a C_S), 3.94 kHz, then -20 dB per decade and -90 degrees; `static` has alpha at all frequencies, and
+`hysteretic` about rest has k d (1 - A + sum c_j / (1 + s tau_j)) in place of alpha. From the elongation to the force,
+`linear`: -(k + c s + alpha^2 R_a s / (1 + R_a C_S s)), which is -(k + c s) well below that corner and, the charge held,
+-(k C_T / C_S + c s) well above it; `static`: -k.
+
+Source: the thesis of 2000 on the 3-RRR stage, eq (5.9) and App. A, for F0, s0, Vmax (834 N is printed there, too). k,
+alpha, C_S, c and d are derived; capacitance, density, quality factor, amplifier, hysteresis and creep are typical
+values, not measured ones.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import Model, one_of
+
+FORCE = 833.0
+"""F0, of the blocked stack at full voltage [N] (given, eq (5.9))."""
+ELONGATION = 16e-6
+"""s0, of the free stack at full voltage [m] (given, +-2 um)."""
+VOLTAGE = 150.0
+"""Vmax [V] (given)."""
+SIZE = (5e-3, 5e-3, 20e-3)
+"""Width, depth and length [m] (given)."""
+DENSITY = 7700.0
+"""Density [kg/m3] (typical)."""
+CAPACITANCE = 1.4e-6
+"""C_T, of the free stack at low frequency [F] (typical)."""
+QUALITY = 25.0
+"""Q_m, mechanical quality factor (typical)."""
+
+_STROKE, _RATE = 1e-5, 1e-2
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The force-elongation line and the clamped capacitance, as symbols."""
+
+    force: ca.SX
+    elongation: ca.SX
+    voltage: ca.SX
+    clamped_capacitance: ca.SX
+
+    @property
+    def stiffness(self) -> ca.SX:
+        """Stiffness k [N/m]."""
+        return self.force / self.elongation
+
+    @property
+    def coupling(self) -> ca.SX:
+        """Coupling alpha [N/V = C/m]."""
+        return self.force / self.voltage
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """What the electrical side makes: voltage V, current i, u of the free stack, and whether i is at its limit."""
+
+    voltage: ca.SX
+    current: ca.SX | float
+    free_elongation: ca.SX
+    current_limited: ca.SX | float
+
+
+def pzt_stack(
+    *,
+    level: Literal["static", "linear", "hysteretic"] = "linear",
+    causality: Literal["source", "force"] = "source",
+) -> Model:
+    """One stack with its amplifier, at rest and without hysteresis or creep to begin with.
+
+    Args:
+        level: `static` (force-elongation line), `linear` (with amplifier and capacitance) or `hysteretic` (and Bouc-Wen
+            hysteresis and creep).
+        causality: `source` (puts out the force of the blocked stack) or `force` (takes the elongation).
+
+    Raises:
+        ModelError: an unknown level or causality.
+    """
+    levels = {"static": _static, "linear": _linear, "hysteretic": _hysteretic}
+    causalities = {"source": _source, "force": _force}
+    one_of(level, levels, "pzt_stack: level")
+    one_of(causality, causalities, "pzt_stack: causality")
+    m = Model("PztStack", "PZT stack with its voltage amplifier")
+    full = "at the maximum voltage"
+    line = _Line(
+        m.parameter("maximum.force", FORCE, "N", f"Force of the blocked stack {full}", min=1e-9),
+        m.parameter("maximum.elongation", ELONGATION, "m", f"Elongation of the free stack {full}", min=1e-12),
+        m.parameter("maximum.voltage", VOLTAGE, "V", "Maximum voltage; the minimum is 0", min=1e-9),
+        m.parameter(
+            "clamped_capacitance", analyze()["clamped_capacitance"], "F", "Capacitance, elongation held", min=1e-15
+        ),
+    )
+    command = m.input("command.voltage", "V", "Commanded voltage", nominal=VOLTAGE)
+    rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
+    above, below = command > line.voltage, command < 0
+    drive = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
+    causalities[causality](m, line, drive, None if level == "static" else rate)
+    m.output("stack.voltage", drive.voltage, "V", "Voltage across the stack", nominal=VOLTAGE)
+    m.output("stack.current", drive.current, "A", "Current into the stack", nominal=0.1)
+    m.output("stack.free_elongation", drive.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
+    m.output("saturated", ca.logic_or(below, above), "1", "1 where the command is outside 0..maximum.voltage")
+    m.output("current_limited", drive.current_limited, "1", "1 where the amplifier is at its current limit")
+    return m
+
+
+def analyze(*, voltage: float = VOLTAGE, elongation: float = 0.0, force: float = 0.0) -> dict[str, Any]:
+    """Return the numbers of the stack, and of a point on its line, in SI units.
+
+    Args:
+        voltage: voltage of `available_force` [V].
+        elongation: elongation of `available_force` and `required_voltage` [m].
+        force: force of `required_voltage` [N].
+
+    Returns:
+        stiffness: k [N/m].
+        elongation_per_volt: d [m/V].
+        coupling: alpha [N/V].
+        available_force: at `voltage` and `elongation`, static [N].
+        required_voltage: for `force` at `elongation`, static; not clipped [V].
+        capacitance, clamped_capacitance: C_T and C_S [F].
+        coupling_factor: k33, alpha / sqrt(k C_T) [1].
+        mass, effective_mass: m and m / 3, lumped at the tip [kg].
+        damping: c [N.s/m].
+        resonance_hz: of the stack alone, `free_free`, `clamped_free` (a continuous rod) and `lumped` (k and m / 3).
+    """
+    k, alpha = FORCE / ELONGATION, FORCE / VOLTAGE
+    mass = DENSITY * float(np.prod(SIZE))
+    return {
+        "stiffness": k,
+        "elongation_per_volt": ELONGATION / VOLTAGE,
+        "coupling": alpha,
+        "available_force": alpha * voltage - k * elongation,
+        "required_voltage": (force + k * elongation) / alpha,
+        "capacitance": CAPACITANCE,
+        "clamped_capacitance": CAPACITANCE - alpha**2 / k,
+        "coupling_factor": alpha / np.sqrt(k * CAPACITANCE),
+        "mass": mass,
+        "effective_mass": mass / 3,
+        "damping": np.sqrt(k * mass / 3) / QUALITY,
+        "resonance_hz": {
+            "free_free": np.sqrt(k / mass) / 2,
+            "clamped_free": np.sqrt(k / mass) / 4,
+            "lumped": np.sqrt(3 * k / mass) / (2 * np.pi),
+        },
+    }
+
+
+def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _Drive:
+    return _Drive(target, 0.0, line.elongation / line.voltage * target, 0.0)
+
+
+def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+    voltage, current, limited, _ = _electrical(m, line, target, rate)
+    return _Drive(voltage, current, line.elongation / line.voltage * voltage, limited)
+
+
+def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+    voltage, current, limited, slope = _electrical(m, line, target, rate)
+    A = m.parameter("hysteresis.amplitude", 0.30, "1", "Bouc-Wen A, 0 for no hysteresis", min=0, max=0.9)
+    beta = m.parameter("hysteresis.beta", 0.015, "1/V", "Bouc-Wen beta", min=1e-9)
+    gamma = m.parameter("hysteresis.gamma", 0.005, "1/V", "Bouc-Wen gamma", min=0)
+    gain = m.parameter("creep[1..2].gain", 0.01, "1", "Share of the elongation that creeps", min=0)
+    tau = m.parameter("creep[1..2].time_constant", [0.1, 10.0], "s", "Time constant of the creep", min=1e-6)
+    h = m.state("hysteresis.elongation", "m", "Elongation that hysteresis takes away", nominal=1e-6)
+    z = m.state("creep[1..2].elongation", "m", "Elongation that creep adds", nominal=1e-7)
+    fading = beta + gamma
+    d = line.elongation / (line.voltage - A / fading * (1 - ca.exp(-fading * line.voltage)))
+    m.der[h] = A * d * slope - beta * ca.fabs(slope) * h - gamma * slope * ca.fabs(h)
+    m.der[z] = (gain * d * voltage - z) / tau
+    return _Drive(voltage, current, d * voltage - h + ca.sum1(z), limited)
+
+
+def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    """Return V, i, whether i is limited, and V'."""
+    resistance = m.parameter("amplifier.resistance", 50.0, "Ohm", "Output resistance of the amplifier", min=1e-3)
+    limit = m.parameter("amplifier.current_limit", 0.1, "A", "Largest current of the amplifier", min=0)
+    voltage = m.state("voltage", "V", "Voltage across the stack", nominal=VOLTAGE)
+    wanted = (target - voltage) / resistance
+    limited = ca.fabs(wanted) > limit
+    current = ca.if_else(limited, limit * ca.sign(wanted), wanted)
+    slope = (current - line.coupling * rate) / line.clamped_capacitance
+    m.der[voltage] = slope
+    return voltage, current, limited, slope
+
+
+def _source(m: Model, line: _Line, drive: _Drive, _rate: ca.SX | None) -> None:
+    """The load owns stiffness, damping and mass."""
+    force = line.stiffness * drive.free_elongation
+    m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=FORCE)
+
+
+def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
+    """The stack owns stiffness and, unless `rate` is None, damping."""
+    elongation = m.input("stack.elongation", "m", "Elongation of the stack", nominal=_STROKE)
+    preload = m.parameter("preload", 0.0, "N", "Force that presses the load on the stack", min=0, nominal=100.0)
+    force = line.stiffness * (drive.free_elongation - elongation)
+    if rate is not None:
+        force -= m.parameter("damping", analyze()["damping"], "N.s/m", "Damping along the stack", min=0) * rate
+    charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
+    m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=FORCE)
+    m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)
+    m.output("contact_lost", force + preload < 0, "1", "1 where the stack would have to pull")
