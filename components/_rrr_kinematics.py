@@ -160,7 +160,8 @@ def forward(geometry: Links, elongation: Sequence[float]) -> np.ndarray:
     pose = ca.SX.sym("pose", 3)
     wanted = np.asarray(elongation, dtype=float)
     residual = elongations(geometry, pose) - ca.DM(wanted)
-    return newton(pose, residual, geometry.jacobian @ wanted, f"rrr_stage: no pose has the elongations {elongation} m")
+    failure = f"rrr_stage: no pose has the elongations {elongation} m; the stacks reach 0 to 12e-6 m"
+    return newton(pose, residual, geometry.jacobian @ wanted, failure)
 
 
 def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) -> np.ndarray:
@@ -174,7 +175,7 @@ def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) ->
             break
         if np.abs(change).max() <= _CONVERGED * max(1.0, np.abs(value).max()):
             return value
-    raise ModelError(f"{failure}; expected elongations that the links can follow, about 0 to 12e-6 m")
+    raise ModelError(failure)
 
 
 def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:

@@ -1,0 +1,287 @@
+"""The 3-RRR piezo stage: a platform that three stacks turn and shift in its plane, on nine flexure hinges.
+
+    jacobian            (x, y, yaw) = J0 l
+    constant_jacobian   M(l) l'' + c + beta K0 l' + dP/dl = Q + J0^T w - G(l) a_b
+    exact               the same equations over the pose, every link at its length, l(pose) in closed form
+
+l are the stacks' elongations, w the platform's wrench, a_b the base's acceleration, K0 = d2P/dl2 at rest; T and P are
+in `_rrr_dynamics`. The causality says what Q is:
+
+    force    Q = F                                  the stack owns its stiffness
+    source   Q = F_b - k l - c l' - m_tip l''       the stage owns it; the stack gives the force F_b it has when clamped
+
+With `force` a stack and the stage exchange k l, a spring held over each communication step: the exchange diverges above
+2 c / k. With `source` it is stable at every step.
+
+Ports: in `stack[i].force` or `stack[i].blocking_force` [N], positive in the sense of elongation, `wrench.force` [N] and
+`.torque` [N.m] at the platform's centre, `base.acceleration` [m/s2]; out `stack[i].elongation` [m] and
+`.elongation_rate`, with `source` also `stack[i].force` on the crank, `platform.position` [m] and `.rotation` [rad] from
+rest, `.velocity`, `.angular_velocity`, `.acceleration`, `.angular_acceleration`, and the largest `hinge.angle` [rad]
+and `hinge.stress` [Pa] with `hinge.overload`, 1 above 233 MPa. At level `jacobian` elongation and its derivatives are
+inputs and there are no forces. As the elongations go to zero, `exact` tends to `constant_jacobian` and both poses to
+J0 l, with a difference of second order.
+
+Bode plot at rest, `source`, from the blocking forces to the pose: equal forces turn the platform and do not shift it,
+2.2 urad/N (of each stack) up to one resonance at 2225 Hz, 30 dB high; forces that add up to zero shift it and do not
+turn it, up to one resonance at 904.7 Hz, 38 dB high. With `force` the resonances lie at 1334.7 Hz, 26 dB, and at
+529.05 Hz, 34 dB. Above them -40 dB per decade.
+
+Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, which gives the translations 1 % of damping, and the stacks'
+damping and mass.
+"""
+
+from typing import Any, Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components import _rrr_dynamics as dynamics
+from hfsa.components import _rrr_hinge as hinge
+from hfsa.components import _rrr_stack as stack
+from hfsa.components._model import Model, ModelError, one_of
+from hfsa.components._modes import modes
+from hfsa.components._rrr_dynamics import Mechanism
+from hfsa.components._rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
+
+Level = Literal["jacobian", "constant_jacobian", "exact"]
+Causality = Literal["source", "force"]
+Triple = tuple[float, float, float]
+
+# Sizes of micrometre motion at hundreds of hertz: position, rotation, and their first and second derivatives.
+_MOVE = (1e-6, 1e-3, 1.0)
+_TURN = (1e-4, 1e-1, 1e2)
+_FORCE, _TORQUE = 100.0, 1.0
+
+
+class _Motion(NamedTuple):
+    """Pose, twist and acceleration of the platform, columns of three."""
+
+    pose: ca.SX
+    twist: ca.SX
+    acceleration: ca.SX
+
+
+def rrr_stage(
+    *,
+    level: Level = "constant_jacobian",
+    kinematics: Kinematics = "nominal",
+    causality: Causality = "source",
+) -> Model:
+    """The stage about rest.
+
+    Args:
+        level: `jacobian` (kinematic), `constant_jacobian` or `exact` (dynamic).
+        kinematics: parameter set of the links; `measured` is a Jacobian alone, for level `jacobian`.
+        causality: whether the stage owns the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
+            without effect at level `jacobian`.
+
+    Raises:
+        ModelError: an unknown level, parameter set or causality; `measured` at a dynamic level.
+    """
+    _check(level, causality)
+    m = Model("RrrStage", "3-RRR piezo stage")
+    if level == "jacobian":
+        _outputs(m, _kinematic(m, jacobian(kinematics)))
+        return m
+    geometry = links(kinematics)
+    mechanism = _over_states(m, level, geometry)
+    _outputs(m, _dynamic(m, mechanism, _rest_stiffness(geometry), causality))
+    angle = ca.mmax(ca.fabs(mechanism.hinges))
+    stress = hinge.STRESS_PER_ANGLE * angle
+    m.output("hinge.angle", angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
+    m.output("hinge.stress", stress, "Pa", "Bending stress in that hinge", nominal=1e8)
+    m.output(
+        "hinge.overload", ca.if_else(stress > hinge.ALLOWED_STRESS, 1, 0), "1", "1 where the stress exceeds 233 MPa"
+    )
+    return m
+
+
+def analyze(
+    *,
+    level: Level = "constant_jacobian",
+    kinematics: Kinematics = "nominal",
+    causality: Causality = "source",
+    elongation: Triple = (0.0, 0.0, 0.0),
+    voltage: Triple = (0.0, 0.0, 0.0),
+) -> dict[str, Any]:
+    """Return the stage's numbers at three elongations [m], in SI units, on the coordinates of the stacks.
+
+    Takes the arguments of `rrr_stage`, of which `causality` has no effect, and `voltage` [V] on each stack, 0 to 150.
+    At level `jacobian` only `jacobian`, `pose` and `range` are returned.
+
+    Returns:
+        jacobian: elongations to pose, (3, 3) [m/m, m/m, rad/m].
+        pose: x, y [m], yaw [rad], (3,).
+        range: largest less smallest x, y, yaw over the box 0 to 12 um of elongations, (3,).
+        hinge_stiffness: of each hinge [N.m/rad].
+        inertia, stiffness: of the stage without stacks, (3, 3) [kg], [N/m].
+        natural_frequencies_hz, natural_frequencies_bonded_hz: ascending, without and with stacks, (3,) [Hz].
+        force: of each stack, to hold the elongations, (3,) [N].
+        voltage: that the stacks need for it, (3,) [V]; above 150 the stage cannot hold them.
+        elongation_at_voltage: where the stage rests at the argument `voltage`, (3,) [m].
+
+    Raises:
+        ModelError: as `rrr_stage`; elongations that no pose has; a voltage outside 0 to 150 V.
+    """
+    _check(level, causality)
+    if not all(0 <= v <= stack.FULL_VOLTAGE for v in voltage):
+        raise ModelError(f"rrr_stage: voltage is {voltage} V, expected 0 to {stack.FULL_VOLTAGE:g} V on each stack")
+    box = stack.STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+    if level == "jacobian":
+        J = jacobian(kinematics)
+        return {"jacobian": J, "pose": J @ np.array(elongation), "range": np.ptp(box @ J.T, axis=0)}
+    geometry = links(kinematics)
+    mechanism = _mechanism(level, geometry, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
+    numbers = _on_stacks(mechanism)
+    at = _coordinates(level, geometry, elongation)
+    J, pose, inertia, stiffness, force = (np.array(value).squeeze() for value in numbers(at))
+    poses = np.array([np.array(numbers(_coordinates(level, geometry, corner))[1]).ravel() for corner in box.tolist()])
+    return {
+        "jacobian": J,
+        "pose": pose,
+        "range": np.ptp(poses, axis=0),
+        "hinge_stiffness": hinge.STIFFNESS,
+        "inertia": inertia,
+        "stiffness": stiffness,
+        "natural_frequencies_hz": _frequencies(inertia, stiffness),
+        "natural_frequencies_bonded_hz": _frequencies(
+            inertia + stack.TIP_MASS * np.eye(3), stiffness + stack.STIFFNESS * np.eye(3)
+        ),
+        "force": force,
+        "voltage": (force + stack.STIFFNESS * np.array(elongation)) / stack.FORCE_PER_VOLT,
+        "elongation_at_voltage": _at_voltage(mechanism, voltage),
+    }
+
+
+def _check(level: str, causality: str) -> None:
+    one_of(level, ("jacobian", "constant_jacobian", "exact"), "rrr_stage: level")
+    one_of(causality, ("source", "force"), "rrr_stage: causality")
+
+
+def _mechanism(level: str, geometry: Links, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
+    levels = {"constant_jacobian": dynamics.constant_jacobian, "exact": dynamics.exact}
+    return levels[level](geometry, coordinates, rates)
+
+
+def _over_states(m: Model, level: str, geometry: Links) -> Mechanism:
+    """Declare the states of a level: the elongations or the pose, and their rates."""
+    if level == "constant_jacobian":
+        coordinates = m.state("leg[1..3].elongation", "m", "Elongation of the stack", nominal=_MOVE[0])
+        rates = m.state("leg[1..3].elongation_rate", "m/s", "Rate of the elongation", nominal=_MOVE[1])
+        return _mechanism(level, geometry, coordinates, rates)
+    position = m.state("center.position[1..2]", "m", "Position of the platform's centre from rest", nominal=_MOVE[0])
+    rotation = m.state("center.rotation", "rad", "Rotation of the platform from rest", nominal=_TURN[0])
+    velocity = m.state("center.velocity[1..2]", "m/s", "Velocity of the platform's centre", nominal=_MOVE[1])
+    turning = m.state("center.angular_velocity", "rad/s", "Angular velocity of the platform", nominal=_TURN[1])
+    return _mechanism(level, geometry, ca.vertcat(position, rotation), ca.vertcat(velocity, turning))
+
+
+def _rest_stiffness(geometry: Links) -> ca.DM:
+    """K0 = d2P/dl2 at rest, where the levels agree, shape (3, 3) [N/m]."""
+    elongation = ca.SX.sym("l", 3)
+    elastic = dynamics.terms(dynamics.constant_jacobian(geometry, elongation, ca.SX.sym("v", 3))).elastic
+    return ca.Function("K", [elongation], [ca.jacobian(elastic, elongation)])(0)
+
+
+def _kinematic(m: Model, J: np.ndarray) -> _Motion:
+    """Declare the elongations and their derivatives as inputs; the platform follows them."""
+    words = (
+        ("", "", "Elongation"),
+        ("_rate", "/s", "Rate of the elongation"),
+        ("_acceleration", "/s2", "Acceleration of the elongation"),
+    )
+    return _Motion(
+        *[
+            ca.DM(J) @ m.input(f"stack[1..3].elongation{word}", f"m{per}", f"{text} of the stack", nominal=size)
+            for (word, per, text), size in zip(words, _MOVE, strict=True)
+        ]
+    )
+
+
+def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: str) -> _Motion:
+    """State the equations of motion and the stacks' outputs; return the platform's motion."""
+    beta = m.parameter("damping_time", 6.02e-6, "s", "Damping of the hinges by their stiffness, beta", min=0)
+    source = causality == "source"
+    drive = m.input(
+        "stack[1..3].blocking_force" if source else "stack[1..3].force",
+        "N",
+        "Force of the stack when clamped" if source else "Force of the stack on its crank",
+        nominal=_FORCE,
+    )
+    wrench = ca.vertcat(
+        m.input("wrench.force[1..2]", "N", "Force on the platform at its centre", nominal=_FORCE),
+        m.input("wrench.torque", "N.m", "Moment on the platform", nominal=_TORQUE),
+    )
+    base = m.input("base.acceleration[1..2]", "m/s2", "Acceleration of the base", nominal=_MOVE[2])
+    p, v = mechanism.coordinates, mechanism.rates
+    to_stacks, to_pose = ca.jacobian(mechanism.elongation, p), ca.jacobian(mechanism.pose, p)
+    rate, bending = to_stacks @ v, mechanism.rate(to_stacks @ v)
+    k, c, tip = _stack_parameters(m) if source else (0, 0, 0)
+
+    terms = dynamics.terms(mechanism)
+    on_cranks = drive - k * mechanism.elongation - c * rate - tip * bending
+    force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
+    force -= terms.velocity + terms.elastic + terms.base @ base
+    m.der[p] = v
+    acceleration = m.motion(v, mass=terms.mass + tip * to_stacks.T @ to_stacks, force=force)
+
+    m.output("stack[1..3].elongation", mechanism.elongation, "m", "Elongation of the stack", nominal=_MOVE[0])
+    m.output("stack[1..3].elongation_rate", rate, "m/s", "Rate of the elongation", nominal=_MOVE[1])
+    if source:
+        felt = on_cranks - tip * to_stacks @ acceleration
+        m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
+    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + mechanism.rate(to_pose @ v))
+
+
+def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
+    return (
+        m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness of each stack", min=0),
+        m.parameter("stack.damping", stack.DAMPING, "N.s/m", "Damping of each stack", min=0),
+        m.parameter("stack.tip_mass", stack.TIP_MASS, "kg", "Mass of each stack that moves with its tip", min=0),
+    )
+
+
+def _outputs(m: Model, motion: _Motion) -> None:
+    (x, v, a) = motion
+    m.output("platform.position[1..2]", x[:2], "m", "Position of the centre from rest", nominal=_MOVE[0])
+    m.output("platform.rotation", x[2], "rad", "Rotation from rest, counter-clockwise", nominal=_TURN[0])
+    m.output("platform.velocity[1..2]", v[:2], "m/s", "Velocity of the centre", nominal=_MOVE[1])
+    m.output("platform.angular_velocity", v[2], "rad/s", "Angular velocity", nominal=_TURN[1])
+    m.output("platform.acceleration[1..2]", a[:2], "m/s2", "Acceleration of the centre", nominal=_MOVE[2])
+    m.output("platform.angular_acceleration", a[2], "rad/s2", "Angular acceleration", nominal=_TURN[2])
+
+
+def _on_stacks(mechanism: Mechanism) -> ca.Function:
+    """Coordinates to Jacobian, pose, inertia, stiffness and holding force on the coordinates of the stacks."""
+    p, terms = mechanism.coordinates, dynamics.terms(mechanism)
+    from_stacks = ca.inv(ca.jacobian(mechanism.elongation, p))
+    force = from_stacks.T @ terms.elastic
+    return ca.Function(
+        "on_stacks",
+        [p],
+        [
+            ca.jacobian(mechanism.pose, p) @ from_stacks,
+            mechanism.pose,
+            from_stacks.T @ terms.mass @ from_stacks,
+            ca.jacobian(force, p) @ from_stacks,
+            force,
+        ],
+    )
+
+
+def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) -> np.ndarray:
+    return forward(geometry, elongation) if level == "exact" else np.array(elongation)
+
+
+def _at_voltage(mechanism: Mechanism, voltage: Triple) -> np.ndarray:
+    """Elongations (3,) [m] at which hinges and stacks balance."""
+    p, elongation = mechanism.coordinates, mechanism.elongation
+    from_stacks = ca.inv(ca.jacobian(elongation, p))
+    pull = from_stacks.T @ dynamics.terms(mechanism).elastic + stack.STIFFNESS * elongation
+    residual = pull - stack.FORCE_PER_VOLT * ca.DM(voltage)
+    balance = newton(p, residual, np.zeros(3), f"rrr_stage: no equilibrium at {voltage} V")
+    return np.array(ca.Function("elongation", [p], [elongation])(balance)).ravel()
+
+
+def _frequencies(inertia: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    return modes(inertia, stiffness).omega / (2 * np.pi)

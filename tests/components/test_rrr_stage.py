@@ -1,0 +1,257 @@
+"""The part `rrr_stage`: the source's numbers, rest, energy, the limit between the levels, the Bode plot, mistakes."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from hfsa.components import _rrr_dynamics as dynamics
+from hfsa.components._functions import functions
+from hfsa.components._linearize import linearize
+from hfsa.components._model import Kind, Model, ModelError
+from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, jacobian
+from hfsa.components.rrr_stage import analyze, rrr_stage
+
+UM = 1e-6
+DYNAMIC = pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
+CAUSALITY = pytest.mark.parametrize("causality", ["source", "force"])
+EQUAL, OPPOSED = np.array([1.0, 1.0, 1.0]), np.array([1.0, -1.0, 0.0])
+POSE = ["platform/position[1]", "platform/position[2]", "platform/rotation"]
+
+
+def start(model: Model, kind: Kind) -> np.ndarray:
+    """Start values of a kind in the order of declaration."""
+    return np.array([q.start for q in model.of(kind)])
+
+
+def outputs(model: Model, x: np.ndarray, u: np.ndarray | None = None) -> dict[str, float]:
+    u = start(model, Kind.INPUT) if u is None else u
+    found = functions(model).out(0, x, [], u, start(model, Kind.PARAMETER))
+    return dict(zip([q.name for q in model.of(Kind.OUTPUT)], np.array(found).ravel(), strict=True))
+
+
+def mechanism(level: str) -> tuple[dynamics.Mechanism, dynamics.Terms]:
+    built = getattr(dynamics, level)(NOMINAL, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
+    return built, dynamics.terms(built)
+
+
+def printed(found: np.ndarray, expected: list[float], decimals: list[int]) -> None:
+    """Assert that numbers round to those printed."""
+    assert [round(float(value), digits) for value, digits in zip(found, decimals, strict=True)] == expected
+
+
+# The source's numbers -------------------------------------------------------------------------------------------------
+
+
+@DYNAMIC
+def test_numbers_at_rest_are_the_sources(level):
+    found = analyze(level=level)
+    off = np.ones((3, 3)) - np.eye(3)
+    np.testing.assert_allclose(found["inertia"], 1.76932418 * np.eye(3) - 0.67765696 * off, atol=5e-9)
+    # The source rounds K_b to 40.8963 first.
+    stiffness = found["stiffness"] * 40.8963 / found["hinge_stiffness"]
+    np.testing.assert_allclose(stiffness, 27_731_704 * np.eye(3) + 692_908 * off, rtol=0, atol=0.5)
+    printed(found["natural_frequencies_hz"], [529.05, 529.05, 1334.7], [2, 2, 1])
+    printed(found["natural_frequencies_bonded_hz"], [904.65, 904.65, 2225.2], [2, 2, 1])
+    np.testing.assert_allclose(found["hinge_stiffness"], 40.89629, atol=5e-6)
+    np.testing.assert_allclose(found["jacobian"], jacobian("nominal"), rtol=1e-10)
+
+
+@DYNAMIC
+def test_effective_masses_and_stiffnesses_are_the_sources(level):
+    found = analyze(level=level)
+    for direction, mass, stiffness in ((EQUAL, 0.414010, 29.1175e6), (OPPOSED, 2.446981, 27.0388e6)):
+        unit = direction / np.linalg.norm(direction)
+        np.testing.assert_allclose(unit @ found["inertia"] @ unit, mass, atol=5e-7)
+        np.testing.assert_allclose(unit @ found["stiffness"] @ unit, stiffness, atol=50)
+
+
+def test_ranges_are_the_sources():
+    for level in ("jacobian", "constant_jacobian"):
+        printed(analyze(level=level)["range"] * [1e6, 1e6, 1e3], [77.28, 71.02, 2.16], [2, 2, 2])
+
+
+@DYNAMIC
+def test_a_moving_base_couples_as_the_source_says(level):
+    built, terms = mechanism(level)
+    to_stacks = ca.jacobian(built.elongation, built.coordinates)
+    G = ca.Function("G", [built.coordinates], [ca.inv(to_stacks).T @ terms.base])(0)
+    expected = [[0.292389, 0.428311], [0.224734, -0.467372], [-0.517123, 0.039060]]
+    np.testing.assert_allclose(np.array(G), expected, atol=6e-7)
+
+
+@pytest.mark.parametrize(("level", "force"), [("constant_jacobian", 348.9), ("exact", 350.1)])
+def test_force_to_hold_all_stacks_at_12_um(level, force):
+    """With the yaw kept in the potential energy; without it the source came to 133.7 N."""
+    found = analyze(level=level, elongation=(12e-6, 12e-6, 12e-6))
+    np.testing.assert_allclose(found["force"], force, atol=0.05)
+
+
+def test_full_voltage_does_not_reach_12_um():
+    """Linear statics give 172.4 V for one stack and 175.4 V for all, and 10.261 um at 150 V."""
+    one = analyze(elongation=(12e-6, 0.0, 0.0))["voltage"]
+    every = analyze(elongation=(12e-6, 12e-6, 12e-6), voltage=(150.0, 150.0, 150.0))
+    np.testing.assert_allclose(one[0], 172.4, atol=0.2)
+    np.testing.assert_allclose(every["voltage"], 175.4, atol=0.2)
+    np.testing.assert_allclose(every["elongation_at_voltage"], 10.261e-6, rtol=1e-3)
+
+
+@DYNAMIC
+def test_half_voltage_rests_at_the_static_point(level):
+    """5.1306 um by linear statics; the curvature of the hinges' force moves it by less than 0.1 %."""
+    found = analyze(level=level, voltage=(75.0, 75.0, 75.0))["elongation_at_voltage"]
+    np.testing.assert_allclose(found, 5.1306e-6, rtol=1e-3)
+    again = analyze(level=level, elongation=tuple(found.tolist()))
+    np.testing.assert_allclose(again["voltage"], 75, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("elongation", "stress"), [((12, 0, 0), 221), ((12, 12, 12), 282), ((12, 12, 0), 369)])
+def test_bending_stress_is_the_sources_and_warns(elongation, stress):
+    model = rrr_stage()
+    found = outputs(model, np.array([*elongation, 0, 0, 0]) * UM)
+    assert found["hinge.stress"] / 1e6 == pytest.approx(stress, rel=0.01)
+    assert found["hinge.overload"] == (stress > 233)
+
+
+# Motion ---------------------------------------------------------------------------------------------------------------
+
+
+@DYNAMIC
+@CAUSALITY
+def test_rest_stays_rest_to_the_last_bit(level, causality):
+    model = rrr_stage(level=level, causality=causality)
+    x, u = start(model, Kind.STATE), start(model, Kind.INPUT)
+    assert not np.array(functions(model).rhs(0, x, [], u, start(model, Kind.PARAMETER))).any()
+    assert not any(outputs(model, x).values())
+
+
+@DYNAMIC
+def test_without_damping_energy_is_kept(level):
+    """The power into T + P vanishes along the motion, at points of large and fast motion."""
+    model = rrr_stage(level=level, causality="force")
+    built, terms = mechanism(level)
+    p, v = built.coordinates, built.rates
+    energy = v.T @ terms.mass @ v / 2 + dynamics.potential(built)
+    slope = ca.Function("slope", [p, v], [ca.gradient(energy, p), ca.gradient(energy, v)])
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        at, rates = np.array([q.nominal for q in model.of(Kind.STATE)]).reshape(2, 3) * 10 * rng.standard_normal((2, 3))
+        rhs = functions(model).rhs(0, [*at, *rates], [], start(model, Kind.INPUT), [0.0])
+        shares = np.array(ca.vertcat(*slope(at, rates))).ravel() * np.array(rhs).ravel()
+        assert abs(shares.sum()) < 1e-10 * np.abs(shares).max()
+
+
+@DYNAMIC
+def test_platform_rates_are_the_derivatives_of_its_pose(level):
+    """Position, velocity and acceleration outputs, along the motion at one point."""
+    model = rrr_stage(level=level)
+    made, parameters = functions(model), start(model, Kind.PARAMETER)
+    x = np.array([q.nominal for q in model.of(Kind.STATE)]) * [3, -2, 1, 2, 1, -3]
+    u = np.array([q.nominal for q in model.of(Kind.INPUT)])
+    rhs = np.array(made.rhs(0, x, [], u, parameters)).ravel()
+    still = [np.zeros(n) for n in (1, 0, len(u), len(parameters))]
+    slope = made.fwd(0, x, [], u, parameters, still[0], rhs, still[1], still[2], still[3])[1]
+    slope = dict(zip([q.name for q in model.of(Kind.OUTPUT)], np.array(slope).ravel(), strict=True))
+    found = outputs(model, x, u)
+    pairs = [(f"platform.position[{i}]", f"platform.velocity[{i}]") for i in (1, 2)]
+    pairs += [(f"platform.velocity[{i}]", f"platform.acceleration[{i}]") for i in (1, 2)]
+    pairs += [("platform.rotation", "platform.angular_velocity")]
+    pairs += [("platform.angular_velocity", "platform.angular_acceleration")]
+    pairs += [(f"stack[{i}].elongation", f"stack[{i}].elongation_rate") for i in (1, 2, 3)]
+    for quantity, rate in pairs:
+        assert slope[quantity] == pytest.approx(found[rate], rel=1e-9), quantity
+
+
+def test_exact_tends_to_constant_jacobian_with_second_order():
+    direction = np.array([1.0, 0.3, 0.6])
+
+    def differences(size):
+        numbers = [analyze(level=level, elongation=tuple(size * direction)) for level in ("constant_jacobian", "exact")]
+        return np.array([np.linalg.norm(numbers[0][key] - numbers[1][key]) for key in ("pose", "force")])
+
+    np.testing.assert_allclose(differences(4e-6) / differences(2e-6), 4, rtol=0.02)
+
+
+def test_levels_differ_as_stated_within_the_box():
+    at = [analyze(level=level, elongation=(12e-6,) * 3) for level in ("constant_jacobian", "exact")]
+    for key, bound in (("inertia", 0.007), ("force", 0.004)):
+        assert np.abs(at[1][key] / at[0][key] - 1).max() < bound
+
+
+def test_source_causality_is_force_causality_with_the_stack_outside():
+    """The same accelerations when the stack's force, as the source stage puts it out, drives the other stage."""
+    source, force = rrr_stage(causality="source"), rrr_stage(causality="force")
+    x = np.array([3e-6, -1e-6, 2e-6, 1e-3, 2e-3, -1e-3])
+    u = np.array([100.0, -50.0, 70.0, 3.0, -2.0, 0.1, 0.5, -0.4])
+    inside = outputs(source, x, u)
+    outside = outputs(force, x, np.array([*[inside[f"stack[{i}].force"] for i in (1, 2, 3)], *u[3:]]))
+    for name, value in outside.items():
+        assert value == pytest.approx(inside[name], rel=1e-9), name
+
+
+def test_jacobian_level_follows_the_elongations():
+    model = rrr_stage(level="jacobian", kinematics="measured")
+    u = np.arange(1.0, 10.0)
+    found = np.array(list(outputs(model, np.zeros(0), u).values()))
+    J = jacobian("measured")
+    np.testing.assert_allclose(found, np.concatenate([J @ u[:3], J @ u[3:6], J @ u[6:]]), rtol=1e-14)
+
+
+def test_calibrated_links_change_the_stage():
+    np.testing.assert_allclose(analyze(kinematics="calibrated")["jacobian"], CALIBRATED.jacobian)
+    frequencies = analyze(kinematics="calibrated", level="exact")["natural_frequencies_hz"]
+    np.testing.assert_allclose(frequencies, analyze(kinematics="calibrated")["natural_frequencies_hz"], rtol=1e-9)
+    assert np.abs(frequencies / analyze()["natural_frequencies_hz"] - 1).min() > 0.05
+
+
+# Bode plot ------------------------------------------------------------------------------------------------------------
+
+
+@DYNAMIC
+@pytest.mark.parametrize(
+    ("causality", "direction", "resonance", "height"),
+    [
+        ("source", EQUAL, 2225.2, 30),
+        ("source", OPPOSED, 904.65, 38),
+        ("force", EQUAL, 1334.7, 26),
+        ("force", OPPOSED, 529.05, 34),
+    ],
+)
+def test_bode_plot_is_as_the_docstring_says(level, causality, direction, resonance, height):
+    system = linearize(rrr_stage(level=level, causality=causality))
+    port = "blocking_force" if causality == "source" else "force"
+    columns = [system.input_labels.index(f"stack[{i}]/{port}") for i in (1, 2, 3)]
+    rows = [system.output_labels.index(name) for name in POSE]
+
+    def response(frequency):
+        inside = np.linalg.solve(2j * np.pi * frequency * np.eye(6) - system.A, system.B[:, columns] @ direction)
+        return np.abs(system.C[rows] @ inside)
+
+    moved, unmoved = ([2], [0, 1]) if direction is EQUAL else ([0, 1], [2])
+    size = {f: np.linalg.norm(response(f)[moved]) for f in (0, 0.99 * resonance, resonance, 1.01 * resonance)}
+    assert 20 * np.log10(size[resonance] / size[0]) == pytest.approx(height, abs=0.5)
+    assert size[resonance] > max(size[0.99 * resonance], size[1.01 * resonance])
+    # Lengths against angles: a corner of the platform is 30 mm from its centre.
+    scale = np.array([1, 1, NOMINAL.radius])
+    both = response(100.0) * scale
+    assert both[unmoved].max() < 1e-9 * both[moved].max()
+    assert response(2e4)[moved] / response(2e5)[moved] == pytest.approx(100, rel=0.03)
+    if causality == "source" and direction is EQUAL:
+        assert size[0] == pytest.approx(2.2e-6, rel=0.02)
+
+
+# Mistakes -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"level": "exacct"}, "level is 'exacct'; did you mean exact"),
+        ({"causality": "forces"}, "causality is 'forces'; did you mean force"),
+        ({"kinematics": "measured"}, "'measured' is a Jacobian without links and has level jacobian only"),
+        ({"voltage": (0.0, 151.0, 0.0)}, "voltage is .* V, expected 0 to 150 V"),
+        ({"level": "exact", "elongation": (0.02, 0.0, 0.0)}, "no pose has the elongations"),
+    ],
+)
+def test_mistakes_are_named(arguments, message):
+    with pytest.raises(ModelError, match=message):
+        analyze(**arguments)
