@@ -43,21 +43,18 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._model import Model, one_of
-
-FORCE = 833.0
-"""F0, of the blocked stack at full voltage [N] (given, eq (5.9))."""
-ELONGATION = 16e-6
-"""s0, of the free stack at full voltage [m] (given, +-2 um)."""
-VOLTAGE = 150.0
-"""Vmax [V] (given)."""
-SIZE = (5e-3, 5e-3, 20e-3)
-"""Width, depth and length [m] (given)."""
-DENSITY = 7700.0
-"""Density [kg/m3] (typical)."""
-CAPACITANCE = 1.4e-6
-"""C_T, of the free stack at low frequency [F] (typical)."""
-QUALITY = 25.0
-"""Q_m, mechanical quality factor (typical)."""
+from hfsa.components._pzt import (
+    BLOCKING_FORCE,
+    CAPACITANCE,
+    DAMPING,
+    DENSITY,
+    FORCE_PER_VOLT,
+    FREE_STROKE,
+    FULL_VOLTAGE,
+    SIZE,
+    STIFFNESS,
+    TIP_MASS,
+)
 
 _STROKE, _RATE = 1e-5, 1e-2
 
@@ -114,19 +111,19 @@ def pzt_stack(
     m = Model("PztStack", "PZT stack with its voltage amplifier")
     full = "at the maximum voltage"
     line = _Line(
-        m.parameter("maximum.force", FORCE, "N", f"Force of the blocked stack {full}", min=1e-9),
-        m.parameter("maximum.elongation", ELONGATION, "m", f"Elongation of the free stack {full}", min=1e-12),
-        m.parameter("maximum.voltage", VOLTAGE, "V", "Maximum voltage; the minimum is 0", min=1e-9),
+        m.parameter("maximum.force", BLOCKING_FORCE, "N", f"Force of the blocked stack {full}", min=1e-9),
+        m.parameter("maximum.elongation", FREE_STROKE, "m", f"Elongation of the free stack {full}", min=1e-12),
+        m.parameter("maximum.voltage", FULL_VOLTAGE, "V", "Maximum voltage; the minimum is 0", min=1e-9),
         m.parameter(
             "clamped_capacitance", analyze()["clamped_capacitance"], "F", "Capacitance, elongation held", min=1e-15
         ),
     )
-    command = m.input("command.voltage", "V", "Commanded voltage", nominal=VOLTAGE)
+    command = m.input("command.voltage", "V", "Commanded voltage", nominal=FULL_VOLTAGE)
     rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
     above, below = command > line.voltage, command < 0
     drive = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
     causalities[causality](m, line, drive, None if level == "static" else rate)
-    m.output("stack.voltage", drive.voltage, "V", "Voltage across the stack", nominal=VOLTAGE)
+    m.output("stack.voltage", drive.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
     m.output("stack.current", drive.current, "A", "Current into the stack", nominal=0.1)
     m.output("stack.free_elongation", drive.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
     m.output("saturated", ca.logic_or(below, above), "1", "1 where the command is outside 0..maximum.voltage")
@@ -134,7 +131,7 @@ def pzt_stack(
     return m
 
 
-def analyze(*, voltage: float = VOLTAGE, elongation: float = 0.0, force: float = 0.0) -> dict[str, Any]:
+def analyze(*, voltage: float = FULL_VOLTAGE, elongation: float = 0.0, force: float = 0.0) -> dict[str, Any]:
     """Return the numbers of the stack, and of a point on its line, in SI units.
 
     Args:
@@ -154,11 +151,11 @@ def analyze(*, voltage: float = VOLTAGE, elongation: float = 0.0, force: float =
         damping: c [N.s/m].
         resonance_hz: of the stack alone, `free_free`, `clamped_free` (a continuous rod) and `lumped` (k and m / 3).
     """
-    k, alpha = FORCE / ELONGATION, FORCE / VOLTAGE
+    k, alpha = STIFFNESS, FORCE_PER_VOLT
     mass = DENSITY * float(np.prod(SIZE))
     return {
         "stiffness": k,
-        "elongation_per_volt": ELONGATION / VOLTAGE,
+        "elongation_per_volt": FREE_STROKE / FULL_VOLTAGE,
         "coupling": alpha,
         "available_force": alpha * voltage - k * elongation,
         "required_voltage": (force + k * elongation) / alpha,
@@ -166,8 +163,8 @@ def analyze(*, voltage: float = VOLTAGE, elongation: float = 0.0, force: float =
         "clamped_capacitance": CAPACITANCE - alpha**2 / k,
         "coupling_factor": alpha / np.sqrt(k * CAPACITANCE),
         "mass": mass,
-        "effective_mass": mass / 3,
-        "damping": np.sqrt(k * mass / 3) / QUALITY,
+        "effective_mass": TIP_MASS,
+        "damping": DAMPING,
         "resonance_hz": {
             "free_free": np.sqrt(k / mass) / 2,
             "clamped_free": np.sqrt(k / mass) / 4,
@@ -205,7 +202,7 @@ def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.S
     """Return V, i, whether i is limited, and V'."""
     resistance = m.parameter("amplifier.resistance", 50.0, "Ohm", "Output resistance of the amplifier", min=1e-3)
     limit = m.parameter("amplifier.current_limit", 0.1, "A", "Largest current of the amplifier", min=0)
-    voltage = m.state("voltage", "V", "Voltage across the stack", nominal=VOLTAGE)
+    voltage = m.state("voltage", "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
     wanted = (target - voltage) / resistance
     limited = ca.fabs(wanted) > limit
     current = ca.if_else(limited, limit * ca.sign(wanted), wanted)
@@ -217,7 +214,7 @@ def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.S
 def _source(m: Model, line: _Line, drive: _Drive, _rate: ca.SX | None) -> None:
     """The load owns stiffness, damping and mass."""
     force = line.stiffness * drive.free_elongation
-    m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=FORCE)
+    m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=BLOCKING_FORCE)
 
 
 def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
@@ -228,6 +225,6 @@ def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
     if rate is not None:
         force -= m.parameter("damping", analyze()["damping"], "N.s/m", "Damping along the stack", min=0) * rate
     charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
-    m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=FORCE)
+    m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)
     m.output("contact_lost", force + preload < 0, "1", "1 where the stack would have to pull")

@@ -35,9 +35,9 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
+from hfsa.components import _pzt as stack
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components import _rrr_hinge as hinge
-from hfsa.components import _rrr_stack as stack
 from hfsa.components._model import Model, ModelError, one_of
 from hfsa.components._modes import modes
 from hfsa.components._rrr_dynamics import Mechanism
