@@ -78,6 +78,16 @@ class Links:
         """A_i: fixed hinges [m]."""
         return self.crank_ends - self.crank * _directions(self.psi - self.psi3 + OFFSETS)
 
+    @property
+    def cranks(self) -> np.ndarray:
+        """A_i B_i at rest [m]."""
+        return self.crank_ends - self.base_hinges
+
+    @property
+    def couplers(self) -> np.ndarray:
+        """B_i C_i at rest [m]."""
+        return self.corners - self.crank_ends
+
     @cached_property
     def jacobian(self) -> np.ndarray:
         """J0, elongations to pose about rest, shape (3, 3) [m/m, m/m, rad/m] (eqs 2.21, 2.22)."""
@@ -142,12 +152,20 @@ def legs(geometry: Links, pose: ca.SX) -> Legs:
     Every difference from rest is formed before it is added to anything, so that the turns at rest are exactly zero.
     """
     moved = corner_motion(geometry, pose)
-    crank, coupler = [], []
-    for i in range(3):
-        crank.append(_crank(geometry, geometry.corners[i] - geometry.base_hinges[i], moved[:, i]))
-        arm, rest = geometry.crank_ends[i] - geometry.base_hinges[i], geometry.corners[i] - geometry.crank_ends[i]
-        coupler.append(_turn(rest, moved[:, i] - rotated(arm, crank[i]) + ca.DM(arm)))
-    return Legs(ca.vertcat(*crank), ca.vertcat(*coupler))
+    diagonals = geometry.corners - geometry.base_hinges
+    crank = ca.vertcat(*[_crank(geometry, diagonal, moved[:, i]) for i, diagonal in enumerate(diagonals)])
+    return Legs(crank, coupler_turns(geometry, coupler_motion(geometry, pose, crank)))
+
+
+def coupler_motion(geometry: Links, pose: ca.SX, crank: ca.SX) -> ca.SX:
+    """Return the changes of the B_i C_i from rest at a pose and turns of the cranks, columns of shape (2, 3) [m]."""
+    at_B = ca.horzcat(*[_swing(rest, crank[i]) for i, rest in enumerate(geometry.cranks)])
+    return corner_motion(geometry, pose) - at_B
+
+
+def coupler_turns(geometry: Links, change: ca.SX) -> ca.SX:
+    """Return the turns dalpha_i of the couplers from the changes of the B_i C_i, shape (3, 1) [rad]."""
+    return ca.vertcat(*[_turn(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
 
 
 def elongations(geometry: Links, pose: ca.SX) -> ca.SX:
@@ -180,7 +198,12 @@ def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) ->
 
 def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Return a constant vector (2,) turned by an angle, shape (2, 1); at zero it is the vector to the last bit."""
-    return ca.DM(vector) + (ca.cos(angle) - 1) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+    return ca.DM(vector) + _swing(vector, angle)
+
+
+def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
+    """Change of a constant vector (2,) that turns by an angle, shape (2, 1); at zero it is zero to the last bit."""
+    return (ca.cos(angle) - 1) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
 
 
 def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
