@@ -33,3 +33,6 @@ TIP_MASS = DENSITY * math.prod(SIZE) / 3
 """Mass that moves with the tip [kg]."""
 DAMPING = math.sqrt(STIFFNESS * TIP_MASS) / QUALITY
 """c [N.s/m]."""
+
+PULL_FROM_ROUNDING = 1e-6 * BLOCKING_FORCE
+"""Pull [N] that rounding and a solver's tolerance may show in a stack at rest: not yet a lost contact."""

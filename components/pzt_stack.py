@@ -23,7 +23,8 @@ Ports: in `command.voltage` [V], `stack.elongation_rate` [m/s] (in `source` for 
 in `force`, `stack.elongation` [m]; out `stack.blocking_force` (source) or `stack.force` (force) [N], positive when it
 pushes, `stack.voltage` [V], `stack.current` [A], `stack.free_elongation` u [m], in `force` also `stack.charge`
 q = C_S V + alpha l [C]. Flags, 0 or 1: `saturated` (command outside 0..Vmax), `current_limited`, and in `force`
-`contact_lost` (F + preload < 0: a stack only pushes; the equations go on as if it were glued).
+`contact_lost` (F and preload come to a pull, of more than a millionth of F0, which rounding and a solver's tolerance
+stay below: a stack only pushes; the equations go on as if it were glued).
 
 Bode plot, `linear` within its limits, from the command to the force of the blocked stack: alpha up to the corner
 1 / (2 pi R_a C_S), 3.94 kHz, then -20 dB per decade and -90 degrees; `static` has alpha at all frequencies, and
@@ -51,6 +52,7 @@ from hfsa.components._pzt import (
     FORCE_PER_VOLT,
     FREE_STROKE,
     FULL_VOLTAGE,
+    PULL_FROM_ROUNDING,
     SIZE,
     STIFFNESS,
     TIP_MASS,
@@ -227,4 +229,5 @@ def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
     charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
     m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)
-    m.output("contact_lost", force + preload < 0, "1", "1 where the stack would have to pull")
+    pulls = force + preload < -PULL_FROM_ROUNDING
+    m.output("contact_lost", pulls, "1", "1 where the stack would have to pull")

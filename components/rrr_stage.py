@@ -15,11 +15,14 @@ With `force` a stack and the stage exchange k l, a spring held over each communi
 
 Ports: in `stack[i].force` or `stack[i].blocking_force` [N], positive in the sense of elongation, `wrench.force` [N] and
 `.torque` [N.m] at the platform's centre, `base.acceleration` [m/s2]; out `stack[i].elongation` [m] and
-`.elongation_rate`, with `source` also `stack[i].force` on the crank, `platform.position` [m] and `.rotation` [rad] from
-rest, `.velocity`, `.angular_velocity`, `.acceleration`, `.angular_acceleration`, and the largest `hinge.angle` [rad]
-and `hinge.stress` [Pa] with `hinge.overload`, 1 above 233 MPa. At level `jacobian` elongation and its derivatives are
-inputs and there are no forces. As the elongations go to zero, `exact` tends to `constant_jacobian` and both poses to
-J0 l, with a difference of second order.
+`.elongation_rate`, with `source` also `stack[i].force` on the crank and `.contact_lost`, `platform.position` [m] and
+`.rotation` [rad] from rest, `.velocity`, `.angular_velocity`, `.acceleration`, `.angular_acceleration`, and the largest
+`hinge.angle` [rad] and `hinge.stress` [Pa] with `hinge.overload`, 1 above 233 MPa. At level `jacobian` elongation and
+its derivatives are inputs and there are no forces. As the elongations go to zero, `exact` tends to
+`constant_jacobian` and both poses to J0 l, with a difference of second order.
+
+A stack only pushes. `contact_lost` is 1 where its force and `stack.preload` come to a pull, of more than a millionth of
+F0, which rounding and a solver's tolerance stay below; the equations go on as if the stack were glued.
 
 Bode plot at rest, `source`, from the blocking forces to the pose: equal forces turn the platform and do not shift it,
 2.2 urad/N (of each stack) up to one resonance at 2225 Hz, 30 dB high; forces that add up to zero shift it and do not
@@ -106,8 +109,8 @@ def analyze(
 ) -> dict[str, Any]:
     """Return the stage's numbers at three elongations [m], in SI units, on the coordinates of the stacks.
 
-    Takes the arguments of `rrr_stage`, of which `causality` has no effect, and `voltage` [V] on each stack, 0 to 150.
-    At level `jacobian` only `jacobian`, `pose` and `range` are returned.
+    Takes the arguments of `rrr_stage`, of which `causality` has no effect, and `voltage` [V] on each stack, which
+    saturates at 0 and at 150. At level `jacobian` only `jacobian`, `pose` and `range` are returned.
 
     Returns:
         jacobian: elongations to pose, (3, 3) [m/m, m/m, rad/m].
@@ -117,15 +120,18 @@ def analyze(
         inertia, stiffness: of the stage without stacks, (3, 3) [kg], [N/m].
         natural_frequencies_hz, natural_frequencies_bonded_hz: ascending, without and with stacks, (3,) [Hz].
         force: of each stack, to hold the elongations, (3,) [N].
-        voltage: that the stacks need for it, (3,) [V]; above 150 the stage cannot hold them.
-        elongation_at_voltage: where the stage rests at the argument `voltage`, (3,) [m].
+        voltage: that the stacks need for it, (3,) [V]; outside 0 to 150 the stage cannot hold them.
+        elongation_at_voltage: where the stage rests at the argument `voltage`, saturated, (3,) [m].
+        pose_at_voltage: x, y [m], yaw [rad] there, (3,).
+        saturated: 1 where the argument `voltage` is outside 0 to 150 V, (3,).
 
     Raises:
-        ModelError: as `rrr_stage`; elongations that no pose has; a voltage outside 0 to 150 V.
+        ModelError: as `rrr_stage`; elongations that no pose has; elongations or voltages that are not finite.
     """
     _check(level, causality)
-    if not all(0 <= v <= stack.FULL_VOLTAGE for v in voltage):
-        raise ModelError(f"rrr_stage: voltage is {voltage} V, expected 0 to {stack.FULL_VOLTAGE:g} V on each stack")
+    for name, values, unit in (("elongation", elongation, "m"), ("voltage", voltage, "V")):
+        if not np.all(np.isfinite(values)):
+            raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
     box = stack.STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     if level == "jacobian":
         J = jacobian(kinematics)
@@ -133,9 +139,12 @@ def analyze(
     geometry = links(kinematics)
     mechanism = _mechanism(level, geometry, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
     numbers = _on_stacks(mechanism)
-    at = _coordinates(level, geometry, elongation)
+    reached = forward(geometry, elongation)
+    at = reached if level == "exact" else np.array(elongation)
     J, pose, inertia, stiffness, force = (np.array(value).squeeze() for value in numbers(at))
     poses = np.array([np.array(numbers(_coordinates(level, geometry, corner))[1]).ravel() for corner in box.tolist()])
+    applied = np.clip(voltage, 0, stack.FULL_VOLTAGE)
+    elongation_at_voltage, pose_at_voltage = _at_voltage(mechanism, applied)
     return {
         "jacobian": J,
         "pose": pose,
@@ -149,7 +158,9 @@ def analyze(
         ),
         "force": force,
         "voltage": (force + stack.STIFFNESS * np.array(elongation)) / stack.FORCE_PER_VOLT,
-        "elongation_at_voltage": _at_voltage(mechanism, voltage),
+        "elongation_at_voltage": elongation_at_voltage,
+        "pose_at_voltage": pose_at_voltage,
+        "saturated": (applied != voltage).astype(int),
     }
 
 
@@ -213,12 +224,10 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
         m.input("wrench.torque", "N.m", "Moment on the platform", nominal=_TORQUE),
     )
     base = m.input("base.acceleration[1..2]", "m/s2", "Acceleration of the base", nominal=_MOVE[2])
-    p, v = mechanism.coordinates, mechanism.rates
-    to_stacks, to_pose = ca.jacobian(mechanism.elongation, p), ca.jacobian(mechanism.pose, p)
-    rate, bending = to_stacks @ v, mechanism.rate(to_stacks @ v)
+    p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
+    (to_pose, to_stacks), (turning, bending) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bending, 3)
+    rate = to_stacks @ v
     k, c, tip = _stack_parameters(m) if source else (0, 0, 0)
-
-    terms = dynamics.terms(mechanism)
     on_cranks = drive - k * mechanism.elongation - c * rate - tip * bending
     force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
     force -= terms.velocity + terms.elastic + terms.base @ base
@@ -229,8 +238,11 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     m.output("stack[1..3].elongation_rate", rate, "m/s", "Rate of the elongation", nominal=_MOVE[1])
     if source:
         felt = on_cranks - tip * to_stacks @ acceleration
+        preload = m.parameter("stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE)
         m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
-    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + mechanism.rate(to_pose @ v))
+        pulls = felt + preload < -stack.PULL_FROM_ROUNDING
+        m.output("stack[1..3].contact_lost", pulls, "1", "1 where the stack would have to pull")
+    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + turning)
 
 
 def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -254,13 +266,14 @@ def _outputs(m: Model, motion: _Motion) -> None:
 def _on_stacks(mechanism: Mechanism) -> ca.Function:
     """Coordinates to Jacobian, pose, inertia, stiffness and holding force on the coordinates of the stacks."""
     p, terms = mechanism.coordinates, dynamics.terms(mechanism)
-    from_stacks = ca.inv(ca.jacobian(mechanism.elongation, p))
+    to_pose, to_stacks = ca.vertsplit(terms.slope, 3)
+    from_stacks = ca.inv(to_stacks)
     force = from_stacks.T @ terms.elastic
     return ca.Function(
         "on_stacks",
         [p],
         [
-            ca.jacobian(mechanism.pose, p) @ from_stacks,
+            to_pose @ from_stacks,
             mechanism.pose,
             from_stacks.T @ terms.mass @ from_stacks,
             ca.jacobian(force, p) @ from_stacks,
@@ -273,14 +286,14 @@ def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) 
     return forward(geometry, elongation) if level == "exact" else np.array(elongation)
 
 
-def _at_voltage(mechanism: Mechanism, voltage: Triple) -> np.ndarray:
-    """Elongations (3,) [m] at which hinges and stacks balance."""
-    p, elongation = mechanism.coordinates, mechanism.elongation
-    from_stacks = ca.inv(ca.jacobian(elongation, p))
-    pull = from_stacks.T @ dynamics.terms(mechanism).elastic + stack.STIFFNESS * elongation
+def _at_voltage(mechanism: Mechanism, voltage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Elongations (3,) [m] and pose (3,) [m, m, rad] at which hinges and stacks balance."""
+    p, elongation, terms = mechanism.coordinates, mechanism.elongation, dynamics.terms(mechanism)
+    pull = ca.inv(terms.slope[3:, :]).T @ terms.elastic + stack.STIFFNESS * elongation
     residual = pull - stack.FORCE_PER_VOLT * ca.DM(voltage)
     balance = newton(p, residual, np.zeros(3), f"rrr_stage: no equilibrium at {voltage} V")
-    return np.array(ca.Function("elongation", [p], [elongation])(balance)).ravel()
+    found = ca.Function("found", [p], [elongation, mechanism.pose])(balance)
+    return np.array(found[0]).ravel(), np.array(found[1]).ravel()
 
 
 def _frequencies(inertia: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

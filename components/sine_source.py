@@ -1,7 +1,7 @@
 """A sinusoid with its exact rate and acceleration: the excitation of a frequency sweep, as a part.
 
-    value = amplitude w(t) sin(omega t),  omega = 2 pi frequency,  w(t) = (1 - cos(pi t / T)) / 2 for t < T, then 1
-    T = max(2 / frequency, 0.5 s)
+    value = offset + amplitude w(t) sin(omega t),  omega = 2 pi frequency
+    w(t) = (1 - cos(pi t / T)) / 2 for t < T, then 1,  T = max(2 / frequency, 0.5 s)
 
 `rate` and `acceleration` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase
 reference for a lock-in amplifier, without ramp and amplitude. There is no input, so there is no Bode plot: it draws one
@@ -19,6 +19,7 @@ def sine_source(*, unit: str = "1") -> Model:
     m = Model("SineSource", "Sinusoid with its rate and acceleration, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)
+    offset = m.parameter("offset", 0.0, unit, "Mean of value, about which the sinusoid swings")
     omega = 2 * ca.pi * frequency
     ramp_time = ca.fmax(2 / frequency, 0.5)
     phase, turn = omega * m.time, ca.pi / ramp_time
@@ -27,7 +28,7 @@ def sine_source(*, unit: str = "1") -> Model:
     w1 = ca.if_else(ramping, turn * ca.sin(turn * m.time) / 2, 0)
     w2 = ca.if_else(ramping, turn**2 * ca.cos(turn * m.time) / 2, 0)
     sine, cosine = ca.sin(phase), ca.cos(phase)
-    m.output("value", amplitude * w * sine, unit, "Sinusoid")
+    m.output("value", offset + amplitude * w * sine, unit, "Sinusoid")
     m.output("rate", amplitude * (w1 * sine + w * omega * cosine), rate_unit(unit), "Derivative of value")
     m.output(
         "acceleration",

@@ -138,20 +138,23 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     """Return the scene's system with a sine source at one input and a lock-in amplifier at outputs (full names).
 
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
-    the amplifier is `outputs[i]`; all outputs of the scene by default. The source's rate and acceleration go to the
+    the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
+    have without it: its start value, the scene's or else the FMU's own. The source's rate and acceleration go to the
     input's companions where the FMU has them.
     """
     outputs = scene.outputs if outputs is None else outputs
     variables = {name: describe(file).variables for name, file in build(scene.system, fmi).items()}
     component, variable = scene.system.split(excited)
-    unit = connector(scene.system, variables, excited).unit or "1"
+    found = connector(scene.system, variables, excited)
+    unit = found.unit or "1"
+    bias = scene.system[component].start.get(variable, found.start)
     units = [connector(scene.system, variables, name).unit or "1" for name in outputs]
     if unit not in scene.amplitude:
         raise StructureError(f"the scene has no amplitude for {excited} in {unit}; it has {_list(scene.amplitude)}")
     source = dataclasses.replace(
         scene.source,
         arguments={**scene.source.arguments, "unit": unit},
-        start={"amplitude": scene.amplitude[unit], **scene.source.start},
+        start={"amplitude": scene.amplitude[unit], **({"offset": bias} if bias else {}), **scene.source.start},
     )
     lock_in = Component(LOCK_IN, "lock_in", None, {"units": units}, {"sample_time": scene.step_size})
     fed = {connection.end for connection in scene.system.connections}

@@ -96,7 +96,7 @@ def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
     ramp = max(2 / frequency, 0.5)
 
     def at(t: float) -> np.ndarray:
-        return np.array(out(t, [], [], [], [2e-3, frequency])).reshape(-1)
+        return np.array(out(t, [], [], [], [2e-3, frequency, 0.0])).reshape(-1)
 
     for t in np.array([0.1, 0.37, 0.83, 1.9]) * ramp:
         h = 1e-4 / frequency
@@ -106,3 +106,12 @@ def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
         assert at(t)[2] == pytest.approx(slope[1], abs=1e-9 * 2e-3 * omega**2)
     assert at(0.0)[:2] == pytest.approx([0, 0])
     assert at(1.5 * ramp)[0] == pytest.approx(2e-3 * np.sin(2 * np.pi * frequency * 1.5 * ramp))
+
+
+def test_sine_source_swings_about_its_offset():
+    """The offset moves the value and nothing else, ramp or not."""
+    out = functions(sine_source(unit="V")).out
+    for t in (0.0, 0.2, 3.3):
+        about, plain = (np.array(out(t, [], [], [], [0.5, 1.0, offset])).ravel() for offset in (75.0, 0.0))
+        assert about[0] == pytest.approx(75.0 + plain[0], rel=1e-15)
+        assert about[1:].tolist() == plain[1:].tolist()

@@ -104,6 +104,22 @@ def test_half_voltage_rests_at_the_static_point(level):
     np.testing.assert_allclose(again["voltage"], 75, rtol=1e-9)
 
 
+@DYNAMIC
+def test_a_voltage_outside_the_range_saturates_and_says_so(level):
+    found = analyze(level=level, voltage=(200.0, 75.0, -3.0))
+    limited = analyze(level=level, voltage=(150.0, 75.0, 0.0))
+    assert found["saturated"].tolist() == [1, 0, 1]
+    assert limited["saturated"].tolist() == [0, 0, 0]
+    assert found["elongation_at_voltage"].tolist() == limited["elongation_at_voltage"].tolist()
+
+
+@DYNAMIC
+def test_the_pose_at_a_voltage_is_that_of_its_elongations(level):
+    found = analyze(level=level, voltage=(75.0, 20.0, 0.0))
+    there = analyze(level=level, elongation=tuple(found["elongation_at_voltage"].tolist()))
+    np.testing.assert_allclose(found["pose_at_voltage"], there["pose"], rtol=1e-9)
+
+
 @pytest.mark.parametrize(("elongation", "stress"), [((12, 0, 0), 221), ((12, 12, 12), 282), ((12, 12, 0), 369)])
 def test_bending_stress_is_the_sources_and_warns(elongation, stress):
     model = rrr_stage()
@@ -188,6 +204,24 @@ def test_source_causality_is_force_causality_with_the_stack_outside():
         assert value == pytest.approx(inside[name], rel=1e-9), name
 
 
+@DYNAMIC
+def test_a_stack_that_would_have_to_pull_says_so(level):
+    """A base that accelerates lifts the platform off a stack; a preload keeps it there, and noise is no lift."""
+    model = rrr_stage(level=level)
+    names = np.array([q.name for q in model.of(Kind.INPUT)])
+
+    def lost(name: str, value: float) -> list[float]:
+        found = outputs(model, start(model, Kind.STATE), value * (names == name))
+        return [found[f"stack[{i}].contact_lost"] for i in (1, 2, 3)]
+
+    assert lost("stack[1].blocking_force", 100.0)[0] == 0
+    assert lost("wrench.torque", 0.0) == lost("wrench.torque", 1e-7) == lost("wrench.torque", -1e-7) == [0, 0, 0]
+    assert lost("wrench.torque", 1.0) != lost("wrench.torque", -1.0)
+    assert 0 < sum(lost("base.acceleration[1]", 1e3)) < 3
+    model.set_start("stack.preload", 100.0)
+    assert lost("base.acceleration[1]", 1e3) == [0, 0, 0]
+
+
 def test_jacobian_level_follows_the_elongations():
     model = rrr_stage(level="jacobian", kinematics="measured")
     u = np.arange(1.0, 10.0)
@@ -248,8 +282,11 @@ def test_bode_plot_is_as_the_docstring_says(level, causality, direction, resonan
         ({"level": "exacct"}, "level is 'exacct'; did you mean exact"),
         ({"causality": "forces"}, "causality is 'forces'; did you mean force"),
         ({"kinematics": "measured"}, "'measured' is a Jacobian without links and has level jacobian only"),
-        ({"voltage": (0.0, 151.0, 0.0)}, "voltage is .* V, expected 0 to 150 V"),
-        ({"level": "exact", "elongation": (0.02, 0.0, 0.0)}, "no pose has the elongations"),
+        ({"kinematics": "nominall"}, "kinematics is 'nominall'; did you mean nominal"),
+        ({"voltage": (0.0, float("nan"), 0.0)}, "voltage is .* V, expected three finite numbers"),
+        ({"elongation": (0.0, float("inf"), 0.0)}, "elongation is .* m, expected three finite numbers"),
+        ({"level": "exact", "elongation": (0.02, 0.0, 0.0)}, "no pose has the elongations .* reach 0 to 12e-6 m"),
+        ({"elongation": (0.02, 0.0, 0.0)}, "no pose has the elongations"),
     ],
 )
 def test_mistakes_are_named(arguments, message):
