@@ -238,7 +238,9 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     m.output("stack[1..3].elongation_rate", rate, "m/s", "Rate of the elongation", nominal=_MOVE[1])
     if source:
         felt = on_cranks - tip * to_stacks @ acceleration
-        preload = m.parameter("stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE)
+        preload = m.parameter(
+            "stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE
+        )
         m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
         pulls = felt + preload < -stack.PULL_FROM_ROUNDING
         m.output("stack[1..3].contact_lost", pulls, "1", "1 where the stack would have to pull")
