@@ -84,7 +84,10 @@ def _explicit(_: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Functio
 
 
 def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
-    """SX kernels of M, h and of the residual h - M a, joined by LDL^T solves."""
+    """SX kernels of M and h, of the results and of the residual h - M a, joined by LDL^T solves.
+
+    C computes a kernel as a whole: what is wanted together, as M and h, shares one, and nothing else is in it.
+    """
     M = ca.diagcat(*[motion.mass for motion in model.motions])
     h = ca.vertcat(*[motion.force for motion in model.motions])
     a = ca.vertcat(*[motion.acceleration for motion in model.motions])
@@ -93,9 +96,10 @@ def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Fun
     seeds, weights, da = _like(v, "d"), _like(results, "w"), ca.SX.sym("da", a.shape[0])
     lam = ca.SX.sym("lam", a.shape[0])
 
-    mass = _function("mass", v, [M], ("M",))
-    force = _function("force", v, [h], ("h",))
-    values = _function("values", [*v, a], results, RESULTS)
+    sides = _function("sides", v, [M, h], ("M", "h"))
+    der = _function("derivatives", [*v, a], results[:1], RESULTS[:1])
+    out = _function("outputs", [*v, a], results[1:2], RESULTS[1:2])
+    ticked = _function("ticked", [*v, a], results[2:], RESULTS[2:])
     slopes = _function(
         "slopes",
         [*v, a],
@@ -117,18 +121,17 @@ def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Fun
     V = [ca.MX.sym(name, s.shape[0]) for name, s in zip(ARGUMENTS, v, strict=True)]
     dV = [ca.MX.sym(f"d{name}", s.shape[0]) for name, s in zip(ARGUMENTS, v, strict=True)]
     W = [ca.MX.sym(f"w_{name}", s.shape[0]) for name, s in zip(RESULTS, results, strict=True)]
-    Mv = mass(*V)
-    solve = partial(ca.solve, Mv)
-    acc = solve(force(*V), "ldl")
+    mass, force = sides(*V)
+    solve = partial(ca.solve, mass)
+    acc = solve(force, "ldl")
     d_x, d_a, r_x = slopes(*V, acc)
     forward = values_fwd(*V, acc, *dV, solve(residual_fwd(*V, acc, *dV), "ldl"))
     *direct, a_bar = values_adj(*V, acc, *W)
     through = residual_adj(*V, acc, solve(a_bar, "ldl"))
-    der, out, nxt, held = values(*V, acc)
     return [
-        _function("rhs", V, [der], RESULTS[:1]),
-        _function("out", V, [out], RESULTS[1:2]),
-        _function("tick", V, [nxt, held], RESULTS[2:]),
+        _function("rhs", V, [der(*V, acc)], RESULTS[:1]),
+        _function("out", V, [out(*V, acc)], RESULTS[1:2]),
+        _function("tick", V, list(ticked(*V, acc)), RESULTS[2:]),
         _function("jacobian", V, [d_x + d_a @ solve(r_x, "ldl")], ("jacobian",)),
         _function("fwd", V + dV, list(forward), RESULTS),
         _function("adj", V + W, [d + t for d, t in zip(direct, through, strict=True)], ARGUMENTS),
