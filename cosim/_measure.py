@@ -1,4 +1,4 @@
-"""From a scene's name to a results file: choose signals and frequencies, build FMUs and instruments, run or sweep.
+"""From a scene's name to a sweep's file: choose signals and frequencies, build FMUs and instruments, sweep.
 
     loaded = load("sdelta_shaker", {"damping": "0.02"}, step_size=20e-6)
     sweep_scene(loaded, Request(Settings(), inputs=["command.position[3]"]), Path("results/sweep.h5"))
@@ -23,7 +23,6 @@ from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import Plan, SweepFile, Theory
-from hfsa.cosim.run import run
 from hfsa.cosim.sweep import (
     Bench,
     LinearSweep,
@@ -35,7 +34,17 @@ from hfsa.cosim.sweep import (
     stepped,
     system_record,
 )
-from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector, expand, nearest
+from hfsa.cosim.system import (
+    Connector,
+    Scene,
+    StructureError,
+    System,
+    check,
+    companions,
+    connector,
+    expand,
+    nearest,
+)
 
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
@@ -95,8 +104,11 @@ def sweep_scene(
     variables = {name: describe(file).variables for name, file in files.items()}
     check(scene.system, variables)
     inputs = find_signals(request.inputs, scene.inputs, variables, "input")
+    if not inputs:
+        free = nearest("", _free_inputs(scene.system, variables))
+        raise StructureError(f"the scene has a motion of its own and no input to excite; say one with --input{free}")
     outputs = find_signals(request.outputs, scene.outputs, variables, "output")
-    scene = _with_amplitude(scene, request.amplitude, inputs, variables)
+    scene = with_amplitude(scene, request.amplitude, inputs, variables)
     draft = _draft(scene, files, inputs, outputs, request)
     theory = _theory(scene, files, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
@@ -125,51 +137,6 @@ def sweep_scene(
             raise
 
 
-def run_scene(
-    loaded: Loaded,
-    path: Path,
-    *,
-    excited: str | None = None,
-    frequency: float | None = None,
-    loop: str = LOOPS[0],
-    warn: Callable[[str], None] = print,
-    report: Callable[[float], None] | None = None,
-) -> None:
-    """Run a scene in time with a sine at one input; record that input and the scene's outputs into the file `path`.
-
-    `loop` is one of `LOOPS`.
-    """
-    scene = loaded.scene
-    files = build.build(scene.system)
-    variables = {name: describe(file).variables for name, file in files.items()}
-    name = find_signals([excited] if excited else scene.inputs[:1], scene.inputs, variables, "input")[0]
-    system = build.instrument(scene, name, scene.outputs)
-    source = scene.source.name
-    start = {"frequency": frequency or scene.band[0], **({} if frequency else scene.source.start)}
-    components = [
-        dataclasses.replace(c, start={**c.start, **start}) if c.name == source else c
-        for c in system.components
-        if c.name != build.LOCK_IN
-    ]
-    joined = [c for c in system.connections if not c.end.startswith(f"{build.LOCK_IN}.")]
-    system = System(components, joined)
-    files = build.build(system)
-    warnings = run(
-        path,
-        system,
-        files,
-        [name, *scene.outputs],
-        stop_time=scene.stop_time,
-        step_size=scene.step_size,
-        algorithm=scene.algorithm,
-        record=system_record(loaded.title, scene_text(scene), (system, files)),
-        library=chosen_loop(loop, warn),
-        report=report,
-    )
-    for message in warnings.values():
-        warn(message)
-
-
 def find_signals(
     wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], causality: str
 ) -> list[str]:
@@ -196,7 +163,7 @@ def find_signals(
     return list(dict.fromkeys(found))
 
 
-def _with_amplitude(
+def with_amplitude(
     scene: Scene, amplitude: float | None, inputs: Sequence[str], variables: Mapping[str, Mapping[str, Connector]]
 ) -> Scene:
     """Return the scene with one amplitude for all wanted inputs, each in its own unit."""
@@ -204,6 +171,17 @@ def _with_amplitude(
         return scene
     units = {connector(scene.system, variables, name).unit or "1" for name in inputs}
     return dataclasses.replace(scene, amplitude={**scene.amplitude, **dict.fromkeys(units, amplitude)})
+
+
+def _free_inputs(system: System, variables: Mapping[str, Mapping[str, Connector]]) -> list[str]:
+    """Return the inputs (full names) that nothing feeds, without rates and accelerations of others."""
+    fed = {connection.end for connection in system.connections}
+    free = []
+    for component, known in variables.items():
+        names = [v.name for v in known.values() if v.causality == "input" and f"{component}.{v.name}" not in fed]
+        follow = {companion for name in names for companion in companions(name)}
+        free += [f"{component}.{name}" for name in names if name not in follow]
+    return free
 
 
 def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: list[str], request: Request) -> Plan:

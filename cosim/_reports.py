@@ -11,6 +11,7 @@ import numpy as np
 from hfsa.components._model import Kind, Quantity
 from hfsa.components._parts import Part
 from hfsa.cosim import build
+from hfsa.cosim.limits import Acting, acting, is_limit
 from hfsa.cosim.results import Status, read, read_run
 from hfsa.cosim.system import StructureError, nearest
 
@@ -176,7 +177,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
             "status": Status(bode.status[k, i]).name.lower(),
             "message": bode.message[k, i],
         }
-        for k, i in np.argwhere(bode.status != Status.DONE)
+        for k, i in np.argwhere((bode.status != Status.DONE) | (bode.message != ""))
     ]
     data = {
         "file": path,
@@ -192,7 +193,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
     lines += [
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
-    return data, "\n".join(lines), not troubles
+    return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
 
 
 def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
@@ -208,8 +209,9 @@ def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
 
 
 def run_report(path: Path) -> tuple[dict[str, Any], str]:
-    """Return what a run recorded, as data and as text: the last and the largest value of each variable."""
+    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted."""
     values, units = read_run(path)
+    limits = acting(values["time"], values)
     data = {
         "file": path,
         "stop_time": float(values["time"][-1]),
@@ -219,7 +221,23 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
             for name, v in values.items()
             if name != "time"
         ],
+        "limits": limits_data(limits),
     }
     lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
-    lines += [f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}" for v in data["variables"]]
+    lines += [
+        f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}"
+        for v in data["variables"]
+        if not is_limit(v["name"])
+    ]
+    for found in limits:
+        often = f"{100 * found.share:.3g} % of the time"
+        lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}")
     return data, "\n".join(lines)
+
+
+def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:
+    """Return limits that acted for JSON, times in s."""
+    return [
+        {"signal": found.signal, "kind": found.limit.word, "first_time": found.first_time, "share": found.share}
+        for found in limits
+    ]

@@ -18,16 +18,9 @@ from hfsa.cosim._records import Point, Status
 from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.instance import StepError, open_instances
+from hfsa.cosim.limits import Acting, acting, limit_signals
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import (
-    ALGORITHMS,
-    Connector,
-    StructureError,
-    System,
-    connector,
-    limit_message,
-    limit_signals,
-)
+from hfsa.cosim.system import ALGORITHMS, Connector, StructureError, System, connector
 
 
 @dataclass(frozen=True)
@@ -168,8 +161,11 @@ class Rig:
                 f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
                 f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
             )
-        if limited := self._limited():
-            status, message = Status.LIMITED, limited
+        for found in self._acting()[:1]:
+            if found.limit.spoils_response:
+                status, message = Status.LIMITED, found.response_message
+            elif status is Status.DONE:
+                message = found.response_message
         return Point(
             task.input,
             task.place,
@@ -180,12 +176,12 @@ class Rig:
             message=message,
         )
 
-    def _limited(self) -> str:
-        """Return what to say of the first limit that acted within the last window, empty where none did."""
-        if self._limits is None or not self._limits.values.any():
-            return ""
-        row, column = np.argwhere(self._limits.values)[0]
-        return limit_message(self._limits.names[column], float(self._limits.time[row]))
+    def _acting(self) -> list[Acting]:
+        """Return the limits that acted within the last window, those that spoil the response first."""
+        if self._limits is None:
+            return []
+        found = acting(self._limits.time, {name: self._limits[name] for name in self._limits.names})
+        return sorted(found, key=lambda limit: not limit.limit.spoils_response)
 
     def close(self) -> None:
         """Free the instances."""

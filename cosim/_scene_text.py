@@ -23,7 +23,7 @@ from typing import Any
 
 from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, nearest
 
-_REQUIRED = ("components", "inputs", "outputs", "band", "amplitude", "step_size", "stop_time")
+_REQUIRED = ("components", "inputs", "outputs", "step_size", "stop_time")
 _NUMBERS = ("step_size", "stop_time", "tolerance")
 
 
@@ -71,7 +71,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
         if key in table and not isinstance(table[key], int | float):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected a number")
     for key, size in (("inputs", None), ("outputs", None), ("band", 2)):
-        if not isinstance(table[key], list) or size not in (None, len(table[key])):
+        if key in table and (not isinstance(table[key], list) or size not in (None, len(table[key]))):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected an array{f' of {size}' if size else ''}")
     try:
         return Scene(System(components, connections), **table)

@@ -141,6 +141,7 @@ def run(
     parameter: Arguments = None,
     input: str | None = None,  # noqa: A002 (the user's word)
     frequency: Positive = None,
+    amplitude: Positive = None,
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
@@ -150,14 +151,18 @@ def run(
 ) -> int:
     """Run a scene in time, one input following a sine; record that input and the scene's outputs.
 
+    A scene without inputs has a motion of its own and runs as it is.
+
     Parameters
     ----------
     scene
         A scene's name, or the path of a .py or .toml file.
     input
-        Input that follows the sine; the scene's first without.
+        Input that follows the sine; the scene's first, if it has one, without.
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
+    amplitude
+        Amplitude of the sine in the unit of its input; the scene's without.
     step
         Communication step size [s]; the scene's without.
     stop
@@ -167,8 +172,9 @@ def run(
     output
         Results file; `results/SCENE_run.h5` without.
     """
-    from hfsa.cosim._measure import load, run_scene
+    from hfsa.cosim._measure import load
     from hfsa.cosim._reports import run_report
+    from hfsa.cosim._runs import Drive, run_scene
 
     loaded = load(scene, _shell.named_values(parameter), step_size=step, stop_time=stop, algorithm=algorithm)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
@@ -177,8 +183,7 @@ def run(
         run_scene(
             loaded,
             path,
-            excited=input,
-            frequency=frequency,
+            Drive(input, frequency, amplitude),
             loop=loop,
             warn=_shell.warn,
             report=lambda part: show(part, ""),

@@ -16,7 +16,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
@@ -146,14 +146,14 @@ class System:
 
 @dataclass(frozen=True)
 class Scene:
-    """A system with a question to it: the response of `outputs` to small sines at `inputs` within a band.
+    """A system with a question to it: the response of `outputs` to small sines at `inputs`, or to a motion of its own.
 
     Attributes:
         system: the wiring, without the measuring instruments.
-        inputs: full names of the inputs that are excited, one at a time.
+        inputs: full names of the inputs that are excited, one at a time; none where a component gives the motion.
         outputs: full names of the outputs that are measured.
         band: lowest and highest frequency [Hz].
-        amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`.
+        amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`; needed where there are inputs.
         step_size: communication step size [s].
         stop_time: end of a time-domain run [s].
         tolerance: relative difference of the response that a choice of level may make.
@@ -164,10 +164,11 @@ class Scene:
     system: System
     inputs: Sequence[str]
     outputs: Sequence[str]
-    band: tuple[float, float]
-    amplitude: Mapping[str, float]
+    _: KW_ONLY
     step_size: float
     stop_time: float
+    band: tuple[float, float] = (1.0, 100.0)
+    amplitude: Mapping[str, float] = field(default_factory=dict)
     tolerance: float = 1e-3
     algorithm: str = ALGORITHMS[0]
     source: Component = field(default_factory=lambda: Component("source", "sine_source"))
@@ -175,11 +176,13 @@ class Scene:
     def __post_init__(self):
         for label in ("inputs", "outputs"):
             names = tuple(member for name in getattr(self, label) for member in expand(name))
-            if not names:
-                raise StructureError(f"a scene needs {label}; found none")
             for name in names:
                 self.system.split(name)
             object.__setattr__(self, label, names)
+        if not self.outputs:
+            raise StructureError("a scene needs outputs; found none")
+        if self.inputs and not self.amplitude:
+            raise StructureError("a scene with inputs needs their amplitude, by unit; found none")
         low, high = self.band
         object.__setattr__(self, "band", (float(low), float(high)))
         if not 0 < low < high < math.inf:
@@ -226,25 +229,6 @@ def companions(name: str) -> tuple[str, str]:
     """Return the names of an input's rate and acceleration: `command.position[3]` -> `command.position_rate[3]`, ..."""
     stem, bracket, index = name.rpartition("[") if name.endswith("]") else (name, "", "")
     return f"{stem}_rate{bracket}{index}", f"{stem}_acceleration{bracket}{index}"
-
-
-def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str]:
-    """Return the outputs (full names) that are 1 while a limit acts and otherwise 0: `axis[1].saturation` and such."""
-    return [
-        f"{component}.{name}"
-        for component, variables in connectors.items()
-        for name, variable in variables.items()
-        if variable.causality == "output" and name.rpartition(".")[2] == "saturation"
-    ]
-
-
-def limit_message(name: str, time: float) -> str:
-    """Return what to say of an output of `limit_signals` that is 1 at a time [s]."""
-    component, _, variable = name.partition(".")
-    return (
-        f"{component}: {variable}: is 1 at t = {time:.9g} s: a limit acts, and the response is not that to small "
-        "signals; take a smaller amplitude or a higher limit"
-    )
 
 
 def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:

@@ -187,14 +187,18 @@ def test_a_run_into_the_limit_says_so(hfsa, loop):
     code, _, err = hfsa("run", "sdelta_hfsa", *words)
     assert (code, err) == (0, "")
     assert not read_run("run.h5")[0]["controller.axis[1].saturation"].any()
-    code, _, err = hfsa("run", "sdelta_hfsa", *LIMIT, *words)
+    code, out, err = hfsa("run", "sdelta_hfsa", *LIMIT, *words)
     assert code == 0
     values, _ = read_run("run.h5")
-    first = values["time"][np.argmax(values["controller.axis[1].saturation"])]
+    flags = values["controller.axis[1].saturation"]
+    first, share = values["time"][np.argmax(flags)], np.mean(flags)
     assert 0 < first < 0.5
+    assert share < 1
+    often = f"{100 * share:.3g} % of the time"
+    assert f"controller.axis[1].saturation: saturated, first at {first:.6g} s, {often}" in out
     assert (
-        f"hfsa: controller: axis[1].saturation: is 1 at t = {first:.9g} s: a limit acts, and the response is not that "
-        "to small signals; take a smaller amplitude or a higher limit"
+        f"hfsa: controller: axis[1].saturation: saturated, first at t = {first:.9g} s, {often}: a command is held at "
+        "its limit; take a smaller motion or a higher limit"
     ) in err
 
 
@@ -206,4 +210,5 @@ def test_a_point_measured_in_the_limit_is_marked(hfsa):
     assert (bode.status == Status.LIMITED).all()
     assert np.isfinite(bode.response).all()
     assert "limited: controller: axis[" in out
-    assert "take a smaller amplitude or a higher limit" in out
+    assert "saturated at t = " in out
+    assert "and the response is not that to small signals; take a smaller motion or a higher limit" in out

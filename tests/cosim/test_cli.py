@@ -168,6 +168,49 @@ def test_run_records_the_input_and_the_outputs(hfsa):
     assert np.abs(values["mass.position"]).max() > 1e-3
 
 
+OWN_MOTION = """
+inputs = []
+outputs = ["mass.position"]
+step_size = 1e-4
+stop_time = 0.5
+
+[[components]]
+name = "shaker"
+part = "sine_source"
+arguments = { unit = "m" }
+start = { frequency = 4.0, amplitude = 1e-3 }
+
+[[components]]
+name = "mass"
+part = "mass_on_spring"
+
+[[components]]
+name = "other"
+part = "mass_on_spring"
+
+[[connections]]
+start = "shaker.value"
+end = "mass.base.position"
+"""
+
+
+def test_a_scene_with_a_motion_of_its_own_runs_as_it_is(hfsa):
+    Path("own.toml").write_text(OWN_MOTION)
+    assert hfsa("run", "own.toml")[0] == 0
+    values, _ = read_run("results/own_run.h5")
+    assert list(values) == ["time", "mass.position"]
+    assert np.abs(values["mass.position"]).max() > 1e-3
+    sine = ["--input", "other.base.position", "--frequency", "4", "--amplitude", "2e-3", "--stop", "1"]
+    assert hfsa("run", "own.toml", *sine)[0] == 0
+    values, _ = read_run("results/own_run.h5")
+    assert values["other.base.position"].max() == pytest.approx(2e-3, rel=1e-3)
+    assert np.abs(values["mass.position"]).max() > 1e-3
+    code, out, _ = hfsa("sweep", "own.toml", "--input", "other.base.position", "--output", "other.position",
+                        "--amplitude", "1e-3", "--method", "linear", "--json")  # fmt: skip
+    assert code == 0
+    assert strict(out)["peaks"][0]["magnitude"] == pytest.approx(200, rel=1e-2)
+
+
 FOREIGN = """
     inputs = ["box.u"]
     outputs = ["box.y"]
@@ -254,6 +297,23 @@ WRONG = {
     "points": (["sweep", "mass_on_spring", "--points", "1"], "2"),
     "nothing": (["sweep"], "SCENE"),
 }
+
+
+OWN_MOTION_WRONG = {
+    "frequency": (["run", "--frequency", "3"], "motion of its own; a sine takes --input beside --frequency and"),
+    "amplitude": (["run", "--input", "other.base.position"], "no amplitude for other.base.position in m; it has none"),
+    "fed": (["run", "--input", "mass.base.position", "--amplitude", "1"], "input mass.base.position is fed twice"),
+    "sweep": (["sweep"], "no input to excite; say one with --input; there are other.base.position"),
+}
+
+
+@pytest.mark.parametrize(("tokens", "message"), OWN_MOTION_WRONG.values(), ids=OWN_MOTION_WRONG)
+def test_what_a_scene_with_a_motion_of_its_own_does_not_take(hfsa, tokens, message):
+    Path("own.toml").write_text(OWN_MOTION)
+    code, out, err = hfsa(tokens[0], "own.toml", *tokens[1:])
+    assert (code, out) == (2, "")
+    assert message in " ".join(err.split())
+    assert not list(Path().rglob("*.h5"))
 
 
 @pytest.mark.parametrize(("tokens", "message"), WRONG.values(), ids=WRONG)

@@ -162,7 +162,9 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(mass, tmp_path):
 def test_a_point_that_fails_is_a_status_and_the_others_go_on(foreign, tmp_path, version):
     # it turns NaN after 1.5 s, which only a low frequency lives to see
     component = Component("box", str(foreign[version]), start={"behaviour": 6, "at": 1.5})
-    scene = Scene(System([component]), ["box.u"], ["box.y"], (1, 50), {"1": 1.0}, step_size=1e-3, stop_time=1.0)
+    scene = Scene(
+        System([component]), ["box.u"], ["box.y"], band=(1, 50), amplitude={"1": 1.0}, step_size=1e-3, stop_time=1.0
+    )
     sweeper = Sweeper(scene, ["box.u"])
     bode = sweeper.stepped(tmp_path / "sweep.h5", [1.0, 20.0, 50.0])
     assert bode.status[:, 0].tolist() == [Status.FAILED, Status.DONE, Status.DONE]

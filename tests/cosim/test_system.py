@@ -204,10 +204,19 @@ def test_a_scene_written_by_hand():
     assert (found.algorithm, found.band, found.source.part) == ("gauss_seidel", (1.0, 100.0), "sine_source")
 
 
+def test_a_scene_with_a_motion_of_its_own_needs_neither_inputs_nor_amplitude():
+    given = scene(inputs=(), amplitude={})
+    assert read_scene_text(scene_text(given)) == given
+    lines = [line for line in scene_text(given).splitlines() if not line.startswith(("band", "amplitude"))]
+    found = read_scene_text("\n".join(lines))
+    assert (found.inputs, found.amplitude, found.band) == ((), {}, (1.0, 100.0))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"inputs": []}, "a scene needs inputs"),
+        ({"outputs": []}, "a scene needs outputs"),
+        ({"amplitude": {}}, "a scene with inputs needs their amplitude"),
         ({"outputs": ["robt.z"]}, "no component is called 'robt'; did you mean robot"),
         ({"band": (5.0, 1.0)}, "band is 5 to 1 Hz"),
         ({"step_size": 0.0}, "step_size is 0, expected a positive number"),

@@ -1,0 +1,127 @@
+"""From a scene to runs in time: what drives it, what is recorded, which FMUs; everything refused before a file is made.
+
+    ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library)
+    ready.run(Path("results/run.h5"))
+
+A scene without inputs has a motion of its own and runs as it is. Like `_measure.py` it stands on the roof: it asks
+`build.py` for files.
+"""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hfsa.cosim import build
+from hfsa.cosim._compiled import LOOPS, chosen_loop
+from hfsa.cosim._description import describe
+from hfsa.cosim._measure import Loaded, find_signals, with_amplitude
+from hfsa.cosim._scene_text import scene_text
+from hfsa.cosim._wiring import check_sample_times
+from hfsa.cosim.results import SystemRecord
+from hfsa.cosim.run import Ended, run, steps_of
+from hfsa.cosim.sweep import system_record
+from hfsa.cosim.system import Connector, Scene, StructureError, System, check
+
+_OWN_MOTION = "the scene has a motion of its own"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit.
+
+    `None` takes what the scene says: its first input, if it has one, the lowest frequency of its band, its amplitude.
+    """
+
+    input: str | None = None
+    frequency: float | None = None
+    amplitude: float | None = None
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A scene ready to run in time, as plain data that any process can take.
+
+    Attributes:
+        scene: with the wanted step size, stop time and algorithm.
+        system: what runs: the scene's system, and the sine source where one drives it; `files` are its FMUs.
+        names: variables that are recorded, by full name.
+        record: what the results file says of it.
+        library: the stepping loop in C, `None` for Python's.
+    """
+
+    scene: Scene
+    system: System
+    files: Mapping[str, Path]
+    names: tuple[str, ...]
+    record: SystemRecord
+    library: Path | None
+
+    def run(self, path: Path, report: Callable[[float], None] | None = None) -> Ended:
+        """Run into the file `path`, as `run.run`."""
+        return run(
+            path,
+            self.system,
+            self.files,
+            self.names,
+            stop_time=self.scene.stop_time,
+            step_size=self.scene.step_size,
+            algorithm=self.scene.algorithm,
+            record=self.record,
+            library=self.library,
+            report=report,
+        )
+
+
+def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
+    """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit."""
+    scene = loaded.scene
+    steps_of(scene.stop_time, scene.step_size)
+    files = build.build(scene.system)
+    system, names = scene.system, tuple(scene.outputs)
+    if drive.input or scene.inputs:
+        variables = _variables(files)
+        excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
+        system = _driven(with_amplitude(scene, drive.amplitude, [excited], variables), excited, drive.frequency)
+        files, names = build.build(system), (excited, *names)
+    elif drive.frequency or drive.amplitude:
+        raise StructureError(f"{_OWN_MOTION}; a sine takes --input beside --frequency and --amplitude")
+    variables = _variables(files)
+    check(system, variables)
+    check_sample_times(system, variables, {}, scene.step_size)
+    record = system_record(loaded.title, scene_text(scene), (system, files))
+    return Ready(scene, system, files, names, record, library)
+
+
+def run_scene(
+    loaded: Loaded,
+    path: Path,
+    drive: Drive,
+    *,
+    loop: str = LOOPS[0],
+    warn: Callable[[str], None] = print,
+    report: Callable[[float], None] | None = None,
+) -> None:
+    """Run a scene in time; record its outputs, and the input that a sine drives, into the file `path`.
+
+    `loop` is one of `LOOPS`.
+    """
+    ended = prepare(loaded, drive, chosen_loop(loop, warn)).run(path, report)
+    for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
+        warn(message)
+
+
+def _driven(scene: Scene, excited: str, frequency: float | None) -> System:
+    """Return the scene's system with a sine source at one input (full name)."""
+    system = build.instrument(scene, excited, scene.outputs)
+    start = {"frequency": frequency or scene.band[0], **({} if frequency else scene.source.start)}
+    components = [
+        dataclasses.replace(c, start={**c.start, **start}) if c.name == scene.source.name else c
+        for c in system.components
+        if c.name != build.LOCK_IN
+    ]
+    return System(components, [c for c in system.connections if not c.end.startswith(f"{build.LOCK_IN}.")])
+
+
+def _variables(files: Mapping[str, Path]) -> dict[str, dict[str, Connector]]:
+    return {name: describe(file).variables for name, file in files.items()}
