@@ -13,9 +13,8 @@ Bode plot, measured to command below the limit, from tick to tick: flat at Kp wi
 and a delay of T / 2.
 """
 
-import casadi as ca
-
 from hfsa.components._model import Model, ModelError
+from hfsa.controllers._command import clipped, late
 
 
 def pd(*, axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = False) -> Model:
@@ -45,14 +44,7 @@ def pd(*, axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = F
     feed_forward = m.input(f"{each}.feed_forward", effort, "Added to the command before the limit")
 
     wanted = feed_forward + kp * (reference - measured) + kd * (reference_rate - measured_rate)
-    command = ca.fmax(-limit, ca.fmin(limit, wanted))
-    saturation = ca.fabs(wanted) > limit
-    m.sampled_output(f"{each}.command", _delayed(m, each, command, effort) if delay else command, effort, "Command")
+    command, saturation = clipped(wanted, -limit, limit)
+    m.sampled_output(f"{each}.command", late(m, each, command, effort) if delay else command, effort, "Command")
     m.sampled_output(f"{each}.saturation", saturation, "1", "1 while the limit acts, otherwise 0")
     return m
-
-
-def _delayed(m: Model, each: str, command: ca.SX, effort: str) -> ca.SX:
-    last = m.sampled_state(f"{each}.last_command", effort, "Command of the tick before")
-    m.next[last] = command
-    return last

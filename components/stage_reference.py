@@ -1,0 +1,100 @@
+"""What the 3-RRR stage is asked to do: elongations of its three stacks over time, with exact derivatives.
+
+    ramp         r_i = rate t until `duration`, then held
+    three_axis   r_i = amplitude sin^2(pi i frequency t),  i = 1, 2, 3
+    step         r_i = 0 before `step.time`, `step.elongation[i]` from then on
+
+and, added to each, the inputs `command.elongation[i]` [m], `.elongation_rate[i]` and `.elongation_acceleration[i]`,
+which pass through. Outputs are `stack[i].elongation`, `.elongation_rate` and `.elongation_acceleration`.
+
+`ramp` is the source's motion: it begins at full speed and, equal on all stacks, moves the yaw alone. `three_axis` gives
+each stack a frequency of its own, so that it moves all three axes and tests their coupling. `step` has no derivatives
+at its jump.
+
+Bode plot, command to reference: 1 at all frequencies, without phase.
+
+Source: thesis of 2000 on the 3-RRR stage, ch. 5, for the ramp of 3 um/s over 4 s; the other motions are ours.
+"""
+
+from typing import Any, Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components import _pzt as stack
+from hfsa.components._model import Model, ModelError, one_of
+from hfsa.components._rrr_kinematics import elongations, links
+
+_ROUNDING = 1e-9
+"""What a pose of a few digits may miss an end of the stroke by [m]."""
+
+
+class _Motion(NamedTuple):
+    """Elongations of the stacks with their derivatives, columns of three [m], [m/s], [m/s2]."""
+
+    elongation: ca.SX
+    rate: ca.SX
+    acceleration: ca.SX
+
+
+def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -> Model:
+    """One motion of all three stacks.
+
+    Raises:
+        ModelError: an unknown motion.
+    """
+    motions = {"ramp": _ramp, "three_axis": _three_axis, "step": _step}
+    one_of(motion, motions, "stage_reference: motion")
+    m = Model("StageReference", "Reference motion of the 3-RRR stage")
+    words = (
+        ("elongation", "m", "elongation", 1e-6),
+        ("elongation_rate", "m/s", "rate of the elongation", 1e-3),
+        ("elongation_acceleration", "m/s2", "acceleration of the elongation", 1.0),
+    )
+    for (name, unit, text, size), moved in zip(words, motions[motion](m), strict=True):
+        added = m.input(f"command.{name}[1..3]", unit, f"Added {text}", nominal=size)
+        m.output(f"stack[1..3].{name}", moved + added, unit, f"Reference {text}", nominal=size)
+    return m
+
+
+def analyze(*, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
+    """Return `elongation`, (3,) [m], that brings the platform to a pose: x, y [m], yaw [rad] from rest.
+
+    Raises:
+        ModelError: a pose that the legs do not reach, or that takes elongations no free stack has.
+    """
+    symbol = ca.SX.sym("pose", 3)
+    wanted = np.array(ca.Function("elongation", [symbol], [elongations(links("nominal"), symbol)])(pose)).ravel()
+    words = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
+    if not np.all(np.isfinite(wanted)):
+        raise ModelError(f"{words} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
+    if not np.all((wanted >= -_ROUNDING) & (wanted <= stack.FREE_STROKE + _ROUNDING)):
+        found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)
+        raise ModelError(
+            f"{words} takes elongations of {found} um, expected 0 to {stack.FREE_STROKE * 1e6:g} um, the free stroke"
+        )
+    return {"elongation": wanted}
+
+
+def _ramp(m: Model) -> _Motion:
+    rate = m.parameter("rate", 3e-6, "m/s", "Rate of all elongations", nominal=1e-6)
+    duration = m.parameter("duration", 4.0, "s", "Time after which the elongations are held", min=0)
+    moving, ones = m.time < duration, ca.SX.ones(3)
+    elongation = rate * ca.if_else(moving, m.time, duration)
+    return _Motion(elongation * ones, ca.if_else(moving, rate, 0) * ones, ca.SX.zeros(3))
+
+
+def _three_axis(m: Model) -> _Motion:
+    amplitude = m.parameter("amplitude", 8e-6, "m", "Largest elongation", nominal=1e-6)
+    frequency = m.parameter("frequency", 5.0, "Hz", "Frequency of the first stack; the others have 2 and 3 times it")
+    omega = 2 * ca.pi * frequency * ca.DM([1, 2, 3])
+    turn = omega * m.time
+    return _Motion(
+        amplitude * ca.sin(turn / 2) ** 2, amplitude / 2 * omega * ca.sin(turn), amplitude / 2 * omega**2 * ca.cos(turn)
+    )
+
+
+def _step(m: Model) -> _Motion:
+    target = m.parameter("step.elongation[1..3]", 1e-6, "m", "Elongation after the step", nominal=1e-6)
+    begin = m.parameter("step.time", 1e-3, "s", "Time of the step", min=0)
+    return _Motion(ca.if_else(m.time < begin, 0, 1) * target, ca.SX.zeros(3), ca.SX.zeros(3))

@@ -1,0 +1,29 @@
+"""How far what is measured is from what was asked for, axis by axis: error = reference - measured.
+
+Ports of axis i: in `axis[i].reference` and `axis[i].measured`, out `axis[i].error`, all in one unit. There is no state:
+the error at a communication point is that of the values at this point.
+
+Bode plot, reference to error: 1 at all frequencies; measured to error: -1.
+"""
+
+from hfsa.components._model import Model, ModelError
+
+
+def tracking_error(*, axes: int = 1, unit: str = "m") -> Model:
+    """The errors of all axes.
+
+    Args:
+        axes: number of axes.
+        unit: unit of reference, measured value and error.
+
+    Raises:
+        ModelError: less than one axis, an unknown unit.
+    """
+    if axes < 1:
+        raise ModelError(f"tracking_error: axes is {axes}, expected 1 or more")
+    m = Model("TrackingError", "Difference between reference and measured value")
+    each = f"axis[1..{axes}]"
+    reference = m.input(f"{each}.reference", unit, "Reference")
+    measured = m.input(f"{each}.measured", unit, "Measured value")
+    m.output(f"{each}.error", reference - measured, unit, "Reference less measured value")
+    return m

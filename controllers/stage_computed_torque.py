@@ -1,0 +1,71 @@
+"""Sampled computed-torque control (CTC) of the 3-RRR stage: its dynamics cancelled, a linear error left over.
+
+    Q = limit( M(l) a + c(l, l') + D l' + H(l) ),   a_i = r_i'' + Kv_i (r_i' - l_i') + Kp_i (r_i - l_i)
+
+with l measured and r the reference of the stacks' elongations, M, c, H those of the model that the controller is built
+on, D = beta K0 its damping and K0 = dH/dl(0). Where the model is the stage, e'' + Kv e' + Kp e = 0 is left of the error
+e = r - l: with Kp = w^2 and Kv = 2 w a critically damped one, in which the start of a ramp of speed v makes an error of
+v / (exp(1) w) at most.
+
+Ports of axis i: in `axis[i].reference` [m], `.reference_rate`, `.reference_acceleration`, `.measured`,
+`.measured_rate`; out `axis[i].command` [N], evaluated at each tick and held until the next, and `axis[i].saturation`, 1
+while the limit acts. The default gains are those of w = 2 pi 300 rad/s.
+
+Bode plot about rest, measured to command below the limit, from tick to tick: K0 - Kp M0, from the rate: D - Kv M0.
+Between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
+
+Source: thesis of 2000 on the 3-RRR stage, eq (5.8), which prints the states in place of their errors.
+"""
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import Model
+from hfsa.controllers._command import clipped, late
+from hfsa.controllers._stage_inverse import StageModel, stack_forces
+
+_BANDWIDTH = 2 * np.pi * 300
+
+
+def stage_computed_torque(*, model: StageModel = "exact", delay: bool = False) -> Model:
+    """One controller for the three stacks.
+
+    Args:
+        model: what the controller takes the stage for.
+        delay: whether the command is put out one sample time late.
+
+    Raises:
+        ModelError: an unknown model.
+    """
+    return controller(stack_forces(model), delay)
+
+
+def controller(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX], delay: bool = False) -> Model:
+    """Return the controller on any inverse dynamics: elongations, their rates and accelerations to forces, (3, 1)."""
+    m = Model("StageComputedTorque", "Sampled computed-torque controller of the 3-RRR stage")
+    m.sample_time(50e-6)
+    each = "axis[1..3]"
+    kp = m.parameter(f"{each}.proportional_gain", _BANDWIDTH**2, "1/s2", "Gain Kp", min=0, nominal=1e6)
+    kv = m.parameter(f"{each}.derivative_gain", 2 * _BANDWIDTH, "1/s", "Gain Kv", min=0, nominal=1e3)
+    limit = m.parameter(f"{each}.limit", 1e9, "N", "Largest command either way", min=0, nominal=1.0)
+    beta = m.parameter("damping_time", 6.02e-6, "s", "Damping of the stage by its stiffness, beta", min=0, nominal=1e-6)
+    reference = m.input(f"{each}.reference", "m", "Reference elongation", nominal=1e-6)
+    reference_rate = m.input(f"{each}.reference_rate", "m/s", "Rate of the reference", nominal=1e-3)
+    reference_acceleration = m.input(f"{each}.reference_acceleration", "m/s2", "Acceleration of the reference")
+    measured = m.input(f"{each}.measured", "m", "Measured elongation", nominal=1e-6)
+    measured_rate = m.input(f"{each}.measured_rate", "m/s", "Rate of the measured elongation", nominal=1e-3)
+
+    demanded = reference_acceleration + kv * (reference_rate - measured_rate) + kp * (reference - measured)
+    damping = beta * _rest_stiffness(forces) @ measured_rate
+    command, saturation = clipped(forces(measured, measured_rate, demanded) + damping, -limit, limit)
+    m.sampled_output(f"{each}.command", late(m, each, command, "N") if delay else command, "N", "Force of the stack")
+    m.sampled_output(f"{each}.saturation", saturation, "1", "1 while the limit acts, otherwise 0")
+    return m
+
+
+def _rest_stiffness(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX]) -> ca.DM:
+    """K0 = dH/dl at rest, shape (3, 3) [N/m]."""
+    elongation, still = ca.SX.sym("l", 3), ca.SX.zeros(3)
+    return ca.Function("K0", [elongation], [ca.jacobian(forces(elongation, still, still), elongation)])(0)

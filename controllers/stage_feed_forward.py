@@ -1,0 +1,33 @@
+"""What holds the 3-RRR stage at its reference: the forces H(r) of its hinges, and the voltages of the stacks for it.
+
+    force = H(r),    voltage = (H(r) + k r) / alpha
+
+with r the stacks' elongations, H = dP/dl of the stage's energy P, k and alpha of the stacks' line F = alpha V - k l.
+Added to PD control it removes the error H(r) / Kp; the voltage alone is open-loop control of the stage. A map without
+memory: in a sampled system the controller behind it samples. Voltages above the stacks' 150 V are not clipped here.
+
+Ports of axis i: in `axis[i].reference` [m]; out `axis[i].force` [N], `axis[i].voltage` [V].
+
+Bode plot about rest, reference to force: the stage's static stiffness K0 at all frequencies, without phase.
+
+Source: thesis of 2000 on the 3-RRR stage, ch. 4 for H, eq (5.9) for the line.
+"""
+
+import casadi as ca
+
+from hfsa.components import _pzt as stack
+from hfsa.components._model import Model
+from hfsa.controllers._stage_inverse import StageModel, stack_forces
+
+
+def stage_feed_forward(*, model: StageModel = "exact") -> Model:
+    """The feed-forward of the three stacks, by one `model` of the stage; `ModelError` for an unknown one."""
+    m = Model("StageFeedForward", "Stiffness feed-forward of the 3-RRR stage")
+    stiffness = m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness k of each stack", min=0)
+    coupling = m.parameter("stack.coupling", stack.FORCE_PER_VOLT, "N/V", "Force per volt of each stack", min=1e-9)
+    reference = m.input("axis[1..3].reference", "m", "Reference elongation", nominal=1e-6)
+    force = stack_forces(model)(reference, ca.DM.zeros(3), ca.DM.zeros(3))
+    m.output("axis[1..3].force", force, "N", "Force that holds the stage there", nominal=100.0)
+    voltage = (force + stiffness * reference) / coupling
+    m.output("axis[1..3].voltage", voltage, "V", "Voltage that holds the stage there", nominal=100.0)
+    return m
