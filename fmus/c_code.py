@@ -12,7 +12,7 @@ from pathlib import Path
 
 import casadi as ca
 
-from hfsa.components._functions import Functions, functions
+from hfsa.components._functions import ARGUMENTS, Functions, functions
 from hfsa.components._model import Model
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus._variables import Role, Variable, solver_of, variables
@@ -116,6 +116,7 @@ def _table(name: str, token: str, made: Functions, listed: list[Variable], solve
         "  .size = {" + ", ".join(f"[ROLE_{role.name}] = {size}" for role, size in sizes.items() if size) + "},",
         f"  .variable_count = {len(listed)},",
         f"  .sample_time = {sample_time},",
+        f"  .time_varying = {int(made.rhs.jac_sparsity(0, ARGUMENTS.index('t')).nnz() > 0)},",
         f"  .solver = {f'&hfsa_{solver}' if sizes[Role.STATE] else '0'},",
         *[f"  .{f.name()} = {f.name()}," for f in made],
         "  .jacobian_columns = jacobian_columns,",

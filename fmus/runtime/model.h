@@ -57,6 +57,7 @@ struct Model {
   int size[ROLES]; /* length of the column of each role */
   int variable_count;
   int sample_time;      /* place among the parameters, -1 where nothing is sampled */
+  int time_varying;     /* whether the right-hand side depends on time itself */
   const Solver* solver; /* null pointer where there are no continuous states */
   Function *rhs, *out, *tick, *jacobian, *fwd, *adj;
   const int* jacobian_columns; /* compressed columns: entries of column j are [columns[j], columns[j + 1]) */

@@ -80,18 +80,29 @@ static void* create(const Model* m) {
   return work;
 }
 
-/* f, its Jacobian and its derivative along time and the slopes of the inputs, where a step begins. */
-static int linearize(const Model* m, Instance* in, double offset) {
+/* f_t, the derivative of f along time and the slopes of the inputs. */
+static int along_time(const Model* m, Instance* in, double t, const double* u) {
   const Work* work = in->work;
   size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
-  double t = in->state->time + offset;
-  const double* u = hfsa_inputs(m, in, offset);
+  if (!m->time_varying && !in->state->ramped) {
+    memset(work->f_t, 0, bytes);
+    return 0;
+  }
   memset(in->seeds, 0, in->seeds_size);
   in->seed[ROLE_TIME][0] = 1.0;
   memcpy(in->seed[ROLE_INPUT], in->slope, (size_t)m->size[ROLE_INPUT] * sizeof(double));
   int failed = hfsa_forward(m, in, t, in->x, u);
   memcpy(work->f_t, in->result[ROLE_DERIVATIVE], bytes);
-  return failed || hfsa_rhs(m, in, t, in->x, u, work->f) || hfsa_jacobian(m, in, t, in->x, u, work->jacobian);
+  return failed;
+}
+
+/* f, f_t and the Jacobian where a step begins. */
+static int linearize(const Model* m, Instance* in, double offset) {
+  const Work* work = in->work;
+  double t = in->state->time + offset;
+  const double* u = hfsa_inputs(m, in, offset);
+  return along_time(m, in, t, u) || hfsa_rhs(m, in, t, in->x, u, work->f) ||
+         hfsa_jacobian(m, in, t, in->x, u, work->jacobian);
 }
 
 /* The stages of a trial step; its result is left in `x`. 1 where it cannot be evaluated. */

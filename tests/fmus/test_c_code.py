@@ -46,6 +46,11 @@ def test_the_solver_suits_the_model(models, name, solver):
     assert generate(models[name]()).solver == solver
 
 
+@pytest.mark.parametrize(("name", "varying"), [("pendulum", 1), ("two_link", 1), ("chain", 0), ("gain", 0)])
+def test_the_table_says_whether_time_itself_drives_the_model(models, name, varying):
+    assert f".time_varying = {varying}," in generate(models[name]()).files["model_table.h"]
+
+
 def test_texts_survive_as_c_strings(compiled, models):
     """Quotes, backslashes, trigraphs and letters beyond ASCII."""
     model = models["gain"]()
