@@ -2,7 +2,7 @@
 
 With coordinates p, the energies T(p, p') and P(p), and I_b(p, p') the momentum that a moving base feels,
 
-    M p'' + c(p, p') + dP/dp + G a_b = generalized forces,    M = d2T/dp'2,   G = dI_b/dp'
+    M p'' + c(p, p') + dP/dp + G a_b = generalized forces,    M = d2T/dp'2,   G^T = dI_b/dp'
 
     exact               p = pose. Every link keeps its length.
     constant_jacobian   p = elongations, pose = J0 p. A coupler's ends move as J0 and the crank say; its turn is the
@@ -12,8 +12,8 @@ The energies are short over pose and elongations together, z(p), and Lagrange's 
 
     z' = Z p',   M = Z^T M_z Z,   c = Z^T (M_z Z' p' + M_z' z' - dT/dz),   dP/dp = Z^T dP/dz
 
-In `exact` a crank and its coupler u share the corner's velocity along u, theta' = u v_C / (r x u) with the crank r.
-Couplers are uniform rods, M_bc / 6 (v_B^2 + v_B v_C + v_C^2) by the velocities of their ends. Summed over three corners
+In `exact` both ends of a coupler u have the same velocity along it, so its crank r turns with u v_C / (r x u). Couplers
+are uniform rods, M_bc / 6 (v_B^2 + v_B v_C + v_C^2) by the velocities of their ends. Summed over three corners
 120 degrees apart, v_C^2 is 3 (v^2 + R^2 yaw'^2) and v_C is 3 v. Hinges store K_b phi^2 / 2.
 
 Source: thesis of 2000 on the 3-RRR stage, ch. 4 and tables D.2, D.3. I_bc is M_bc L_BC^2 / 12: the table prints /3, the

@@ -8,7 +8,7 @@ from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, Model, ModelError
-from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, jacobian
+from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 from hfsa.components.rrr_stage import analyze, rrr_stage
 
 UM = 1e-6
@@ -178,13 +178,29 @@ def test_platform_rates_are_the_derivatives_of_its_pose(level):
 
 
 def test_exact_tends_to_constant_jacobian_with_second_order():
-    direction = np.array([1.0, 0.3, 0.6])
+    """Every output, as elongations, rates and forces get smaller together; the inertia with first order."""
+    models = {level: rrr_stage(level=level, causality="force") for level in ("constant_jacobian", "exact")}
 
     def differences(size):
-        numbers = [analyze(level=level, elongation=tuple(size * direction)) for level in ("constant_jacobian", "exact")]
-        return np.array([np.linalg.norm(numbers[0][key] - numbers[1][key]) for key in ("pose", "force")])
+        elongation, rate = size * np.array([4e-6, 1.2e-6, 2.4e-6]), size * np.array([1e-2, -5e-3, 8e-3])
+        J = analyze(level="exact", elongation=tuple(elongation.tolist()))["jacobian"]
+        states = {
+            "constant_jacobian": np.array([*elongation, *rate]),
+            "exact": np.array([*forward(NOMINAL, elongation.tolist()), *(J @ rate)]),
+        }
+        u = size * np.array([100.0, -50.0, 70.0, 3.0, -2.0, 0.1, 0.5, -0.4])
+        found = {level: outputs(model, states[level], u) for level, model in models.items()}
+        names = [name for name in found["exact"] if name.startswith(("platform", "hinge.angle", "hinge.stress"))]
+        return np.array([found["exact"][name] - found["constant_jacobian"][name] for name in names])
 
-    np.testing.assert_allclose(differences(4e-6) / differences(2e-6), 4, rtol=0.02)
+    np.testing.assert_allclose(differences(1) / differences(0.5), 4, rtol=0.01)
+
+    def statics(size):
+        at = tuple(size * np.array([1.0, 0.3, 0.6]))
+        numbers = [analyze(level=level, elongation=at) for level in ("constant_jacobian", "exact")]
+        return np.array([np.linalg.norm(numbers[0][key] - numbers[1][key]) for key in ("force", "inertia")])
+
+    np.testing.assert_allclose(statics(4e-6) / statics(2e-6), [4, 2], rtol=0.02)
 
 
 def test_levels_differ_as_stated_within_the_box():
