@@ -4,7 +4,6 @@ import casadi as ca
 
 from hfsa.components._model import Model
 
-
 ROUNDING = 1e-9
 """Share of the range by which a command may pass a bound before that counts as saturation: 0 V, say, less rounding."""
 

@@ -38,8 +38,8 @@ def stage_tracking(
     motion: Literal["ramp", "three_axis", "step"] = "ramp",
     rate: float = 3e-6,
     pose: tuple[float, float, float] = (2.5e-6, 1e-6, -1e-4),
-    stage: Literal["constant_jacobian", "exact"] = "exact",
-    model: Literal["constant_jacobian", "exact"] = "exact",
+    stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
+    model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     stack: Literal["static", "linear", "hysteretic"] = "static",
     proportional_gain: float = 1e9,
     derivative_gain: float = 5e4,
@@ -182,6 +182,7 @@ def _stacks(base: str, level: str, ticking: dict[str, float]) -> _Piece:
         [
             Connection(f"controller.{_AXES}.command", f"voltage.{_AXES}.force"),
             Connection(f"stage.{_STACKS}.elongation", f"voltage.{_AXES}.elongation"),
+            Connection(f"stage.{_STACKS}.elongation_rate", f"voltage.{_AXES}.elongation_rate"),
             Connection(f"voltage.{_AXES}.command", f"{_STACKS}.command.voltage"),
             *coupled,
         ],
