@@ -253,9 +253,18 @@ def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> 
                 f"connection {connection}: {connection.start} is in {start.unit}, but {connection.end} in {end.unit}"
             )
     for component in system.components:
-        for name in component.start:
-            connector(system, connectors, f"{component.name}.{name}")
+        for name, value in component.start.items():
+            _check_start(connector(system, connectors, full := f"{component.name}.{name}"), full, value)
     feedthrough_levels(system, connectors)
+
+
+def _check_start(variable: Connector, name: str, value: Any) -> None:
+    """Raise `StructureError` for a start value that is no number, or outside its variable's bounds."""
+    low = -math.inf if variable.min is None else variable.min
+    high = math.inf if variable.max is None else variable.max
+    if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
+        unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
+        raise StructureError(f"{name} starts at {value}{unit}, expected a number from {low:g} to {high:g}{unit}")
 
 
 def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]], name: str) -> Connector:
