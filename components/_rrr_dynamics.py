@@ -136,8 +136,8 @@ def constant_jacobian(geometry: Links, elongation: ca.SX, rates: ca.SX) -> Mecha
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     J0, crank = ca.DM(geometry.jacobian), -z[3:] / geometry.arm
     change = coupler_motion(geometry, z[:3], crank)
-    at_B, at_C = ca.sin(crank), ca.vertcat(*[_cross(u, change[:, i]) for i, u in enumerate(geometry.couplers)])
-    at_C /= geometry.coupler**2
+    across = ca.vertcat(*[_cross(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
+    crank_sine, coupler_sine = ca.sin(crank), across / geometry.coupler**2
     return Mechanism(
         elongation,
         rates,
@@ -145,7 +145,7 @@ def constant_jacobian(geometry: Links, elongation: ca.SX, rates: ca.SX) -> Mecha
         z_rate,
         ca.vertcat(J0 @ elongation, elongation),
         ca.vertcat(J0 @ rates, rates),
-        ca.vertcat(crank, at_B - at_C, at_C - ca.sin(z[2])),
+        ca.vertcat(crank, crank_sine - coupler_sine, coupler_sine - ca.sin(z[2])),
         *_inertial(geometry, z_rate, _turned(geometry.cranks, crank), ca.SX(geometry.corners.T)),
     )
 
