@@ -25,6 +25,9 @@ its derivatives are inputs and there are no forces. As the elongations go to zer
 A stack only pushes. `contact_lost` is 1 where its force and `stack.preload` come to a pull, of more than a millionth of
 F0, which rounding and a solver's tolerance stay below; the equations go on as if the stack were glued.
 
+Set free without damping, its FMU loses 4e-11 of its energy in each period of 529 Hz; with `solver.relative_tolerance`
+1e-9 in place of 1e-8 it is 2e-12.
+
 Bode plot at rest, `source`, from the blocking forces to the pose: equal forces turn the platform and do not shift it,
 2.2 urad/N (of each stack) up to one resonance at 2225 Hz, 30 dB high; forces that add up to zero shift it and do not
 turn it, up to one resonance at 904.7 Hz, 38 dB high. With `force` the resonances lie at 1334.7 Hz, 26 dB, and at
