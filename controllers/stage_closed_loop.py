@@ -1,0 +1,232 @@
+"""What PD and computed torque (CTC) make of the 3-RRR stage with ideal force actuators, without integrating anything.
+
+    M l'' + D l' + H(l) = Q,   e = r - l              stage; D = damping_time K0, 0 in the source
+    pd    Q = Kp e + Kv e'                            Kp [N/m],  Kv [N.s/m]
+    ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]
+
+so that, with K = dH/dl where the stage comes to rest, the error's own motion is
+
+    pd    M e'' + (D + Kv) e' + (K + Kp) e = 0        and e comes to rest where Kp e = H(r - e)
+    ctc   e'' + Kv e' + Kp e = 0                      and e comes to rest at 0
+
+PD is stable for all Kp, Kv >= 0: with r constant and P the energy of the hinges, T + P + Kp e'e / 2 never grows. It
+does not come to rest without damping, and it does not arrive without stiffness. `verdict` lists what is the case:
+
+    converges             what the start of a motion stirs up dies away
+    rings_for_ever        it does not: nothing damps the loop (Kv = 0, damping_time = 0)
+    softer_than_hinges    Kp is less than a stiffness of the hinges: more than half of the way is never gone (pd)
+    keeps_its_error       Kp = 0: nothing pulls an error back (ctc)
+
+`converges` says nothing of a solver. The trapezoidal rule does not damp what it does not resolve: a step h makes of a
+fast pole s the factor (1 + h s / 2) / (1 - h s / 2), close to -1, and the rule shows an error that changes its sign at
+every step for ever, where the loop has long settled. `trapezoidal_factor` is the size of that factor.
+
+An analysis, not a model: `hfsa analyze stage_closed_loop -p law=pd -p proportional_gain=1e9 -p derivative_gain=5e4`.
+
+Source: thesis of 2000 on the 3-RRR stage, eqs (5.1) and (5.8), which prints the states in place of their errors, and
+table 5.1, whose PD gains are said there not to converge.
+"""
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from hfsa.components._model import ModelError, one_of
+from hfsa.components.rrr_stage import analyze as analyze_stage
+from hfsa.controllers._feedback import poles, sample_time_limit
+
+Level = Literal["constant_jacobian", "exact"]
+Law = Literal["pd", "ctc"]
+Triple = tuple[float, float, float]
+
+_ITERATIONS = 20
+_SETTLED = 1e-12
+"""Last step of the search for the balance, relative to the error."""
+
+
+class Verdict(StrEnum):
+    """What becomes of an error; the module says what each means."""
+
+    CONVERGES = "converges"
+    RINGS = "rings_for_ever"
+    SOFT = "softer_than_hinges"
+    KEEPS = "keeps_its_error"
+
+
+class _Stage(NamedTuple):
+    """The stage at a point, over its elongations: M, D, K, shape (3, 3), and H, the forces that hold it, (3,)."""
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    force: np.ndarray
+
+
+class _Loop(NamedTuple):
+    """The error's motion, mass e'' + damping e' + stiffness e = 0, and the gains that make it of the stage, (3, 3)."""
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    position_gain: np.ndarray
+    rate_gain: np.ndarray
+
+
+def analyze(
+    *,
+    level: Level = "constant_jacobian",
+    law: Law = "pd",
+    proportional_gain: float = 1e9,
+    derivative_gain: float = 5e4,
+    rate: float = 3e-6,
+    elongation: Triple = (12e-6, 12e-6, 12e-6),
+    damping_time: float = 0.0,
+    solver_steps: int = 74,
+) -> dict[str, Any]:
+    """Return what becomes of the error while all elongations ramp up, in SI units; arrays are per stack or per pole.
+
+    Args:
+        level: of the stage, `constant_jacobian` or `exact`.
+        law: `pd` or `ctc`, which is built on the very stage it controls.
+        proportional_gain: Kp of each stack [N/m] (pd), [1/s2] (ctc).
+        derivative_gain: Kv of each stack [N.s/m] (pd), [1/s] (ctc).
+        rate: at which the reference of all three stacks begins to move [m/s].
+        elongation: reference at the end of the motion [m].
+        damping_time: D / K0 of the stage [s]; the source's stage has none.
+        solver_steps: equal steps that a solver takes from 0 to `elongation`.
+
+    Returns:
+        verdict: one or two of the module's identifiers.
+        poles: of the loop where the stage comes to rest, by size, (6,) [1/s].
+        natural_frequencies_hz: |pole| / (2 pi), (6,) [Hz].
+        damping_ratios: -real part / |pole|, 1 where a pole is real, (6,).
+        time_constant: of the slowest that dies away; infinite where one does not [s].
+        final_error: that is left when the start has died away, or that the loop rings about, (3,) [m].
+        final_share: largest share of the elongation that it is [1].
+        peak_error, peak_time: largest error that the start of the motion stirs up, and when; what H(r) / Kp adds
+            meanwhile is not in it [m], [s].
+        start_force: of each stack when the motion starts [N].
+        sample_time_limit: below which the loop is stable with its command `held` between samples, and put out one
+            sample late (`held_delayed`); `rigid` and `rigid_delayed` are those of the masses without hinges. 0 where no
+            sample time is short enough, infinite where none is too long [s].
+        trapezoidal_factor: per step, for the pole that it keeps longest [1].
+
+    Raises:
+        ModelError: an unknown law or level; a gain or damping time below 0; a rate or number of steps that is not above
+            0; elongations that no pose has.
+    """
+    one_of(law, ("pd", "ctc"), "stage_closed_loop: law")
+    one_of(level, ("constant_jacobian", "exact"), "stage_closed_loop: level")
+    gains = {"proportional_gain": proportional_gain, "derivative_gain": derivative_gain}
+    for name, value in {**gains, "damping_time": damping_time}.items():
+        if not (np.isfinite(value) and value >= 0):
+            raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected 0 or more")
+    for name, value in (("rate", rate), ("solver_steps", solver_steps)):
+        if not (np.isfinite(value) and value > 0):
+            raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected more than 0")
+
+    def stage_at(point: np.ndarray) -> _Stage:
+        found = analyze_stage(level=level, elongation=tuple(point.tolist()))
+        return _Stage(found["inertia"], damping, found["stiffness"], found["force"])
+
+    damping = damping_time * analyze_stage(level=level)["stiffness"]
+    reference, duration = np.array(elongation), max(map(abs, elongation)) / rate
+    start = _loop(law, stage_at(np.zeros(3)), proportional_gain, derivative_gain)
+    if law == "pd":
+        error, stage = _balance(lambda e: stage_at(reference - e), proportional_gain)
+    else:
+        kept = 0.0 if proportional_gain else rate * _inverse(derivative_gain)
+        error, stage = np.full(3, kept), stage_at(reference)
+    loop = _loop(law, stage, proportional_gain, derivative_gain)
+    s = poles(loop.mass, loop.damping, loop.stiffness)
+    peak_error, peak_time = _first_peak(start, rate)
+    return {
+        "verdict": _verdict(law, loop, stage, proportional_gain),
+        "poles": s,
+        "natural_frequencies_hz": np.abs(s) / (2 * np.pi),
+        "damping_ratios": np.divide(-np.real(s), np.abs(s), out=np.zeros(6), where=s != 0),
+        "time_constant": _inverse(np.abs(np.real(s)).min()),
+        "final_error": error,
+        "final_share": np.abs(error).max() / np.abs(reference).max() if reference.any() else 0.0,
+        "peak_error": peak_error,
+        "peak_time": peak_time,
+        "start_force": start.rate_gain @ np.full(3, rate),
+        "sample_time_limit": _limits(law, stage, proportional_gain, derivative_gain),
+        "trapezoidal_factor": _trapezoidal_factor(s, duration / solver_steps),
+    }
+
+
+def _loop(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: float) -> _Loop:
+    """Return the loop about a point; CTC cancels the hinges and their damping there, so its gains make up for them."""
+    M, D, K, _ = stage
+    if law == "pd":
+        position_gain, rate_gain = proportional_gain * np.eye(3), derivative_gain * np.eye(3)
+    else:
+        position_gain, rate_gain = proportional_gain * M - K, derivative_gain * M - D
+    return _Loop(M, D + rate_gain, K + position_gain, position_gain, rate_gain)
+
+
+def _balance(stage_at: Callable[[np.ndarray], _Stage], proportional_gain: float) -> tuple[np.ndarray, _Stage]:
+    """Return the error (3,) [m] at which Kp e = H, and the stage there.
+
+    `stage_at` takes an error. Sought itself, it keeps digits that r - l would lose.
+    """
+    error = np.zeros(3)
+    for _ in range(_ITERATIONS):
+        stage = stage_at(error)
+        step = np.linalg.solve(stage.stiffness + proportional_gain * np.eye(3), stage.force - proportional_gain * error)
+        error = error + step
+        if np.abs(step).max() <= _SETTLED * np.abs(error).max():
+            return error, stage
+    raise ModelError(
+        f"stage_closed_loop: no balance found near the reference at proportional_gain {proportional_gain:g} N/m"
+    )
+
+
+def _verdict(law: Law, loop: _Loop, stage: _Stage, proportional_gain: float) -> list[Verdict]:
+    """Whether the error settles, and whether at something small."""
+    if law == "ctc" and proportional_gain == 0:
+        return [Verdict.KEEPS]
+    verdict = [Verdict.CONVERGES if loop.damping.any() else Verdict.RINGS]
+    if law == "pd" and proportional_gain < np.linalg.eigvalsh(stage.stiffness).max():
+        verdict.append(Verdict.SOFT)
+    return verdict
+
+
+def _first_peak(loop: _Loop, rate: float) -> tuple[float, float]:
+    """Return the largest e [m] after e = 0, e' = rate on all stacks, and its time [s].
+
+    Equal stacks at rest move in one mode, e'' + 2 a e' + w^2 e = 0, whose e is rate exp(-a t) / w where e' vanishes.
+    """
+    mass, damping, stiffness = (matrix.sum() for matrix in loop[:3])
+    a, w = damping / (2 * mass), np.sqrt(stiffness / mass)
+    if w == 0:
+        return rate * _inverse(2 * a), np.inf
+    b = np.sqrt(abs(a**2 - w**2))
+    turn = np.log((a + b) / w) if a > w else np.arctan2(b, a)
+    time = turn / b if b else 1 / w
+    return rate * np.exp(-a * time) / w, time
+
+
+def _limits(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: float) -> dict[str, float]:
+    """Return the sample time limits of the stage and of its masses alone, without and with a delay of one sample."""
+    nothing = np.zeros((3, 3))
+    limits = {}
+    for name, plant in (("held", stage), ("rigid", stage._replace(damping=nothing, stiffness=nothing))):
+        gains = _loop(law, plant, proportional_gain, derivative_gain)[3:]
+        for word, delay in ((name, False), (f"{name}_delayed", True)):
+            limits[word] = sample_time_limit(plant.mass, plant.damping, plant.stiffness, *gains, delay=delay)
+    return limits
+
+
+def _trapezoidal_factor(s: np.ndarray, step: float) -> float:
+    """Largest |(1 + z) / (1 - z)|, z = step s / 2, by its logarithm, which is small where it is close to 1."""
+    z = step * s / 2
+    return float(np.exp(0.5 * np.log1p(4 * z.real / np.abs(1 - z) ** 2)).max())
+
+
+def _inverse(value: float) -> float:
+    """1 / value, infinite at 0."""
+    return 1 / value if value else np.inf
