@@ -5,8 +5,9 @@ A volt shifts the platform by up to 0.23 um and turns it by -4.1 urad, the same 
 shifts, 18 dB high at 912 Hz, and one of the turn, 11 dB high at 2332 Hz. Above its own each falls by 40 dB per decade,
 and by 60 above the amplifier's corner, 3.94 kHz at a stack that is held.
 
-Driven by ideal voltages the modes lie at 904.65 and 2225.2 Hz with 0.6 and 1.6 % of damping. The amplifier's resistance
-holds back charge from a stack that is squeezed, which stiffens and damps: 915.7 and 2375 Hz with 6 and 12 %.
+Driven about 0 V by ideal voltages the modes lie at 904.65 and 2225.2 Hz with 0.6 and 1.6 % of damping. The amplifier's
+resistance holds back charge from a stack that is squeezed, which stiffens and damps: 916.1 and 2375.6 Hz with 6 and 12
+%; the bias takes 0.03 to 0.04 % off.
 
 A force is passed on twice, from the source to a stack and on to the stage, and each time held for a step: `jacobi` lags
 by a whole step, 7.5 degrees at 2 kHz, and `gauss_seidel` would lead by as much with the stacks first. The stage goes
