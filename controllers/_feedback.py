@@ -1,7 +1,7 @@
 """A second-order system under feedback of position and rate: its poles, and how slowly the feedback may be sampled.
 
-    M x'' + C x' + K x = u,   u = -P x - D x'        P x and D x' taken at each tick and held until the next one
-                                                     or, with a delay, put out one tick late
+    M x'' + C x' + K x = u,   u = -P x - (D + T E) x'     taken at each tick and held until the next one, T later,
+                                                          or, with a delay, put out one tick late
 
 M is symmetric and positive definite, the others are symmetric, all of shape (n, n). Poles and limits keep their digits
 where frequency and damping are many powers of ten apart.
@@ -57,20 +57,20 @@ def _modes(C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sample_time_limit(
-    M: np.ndarray, C: np.ndarray, K: np.ndarray, P: np.ndarray, D: np.ndarray, *, delay: bool
+    M: np.ndarray, C: np.ndarray, K: np.ndarray, P: np.ndarray, D: np.ndarray, E: np.ndarray, *, delay: bool
 ) -> float:
     """Return the sample time [s] below which the held feedback is stable.
 
-    0 where the loop is not stable without sampling, or its damping is lost in the rounding of its frequency; infinite
-    where every sample time is stable.
+    E is for feedback that makes up for its own sampling. 0 where the loop is not stable without sampling, or its
+    damping is lost in the rounding of its frequency; infinite where every sample time is stable.
     """
     s = poles(M, C + D, K + P)
     decay = -np.real(s)
     if decay.min() <= 0:
         return 0.0
-    C, K, P, D = (_per_mass(M, matrix) for matrix in (C, K, P, D))
+    C, K, P, D, E = (_per_mass(M, matrix) for matrix in (C, K, P, D, E))
     own_rates = np.sqrt(np.maximum(np.linalg.eigvalsh(K), 0))
-    margin = _Margin(C, K, P, D, scale=float(max(np.abs(s).max(), own_rates[-1])), delay=delay)
+    margin = _Margin(C, K, P, D, E, scale=float(max(np.abs(s).max(), own_rates[-1])), delay=delay)
     undamped = np.min(2 * decay / np.abs(s) ** 2)  # where the hold alone takes the damping of a pole
     below = _BELOW / max(1 / undamped, own_rates[-1])
     if margin(below) > 0:
@@ -100,31 +100,30 @@ class _Margin:
     (tick map - 1) / T, which phi(A T) = (exp(A T) - 1) / (A T) gives without a difference, for T however small.
     """
 
-    def __init__(self, C, K, P, D, *, scale: float, delay: bool):
+    def __init__(self, C, K, P, D, E, *, scale: float, delay: bool):
         n = len(C)
         self.scale, self.delay = scale, delay
         self.plant = np.block([[np.zeros((n, n)), scale * np.eye(n)], [-K / scale, -C]])  # of scale x and x'
-        self.gain = np.hstack([P / scale, D])
+        self.gain, self.growth = np.hstack([P / scale, D]), np.hstack([np.zeros((n, n)), E])
         self.entry = np.vstack([np.zeros((n, n)), np.eye(n)])
-        self.loop = self.plant - self.entry @ self.gain
 
     def __call__(self, T: float) -> float:
         n = len(self.plant)
         whole = np.block([[self.plant * T, np.eye(n)], [np.zeros((n, 2 * n))]])
         phi = expm(whole)[:n, n:]
-        d = self._late(phi, T) if self.delay else np.linalg.eigvals(phi @ self.loop)
+        gain = self.gain + T * self.growth
+        states, command = phi @ (self.plant - self.entry @ gain), phi @ self.entry
+        d = self._late(T, gain, states, command) if self.delay else np.linalg.eigvals(states)
         return float(np.max((2 * np.real(d) + T * np.abs(d) ** 2) / np.maximum(np.abs(d), np.finfo(float).tiny)))
 
-    def _late(self, phi: np.ndarray, T: float) -> np.ndarray:
+    def _late(self, T: float, gain: np.ndarray, states: np.ndarray, command: np.ndarray) -> np.ndarray:
         """Eigenvalues d over the states and y, by how much the command that acts differs from the one due now.
 
         What is due changes by the gain times the change of the states: T d y = T d (gain x) - y. For a small T most of
         y is gone at the next tick, and what remains follows the states, y = S x; then the eigenvalues of the
         states alone keep the digits that -1 / T beside them would take.
         """
-        states, command = phi @ self.loop, phi @ self.entry
-        own = self.gain @ command - np.eye(len(self.gain)) / T
-        driven = self.gain @ states
+        own, driven = gain @ command - np.eye(len(gain)) / T, gain @ states
         if T * self.scale > _SEPARATE:
             return np.linalg.eigvals(np.block([[own, driven], [command, states]]))
         S = np.zeros_like(driven)

@@ -2,7 +2,7 @@
 
     M l'' + D l' + H(l) = Q,   e = r - l              stage; D = damping_time K0, 0 in the source
     pd    Q = Kp e + Kv e'                            Kp [N/m],  Kv [N.s/m]
-    ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]
+    ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]; sampled, H(l + h l') as the controller does
 
 so that, with K = dH/dl where the stage comes to rest, the error's own motion is
 
@@ -216,8 +216,9 @@ def _limits(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: 
     limits = {}
     for name, plant in (("held", stage), ("rigid", stage._replace(damping=nothing, stiffness=nothing))):
         gains = _loop(law, plant, proportional_gain, derivative_gain)[3:]
-        for word, delay in ((name, False), (f"{name}_delayed", True)):
-            limits[word] = sample_time_limit(plant.mass, plant.damping, plant.stiffness, *gains, delay=delay)
+        for word, delay, late in ((name, False, 0.5), (f"{name}_delayed", True, 1.5)):
+            ahead = -late * plant.stiffness if law == "ctc" else nothing
+            limits[word] = sample_time_limit(*plant[:3], *gains, ahead, delay=delay)
     return limits
 
 
