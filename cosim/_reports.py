@@ -231,13 +231,20 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
     ]
     for found in limits:
         often = f"{100 * found.share:.3g} % of the time"
-        lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}")
+        lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
+        lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
     return data, "\n".join(lines)
 
 
 def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:
     """Return limits that acted for JSON, times in s."""
     return [
-        {"signal": found.signal, "kind": found.limit.word, "first_time": found.first_time, "share": found.share}
+        {
+            "signal": found.signal,
+            "kind": found.limit.word,
+            "first_time": found.first_time,
+            "share": found.share,
+            "lasting_since": found.lasting_since,
+        }
         for found in limits
     ]

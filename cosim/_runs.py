@@ -1,7 +1,7 @@
 """From a scene to runs in time: what drives it, what is recorded, which FMUs; everything refused before a file is made.
 
     ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library)
-    ready.run(Path("results/run.h5"))
+    run(ready, Path("results/run.h5"))
 
 A scene without inputs has a motion of its own and runs as it is. Like `_measure.py` it stands on the roof: it asks
 `build.py` for files.
@@ -18,12 +18,9 @@ from hfsa.cosim._description import describe
 from hfsa.cosim._measure import Loaded, find_signals, with_amplitude
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim._wiring import check_sample_times
-from hfsa.cosim.results import SystemRecord
-from hfsa.cosim.run import Ended, run, steps_of
+from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
-
-_OWN_MOTION = "the scene has a motion of its own"
 
 
 @dataclass(frozen=True)
@@ -38,45 +35,13 @@ class Drive:
     amplitude: float | None = None
 
 
-@dataclass(frozen=True)
-class Ready:
-    """A scene ready to run in time, as plain data that any process can take.
-
-    Attributes:
-        scene: with the wanted step size, stop time and algorithm.
-        system: what runs: the scene's system, and the sine source where one drives it; `files` are its FMUs.
-        names: variables that are recorded, by full name.
-        record: what the results file says of it.
-        library: the stepping loop in C, `None` for Python's.
-    """
-
-    scene: Scene
-    system: System
-    files: Mapping[str, Path]
-    names: tuple[str, ...]
-    record: SystemRecord
-    library: Path | None
-
-    def run(self, path: Path, report: Callable[[float], None] | None = None) -> Ended:
-        """Run into the file `path`, as `run.run`."""
-        return run(
-            path,
-            self.system,
-            self.files,
-            self.names,
-            stop_time=self.scene.stop_time,
-            step_size=self.scene.step_size,
-            algorithm=self.scene.algorithm,
-            record=self.record,
-            library=self.library,
-            report=report,
-        )
-
-
 def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
-    """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit."""
+    """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
+
+    The scene's outputs are recorded, and the input that a sine drives. `library` is the stepping loop in C, `None` for
+    Python's.
+    """
     scene = loaded.scene
-    steps_of(scene.stop_time, scene.step_size)
     files = build.build(scene.system)
     system, names = scene.system, tuple(scene.outputs)
     if drive.input or scene.inputs:
@@ -85,12 +50,14 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         system = _driven(with_amplitude(scene, drive.amplitude, [excited], variables), excited, drive.frequency)
         files, names = build.build(system), (excited, *names)
     elif drive.frequency or drive.amplitude:
-        raise StructureError(f"{_OWN_MOTION}; a sine takes --input beside --frequency and --amplitude")
+        raise StructureError(
+            "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
+        )
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
     record = system_record(loaded.title, scene_text(scene), (system, files))
-    return Ready(scene, system, files, names, record, library)
+    return Ready(system, files, names, scene.stop_time, scene.step_size, record, scene.algorithm, library)
 
 
 def run_scene(
@@ -102,11 +69,8 @@ def run_scene(
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
 ) -> None:
-    """Run a scene in time; record its outputs, and the input that a sine drives, into the file `path`.
-
-    `loop` is one of `LOOPS`.
-    """
-    ended = prepare(loaded, drive, chosen_loop(loop, warn)).run(path, report)
+    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
+    ended = run(prepare(loaded, drive, chosen_loop(loop, warn)), path, report)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
 

@@ -6,6 +6,7 @@
 
 import contextlib
 import errno
+import io
 import json
 import math
 import os
@@ -25,6 +26,8 @@ _CODES = {
 }
 # A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
 _DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}
+
+_WIDEST = 10_000
 
 
 def run(verb: Callable[[], int | None]) -> int:
@@ -57,6 +60,23 @@ def answer(data: Any, text: str, as_json: bool) -> None:
     """Print the answer of a verb: `data` as JSON, or `text`."""
     print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
     sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
+
+
+def rendered(*tables: Any) -> str:
+    """Return the first table of rich's that is no wider than the terminal, else the last, as text.
+
+    Where there is no terminal, the first one, as wide as it needs to be.
+    """
+    from rich.console import Console
+    from rich.measure import Measurement
+
+    width = Console().width if sys.stdout.isatty() else _WIDEST
+    text = io.StringIO()
+    console = Console(file=text, width=width, markup=False, highlight=False, no_color=True)
+    wide = console.options.update(width=_WIDEST)
+    fitting = (t for t in tables if Measurement.get(console, wide, t).maximum <= width)
+    console.print(next(fitting, tables[-1]))
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines() if line.strip())
 
 
 def named_values(words: list[str] | None) -> dict[str, str]:

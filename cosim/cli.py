@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim import _shell
+from hfsa.cosim._options import Algorithm, Arguments, Jobs, Json, Level, Loop, Output, Positive, Signals
 
 app = App(
     name="hfsa",
@@ -21,25 +22,6 @@ app = App(
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,
 )
-
-Arguments = Annotated[
-    list[str] | None,
-    Parameter(
-        ("-p", "--parameter"),
-        negative=(),
-        help="NAME=VALUE, again and again: an argument or a parameter, for a scene its own argument or "
-        "instance.argument. Numbers of a vector are separated by commas; units are SI where none is stated.",
-    ),
-]
-Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
-Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
-Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
-Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
-Loop = Annotated[
-    Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
-]
-Signals = Annotated[list[str] | None, Parameter(negative=())]
-Output = Annotated[Path | None, Parameter(("-o", "--output"))]
 
 
 @app.command(name="list")
@@ -193,6 +175,83 @@ def run(
 
 
 @app.command
+def compare(
+    scene: str,
+    /,
+    *,
+    over: Annotated[list[str], Parameter("--over", negative=())],
+    parameter: Arguments = None,
+    input: str | None = None,  # noqa: A002 (the user's word)
+    frequency: Positive = None,
+    amplitude: Positive = None,
+    step: Positive = None,
+    stop: Positive = None,
+    algorithm: Algorithm | None = None,
+    loop: Loop = "c",
+    jobs: Jobs = None,
+    output: Output = None,
+    json: Json = False,
+) -> int:
+    """Run a scene once for each value of some of its arguments, on the same motion: one table, one figure.
+
+    The motion is that of `hfsa run`. Each run is written to a file of its own beside the figure.
+
+    Parameters
+    ----------
+    scene
+        A scene's name, or the path of a .py or .toml file.
+    over
+        NAME=VALUES: whatever `-p` takes, with its values separated by commas, or by semicolons where there is one.
+        Several: all combinations.
+    input
+        Input that follows a sine; the scene's first, if it has one, without.
+    frequency
+        Frequency of the sine [Hz]; the lowest of the scene's band without.
+    amplitude
+        Amplitude of the sine in the unit of its input; the scene's without.
+    step
+        Communication step size [s]; the scene's without.
+    stop
+        End of the runs [s]; the scene's without.
+    algorithm
+        Co-simulation algorithm; the scene's without.
+    jobs
+        Processes; one per processor without.
+    output
+        Figure; its ending says the format. `results/SCENE_compare.png` without.
+    """
+    from hfsa.cosim._compare import compare as compare_runs
+    from hfsa.cosim._compare import parse_over
+    from hfsa.cosim._comparison_figure import comparison_figure, save
+    from hfsa.cosim._comparison_text import comparison_data, comparison_text
+    from hfsa.cosim._runs import Drive
+
+    path = output or Path("results", f"{Path(scene).stem}_compare.png")
+    with _shell.progress("compare") as show:
+        compared = compare_runs(
+            scene,
+            _shell.named_values(parameter),
+            parse_over(over),
+            path.parent,
+            drive=Drive(input, frequency, amplitude),
+            loop=loop,
+            jobs=jobs,
+            warn=_shell.warn,
+            report=show,
+            step_size=step,
+            stop_time=stop,
+            algorithm=algorithm,
+        )
+    outcomes = [run.outcome for run in compared.runs]
+    save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
+    _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
+    failed = [outcome for outcome in outcomes if outcome.failure]
+    if len(failed) == len(outcomes):
+        return _shell.SIMULATION_FAILED
+    return _shell.PROBLEMS if failed else _shell.DONE
+
+
+@app.command
 def sweep(
     scene: str,
     /,
@@ -213,7 +272,7 @@ def sweep(
     settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
     measurement_periods: Annotated[int, Parameter(validator=Number(gte=1))] = 1,
     loop: Loop = "c",
-    jobs: Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))] = None,
+    jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     file: Annotated[Path | None, Parameter("-o")] = None,
     json: Json = False,

@@ -59,11 +59,18 @@ LIMITS: Mapping[str, Limit] = {
 
 @dataclass(frozen=True)
 class Acting:
-    """A limit that acted: its signal's full name, the time [s] at which it was first seen, its share of the points."""
+    """A limit that acted.
+
+    Attributes:
+        signal: full name.
+        first_time: at which it was first seen [s]; `share` of all points at which it was.
+        lasting_since: time [s] from which it was seen to the end, `None` where it was not at the end.
+    """
 
     signal: str
     first_time: float
     share: float
+    lasting_since: float | None = None
 
     @property
     def limit(self) -> Limit:
@@ -74,9 +81,10 @@ class Acting:
     def message(self) -> str:
         """What to say of it after a run."""
         limit = self.limit
+        lasting = "" if self.lasting_since is None else f", to the end from {self.lasting_since:.9g} s on"
         return (
             f"{_said(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
-            f"the time: {limit.meaning}; {limit.advice}"
+            f"the time{lasting}: {limit.meaning}; {limit.advice}"
         )
 
     @property
@@ -113,9 +121,11 @@ def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
     time, found = np.asarray(time, dtype=float), []
     for name in filter(is_limit, values):
         flags = np.asarray(values[name], dtype=float)
-        flags = flags[np.isfinite(flags)]
-        if flags.any():
-            found.append(Acting(name, float(time[np.argmax(flags != 0)]), float(np.mean(flags != 0))))
+        acts = flags[np.isfinite(flags)] != 0
+        if acts.any():
+            last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # points at the end at which it acts
+            since = float(time[len(acts) - last]) if last else None
+            found.append(Acting(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
     return sorted(found, key=lambda limit: limit.first_time)
 
 

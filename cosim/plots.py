@@ -13,7 +13,6 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -23,30 +22,17 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFo
 from numpy.typing import NDArray
 
 from hfsa.cosim._records import ResultsError, Signal, Status
+from hfsa.cosim._style import ACCENT, COLOURS, GRID, STYLE, save
 from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode
 from hfsa.cosim.system import nearest
 
+__all__ = ["METHODS", "bode_figure", "save"]
+
 METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMUs"}
 """Methods of a sweep as a legend says them."""
 
-_COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 _CLOSE = 0.02
-_INK, _GRID, _ACCENT = "#20242c", "#c9ced6", "#b3541e"
-_STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.size": 10,
-    "axes.edgecolor": "#8a919c",
-    "axes.labelcolor": _INK,
-    "axes.linewidth": 0.8,
-    "text.color": _INK,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "legend.frameon": False,
-    "mathtext.default": "regular",
-}
 
 
 @dataclass
@@ -60,7 +46,7 @@ class _Curve:
     phase: NDArray[np.float64]
     status: NDArray[np.int8]
     failed: NDArray[np.float64]
-    colour: str = _COLOURS[0]
+    colour: str = COLOURS[0]
     label: str = ""
 
     @property
@@ -98,7 +84,7 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
     rows = max(len(column) for column in columns)
     size = (8.6, 6.2) if len(panels) == 1 else (max(8.0, 4.2 * len(columns)), 0.8 + 4.8 * rows)
     shared_legend = len(panels) > 1 and all(panel.labels == panels[0].labels for panel in panels)
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=size, dpi=160, layout="constrained")
         parts = figure.subfigures(rows, len(columns), squeeze=False)
         for i, column in enumerate(columns):
@@ -110,16 +96,6 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
             handles, labels = parts[0][0].axes[0].get_legend_handles_labels()
             figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=10)
     return figure
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write the figure in the format its suffix names; `ResultsError` where that cannot be done."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with mpl.rc_context(_STYLE):
-            figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"cannot write {path}: {error}") from error
 
 
 # What is drawn --------------------------------------------------------------------------------------------------------
@@ -187,7 +163,7 @@ def _name_curves(panel: _Panel, sweeps: Sequence[Bode]) -> None:
         curve.label = label
         # a line gives way to the points upon it; more outputs or more files need colours of their own
         sibling = [bode for bode in sweeps if bode.settings.get("method") == method].index(curve.bode)
-        curve.colour = _COLOURS[(outputs.index(curve.output.name) + sibling) % len(_COLOURS)]
+        curve.colour = COLOURS[(outputs.index(curve.output.name) + sibling) % len(COLOURS)]
 
 
 def _align_phases(panel: _Panel) -> None:
@@ -274,8 +250,8 @@ def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
         lower.yaxis.set_major_locator(MultipleLocator(45 if span <= 270 else 90 * math.ceil(span / 540)))
     lower.set_ylim(phases.min() - max(0.07 * span, 5), phases.max() + max(0.07 * span, 5))
     for axes in (upper, lower):
-        axes.grid(which="major", color=_GRID, linewidth=0.7)
-        axes.grid(which="minor", axis="x", color=_GRID, linewidth=0.35)
+        axes.grid(which="major", color=GRID, linewidth=0.7)
+        axes.grid(which="minor", axis="x", color=GRID, linewidth=0.35)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
 
@@ -290,9 +266,9 @@ def _mark_resonances(upper: Any, lower: Any, panel: _Panel) -> None:
             marks.append((f, level))
     for f, level in marks:
         for axes in (upper, lower):
-            axes.axvline(f, color=_ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
+            axes.axvline(f, color=ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
         label = f"{f:.4g} Hz, {level:.1f} dB"
-        look = {"color": _ACCENT, "fontweight": "bold", "ha": "right", "zorder": 5, "textcoords": "offset points"}
+        look = {"color": ACCENT, "fontweight": "bold", "ha": "right", "zorder": 5, "textcoords": "offset points"}
         if len(marks) == 1:
             upper.annotate(label, (f, level), xytext=(-7, 7), va="bottom", fontsize=9.5, **look)
         else:

@@ -1,6 +1,9 @@
 """One time-domain run of a system into a file: what is recorded survives whatever ends the run.
 
-run(path, system, files, ["robot.platform.position[3]"], stop_time=5.0, step_size=50e-6, record=record)
+    ready = Ready(system, files, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
+    ended = run(ready, path)
+
+Everything that is recorded is in the file; what is returned says how it went.
 """
 
 import contextlib
@@ -22,6 +25,35 @@ _BLOCK = 10_000
 
 
 @dataclass(frozen=True)
+class Ready:
+    """A system ready to run from 0 to `stop_time` [s], as plain data that any process can take.
+
+    Attributes:
+        system: what runs; `files` are its FMUs by component.
+        names: variables (full names) that are recorded at every communication point.
+        record: what the results file says of the system.
+        library: the stepping loop in C, `None` for Python's.
+    """
+
+    system: System
+    files: Mapping[str, Path]
+    names: Sequence[str]
+    stop_time: float
+    step_size: float
+    record: SystemRecord
+    algorithm: str = ALGORITHMS[0]
+    library: Path | None = None
+
+    @property
+    def steps(self) -> int:
+        """Number of steps; `StructureError` where that is none."""
+        steps = round(self.stop_time / self.step_size)
+        if steps < 1:
+            raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
+        return steps
+
+
+@dataclass(frozen=True)
 class Ended:
     """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first."""
 
@@ -29,37 +61,25 @@ class Ended:
     limits: Sequence[Acting]
 
 
-def run(
-    path: Path,
-    system: System,
-    files: Mapping[str, Path],
-    names: Sequence[str],
-    *,
-    stop_time: float,
-    step_size: float,
-    record: SystemRecord,
-    algorithm: str = ALGORITHMS[0],
-    library: Path | None = None,
-    report: Callable[[float], None] | None = None,
-) -> Ended:
-    """Run from 0 to `stop_time` [s] and record variables (full names) at every communication point.
+def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Ended:
+    """Run into the file `path`, what tells of a limit (`limits.py`) recorded as well.
 
-    What tells of a limit (`limits.py`) is recorded as well. The file is written as the run goes on; a `StepError` is
-    written to it as well, with everything recorded before, and raised. `library` is the stepping loop in C, `None` for
-    Python's; `report` is called with the part done, 0 to 1, and may raise to end the run.
+    The file is written as the run goes on; a `StepError` is written to it as well, with everything recorded before, and
+    raised. `report` is called with the part done, 0 to 1, and may raise to end the run.
     """
-    steps = steps_of(stop_time, step_size)
+    steps, system = ready.steps, ready.system
     with contextlib.ExitStack() as stack:
-        instances = open_instances(files)
+        instances = open_instances(ready.files)
         for instance in instances.values():
             stack.callback(instance.close)
-        master = make_master(instances, system, algorithm, step_size, library)
-        check_sample_times(system, master.wiring.connectors, {}, step_size)
-        limits = limit_signals(master.wiring.connectors)
-        names = list(dict.fromkeys([*names, *limits]))
-        units = {name: connector(system, master.wiring.connectors, name).unit or "1" for name in names}
+        master = make_master(instances, system, ready.algorithm, ready.step_size, ready.library)
+        connectors = master.wiring.connectors
+        check_sample_times(system, connectors, {}, ready.step_size)
+        limits = limit_signals(connectors)
+        names = list(dict.fromkeys([*ready.names, *limits]))
+        units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
-        file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * step_size, units, record)
+        file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * ready.step_size, units, ready.record)
         written, failure = 0, "stopped before the end"
 
         def write() -> None:
@@ -68,7 +88,7 @@ def run(
             written = recording.rows
 
         try:
-            master.initialize(stop_time=stop_time)
+            master.initialize(stop_time=ready.stop_time)
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 write()
@@ -84,11 +104,3 @@ def run(
             finally:
                 file.close(failure)
         return Ended(master.warnings, acting(recording.time, {name: recording[name] for name in limits}))
-
-
-def steps_of(stop_time: float, step_size: float) -> int:
-    """Return the number of steps of a run, both in s; `StructureError` where that is none."""
-    steps = round(stop_time / step_size)
-    if steps < 1:
-        raise StructureError(f"stop time {stop_time:g} s is less than a step of {step_size:g} s")
-    return steps

@@ -368,7 +368,7 @@ def test_help_comes_without_the_heavy_libraries():
     script = f"import sys; from hfsa.cosim.cli import main; main(['--help']); print({heavy} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.endswith("set()\n")
-    for verb in ("list", "analyze", "export", "check", "run", "sweep", "bode"):
+    for verb in ("list", "analyze", "export", "check", "run", "compare", "sweep", "bode"):
         assert f" {verb} " in done.stdout
 
 

@@ -28,12 +28,18 @@ def test_a_run_tells_when_each_limit_acted_first_and_how_often():
         "stack.contact_lost": np.full(5, np.nan),
     }
     found = acting(time, values)
-    assert [(f.signal, f.first_time, f.share) for f in found] == [
-        ("pd.axis[1].saturation", 1.0, pytest.approx(0.6)),
-        ("stage.hinge.overload", 2.0, pytest.approx(0.25)),
+    assert [(f.signal, f.first_time, f.share, f.lasting_since) for f in found] == [
+        ("pd.axis[1].saturation", 1.0, pytest.approx(0.6), 4.0),
+        ("stage.hinge.overload", 2.0, pytest.approx(0.25), None),
     ]
-    assert found[0].message.startswith("pd: axis[1].saturation: saturated, first at t = 1 s, 60 % of the time: ")
+    said = "pd: axis[1].saturation: saturated, first at t = 1 s, 60 % of the time, to the end from 4 s on: "
+    assert found[0].message.startswith(said)
     assert found[0].message.endswith("take a smaller motion or a higher limit")
+
+
+def test_a_limit_that_acts_throughout():
+    (found,) = acting([0.0, 1.0], {"pd.saturation": [1.0, 1.0]})
+    assert (found.first_time, found.share, found.lasting_since) == (0.0, 1.0, 0.0)
 
 
 def test_a_warning_of_stress_leaves_a_response_what_it_is():

@@ -1,0 +1,170 @@
+"""One scene, run once for each value of some of its arguments, on the same motion: what the runs make of it.
+
+    over = parse_over(["law=pd,ctc", "rate=2.5e-6,3e-6"])
+    compared = compare("stage_tracking", {"actuator": "force"}, over, Path("results"), jobs=2)
+    [run.outcome.groups[0].peak for run in compared.runs]
+
+All runs are prepared, and whatever is wrong with one is refused, before the first begins; one that fails later leaves
+the others alone. Like `_measure.py` it stands on the roof: it asks `build.py` for files.
+"""
+
+import contextlib
+import itertools
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim import _pool
+from hfsa.cosim._compiled import LOOPS, chosen_loop
+from hfsa.cosim._measure import load
+from hfsa.cosim._runs import Drive, prepare
+from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
+from hfsa.cosim.system import StructureError
+
+_UNSAFE = re.compile(r"[^\w.+,=-]+")
+_LONGEST_NAME = 150
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a comparison: the compared arguments' values, as they were typed, and what became of it."""
+
+    values: Mapping[str, str]
+    outcome: Outcome
+
+    @property
+    def words(self) -> str:
+        """The values with their names, `law=pd, rate=3e-6`."""
+        return _words(self.values)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A scene's runs: `scene` is its name or path, `over` the values of each compared argument."""
+
+    scene: str
+    title: str
+    over: Mapping[str, tuple[str, ...]]
+    runs: tuple[Run, ...]
+
+
+def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return values by name from words NAME=VALUES, separated by commas, or by semicolons where there is one.
+
+    `StructureError` for a word without `=`, a name given twice, a value that is empty or given twice.
+    """
+    over: dict[str, tuple[str, ...]] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not (name and equals):
+            raise StructureError(f"--over {word!r} is not of the form NAME=VALUES, such as law=pd,ctc")
+        if name in over:
+            raise StructureError(f"--over {name} is given twice; write all its values at once")
+        values = [value.strip() for value in text.split(";" if ";" in text else ",")]
+        if not all(values):
+            raise StructureError(f"--over {word!r} has an empty value; expected values between commas or semicolons")
+        seen: dict[Any, str] = {}
+        for value in values:
+            if other := seen.get(_sense(value)):
+                raise StructureError(f"--over {name} has the value {value} twice{f', as {other}' * (other != value)}")
+            seen[_sense(value)] = value
+        over[name] = tuple(values)
+    return over
+
+
+def compare(
+    scene: str,
+    arguments: Mapping[str, str],
+    over: Mapping[str, Sequence[str]],
+    folder: Path,
+    *,
+    drive: Drive | None = None,
+    loop: str = LOOPS[0],
+    jobs: int | None = None,
+    warn: Callable[[str], None] = print,
+    report: Callable[[float, str], None] | None = None,
+    **changes: Any,
+) -> Comparison:
+    """Run a scene once for each combination of the values in `over`, into one file each in `folder`.
+
+    `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor;
+    `report` is called with the part done, 0 to 1, and a word. `StructureError` for what cannot run as it is asked for.
+    """
+    for name in over:
+        if name in arguments:
+            raise StructureError(f"{name} is given with -p and with --over; expected one of them")
+    tell = report or (lambda *_: None)
+    library = chosen_loop(loop, warn)
+    combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
+    paths = _paths(folder, Path(scene).stem, combinations)
+    trials, title = [], ""
+    for values, path in zip(combinations, paths, strict=True):
+        tell(0.0, f"building FMUs for {_words(values)}")
+        loaded = load(scene, {**arguments, **values}, **changes)
+        title = loaded.title
+        trials.append(Trial(prepare(loaded, drive or Drive(), library), path, tuple(loaded.scene.outputs)))
+    outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
+    runs = tuple(Run(values, outcomes[path]) for values, path in zip(combinations, paths, strict=True))
+    for run in runs:
+        for message in run.outcome.warnings:
+            warn(f"{run.words}: {message}")
+    return Comparison(scene, title, {name: tuple(values) for name, values in over.items()}, runs)
+
+
+def _perform(
+    trials: Sequence[Trial], jobs: int, warn: Callable[[str], None], tell: Callable[[float, str], None]
+) -> dict[Path, Outcome]:
+    """Return the outcomes by file; after Ctrl-C, say what is finished."""
+    outcomes: dict[Path, Outcome] = {}
+
+    def word() -> str:
+        return f"{len(outcomes)} of {len(trials)} runs"
+
+    def within(part: float) -> None:
+        tell((len(outcomes) + part) / len(trials), word())
+
+    is_foreign = any(c.part.endswith(".fmu") for trial in trials for c in trial.ready.system.components)
+    apart = is_foreign or min(jobs, len(trials)) > 1
+    # only what runs in this process can tell how far it is
+    work = perform if apart else partial(perform, report=within)
+    within(0.0)
+    try:
+        with contextlib.closing(_pool.results(work, trials, jobs, apart=is_foreign)) as results:
+            for trial, outcome in results:
+                outcomes[trial.path] = outcome or Outcome(trial.path, failure=CRASHED)
+                within(0.0)
+    except KeyboardInterrupt:
+        finished = ", ".join(str(path) for path, outcome in outcomes.items() if not outcome.failure)
+        warn(f"{word()} are finished{f': {finished}' if finished else ''}")
+        raise
+    return outcomes
+
+
+def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, str]]) -> list[Path]:
+    """Return a file for each combination, named by its values as far as file names allow."""
+    paths: list[Path] = []
+    taken: set[str] = set()
+    for number, values in enumerate(combinations, 1):
+        words = "_".join(f"{name}={value}" for name, value in values.items())
+        name = f"{stem}_{_UNSAFE.sub('-', words)}"[:_LONGEST_NAME]
+        if name.casefold() in taken:
+            name = f"{name}_{number}"
+        taken.add(name.casefold())
+        paths.append(folder / f"{name}.h5")
+    return paths
+
+
+def _sense(value: str) -> Any:
+    """Return what makes two values the same: numbers by size."""
+    try:
+        return float(value)
+    except ValueError:
+        return value
+
+
+def _words(values: Mapping[str, str]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in values.items())

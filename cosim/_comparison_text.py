@@ -1,0 +1,180 @@
+"""What a comparison answers: one table to read, and everything as data for JSON."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from hfsa.cosim._compare import Comparison, Run
+from hfsa.cosim._prefixes import readable
+from hfsa.cosim._reports import limits_data
+from hfsa.cosim._shell import rendered
+from hfsa.cosim.comparison import Group, Outcome
+from hfsa.cosim.sampling import SamplingLimit
+
+_NOTHING = "-"
+_FLICKER = 0.01
+"""Part of a run within which a limit that comes and goes is said to act from its first time on."""
+
+
+def comparison_data(compared: Comparison, figure: Path) -> dict[str, Any]:
+    """Return a comparison for JSON, in SI units."""
+    return {
+        "scene": compared.scene,
+        "over": compared.over,
+        "figure": figure,
+        "runs": [_run_data(run) for run in compared.runs],
+    }
+
+
+def comparison_text(compared: Comparison, figure: Path) -> str:
+    """Return a comparison for reading: the table, what its words stand for, what failed, and the files."""
+    names = _short_names([group for run in compared.runs for group in run.outcome.groups])
+    labels: dict[str, str] = {}
+    for run in compared.runs:
+        labels |= {names[group.name]: group.label for group in run.outcome.groups}
+    columns = _columns(compared, names)
+    lines = [rendered(_by_rows(columns), _by_columns(columns))]
+    lines += [f"  {short}: {label}" for short, label in labels.items() if short != label]
+    lines += [f"  {run.words} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
+    lines += [f"{run.outcome.path}" for run in compared.runs]
+    return "\n".join([*lines, str(figure)])
+
+
+# For reading ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A heading of one or two words, and what stands below it, one cell per run."""
+
+    heading: str
+    cells: list[str]
+    justify: Literal["left", "right"] = "right"
+
+
+def _columns(compared: Comparison, names: dict[str, str]) -> list[_Column]:
+    """Return all three numbers of the first group, the peaks of the others, and what went on."""
+    outcomes = [run.outcome for run in compared.runs]
+    groups = [{group.name: group for group in outcome.groups} for outcome in outcomes]
+    columns = [_Column(name, [run.values[name] for run in compared.runs], "left") for name in compared.over]
+    for place, (name, short) in enumerate(names.items()):
+        for key in ("peak", "rms", "final") if place == 0 else ("peak",):
+            cells = [_number(of.get(name), key, outcome) for of, outcome in zip(groups, outcomes, strict=True)]
+            columns.append(_Column(f"{short} {key}", cells))
+    columns.append(_Column("limits", [_limits(outcome) for outcome in outcomes], "left"))
+    if any(outcome.sampling for outcome in outcomes):
+        columns.append(_Column("sampling limit", [_sampling(outcome.sampling) for outcome in outcomes]))
+    columns.append(_Column("steps", [str(outcome.steps) for outcome in outcomes]))
+    columns.append(_Column("wall time", [_wall_time(outcome) for outcome in outcomes]))
+    return columns
+
+
+def _by_rows(columns: list[_Column]) -> Table:
+    """Return the table with one row per run."""
+    table = _empty_table()
+    for column in columns:
+        table.add_column(column.heading.replace(" ", "\n"), justify=column.justify, overflow="fold")
+    for row in zip(*(column.cells for column in columns), strict=True):
+        table.add_row(*row)
+    return table
+
+
+def _by_columns(columns: list[_Column]) -> Table:
+    """Return the table with one column per run."""
+    table = _empty_table()
+    table.add_column(columns[0].heading, overflow="fold")
+    for cell in columns[0].cells:
+        table.add_column(cell, justify="right", overflow="fold")
+    for column in columns[1:]:
+        table.add_row(column.heading, *column.cells)
+    return table
+
+
+def _empty_table() -> Table:
+    return Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+
+
+def _number(group: Group | None, key: str, outcome: Outcome) -> str:
+    """Return a number with its unit; of a run that failed it says only how far things went."""
+    return _NOTHING if group is None or outcome.failure else readable(getattr(group, key), group.unit)
+
+
+def _limits(outcome: Outcome) -> str:
+    """Return when the run failed, and which kinds of limit acted first when."""
+    words = []
+    if outcome.failure:
+        at = outcome.failure_time
+        words.append("FAILED" if at is None else f"FAILED at {readable(at, 's', '#.4g')}")
+    for word in dict.fromkeys(found.limit.word for found in outcome.limits):
+        acting = [found for found in outcome.limits if found.limit.word == word]
+        first = min(found.first_time for found in acting)
+        lasting = min((f.lasting_since for f in acting if f.lasting_since is not None), default=first)
+        words.append(f"{word} at {readable(first, 's', '#.4g')}")
+        if lasting - first > _FLICKER * outcome.stop_time:
+            words.append(f"  and from {readable(lasting, 's', '#.4g')} on")
+    return "\n".join(words) or "none"
+
+
+def _wall_time(outcome: Outcome) -> str:
+    return readable(outcome.wall_time, "s", ".3g") if math.isfinite(outcome.wall_time) else _NOTHING
+
+
+def _sampling(limit: SamplingLimit | None) -> str:
+    if limit is None:
+        return _NOTHING
+    if limit.longest in (0.0, math.inf):
+        return "none" if limit.is_stable else "unstable"
+    text = readable(limit.longest, "s")
+    return text if limit.is_stable else f"unstable\nabove {text}"
+
+
+def _short_names(groups: Iterable[Group]) -> dict[str, str]:
+    """Return groups' names, each with its shortest ending that no other has."""
+    names = list(dict.fromkeys(group.name for group in groups))
+
+    def ending(name: str) -> str:
+        parts = name.split(".")
+        for count in range(1, len(parts)):
+            short = ".".join(parts[-count:])
+            if sum(f".{other}".endswith(f".{short}") for other in names) == 1:
+                return short
+        return name
+
+    return {name: ending(name) for name in names}
+
+
+# For JSON -------------------------------------------------------------------------------------------------------------
+
+
+def _run_data(run: Run) -> dict[str, Any]:
+    outcome = run.outcome
+    return {
+        "values": run.values,
+        "file": outcome.path,
+        "status": "failed" if outcome.failure else "complete",
+        "message": outcome.failure,
+        "failure_time": outcome.failure_time,
+        "stop_time": outcome.stop_time,
+        "steps": outcome.steps,
+        "wall_time": outcome.wall_time,
+        "groups": [_group_data(group) for group in outcome.groups],
+        "limits": limits_data(outcome.limits),
+        "sampling": _sampling_data(outcome.sampling),
+        "warnings": outcome.warnings,
+    }
+
+
+def _group_data(group: Group) -> dict[str, Any]:
+    numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")}
+    return {"name": group.name, "members": group.members, "unit": group.unit, **numbers}
+
+
+def _sampling_data(limit: SamplingLimit | None) -> dict[str, Any] | None:
+    if limit is None:
+        return None
+    return {"sample_time": limit.sample_time, "longest": limit.longest, "is_stable": limit.is_stable}

@@ -1,0 +1,27 @@
+"""Options that several verbs of the command line share: their names, types, bounds, and one help text for all."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+Arguments = Annotated[
+    list[str] | None,
+    Parameter(
+        ("-p", "--parameter"),
+        negative=(),
+        help="NAME=VALUE, again and again: an argument or a parameter, for a scene its own argument or "
+        "instance.argument. Numbers of a vector are separated by commas; units are SI where none is stated.",
+    ),
+]
+Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
+Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
+Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
+Loop = Annotated[
+    Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
+]
+Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
+Signals = Annotated[list[str] | None, Parameter(negative=())]
+Output = Annotated[Path | None, Parameter(("-o", "--output"))]
