@@ -1,0 +1,116 @@
+"""The 3-RRR stage under the source's extreme gains, sampled: a ramp of 3 um/s for 10 us, with ideal forces.
+
+    ctc   Kp = 5e16 1/s2, Kv = 6e8 1/s         poles at 16 and 80 MHz, on a stage of 0.5 kHz
+    pd    Kp = 1e17 N/m,  Kv = 1e7 N.s/m       the most damped of table 5.1, at 32 and 78 MHz
+
+The ramp begins at full speed: each stack is hit by 745 N (`ctc`), 30 N (`pd`), and errs by femtometres. Held between
+two ticks a command is stable below
+
+    ctc   T < min(2 / Kv, 2 Kv / Kp)           3.33 ns
+    pd    T < min(2 m / Kv, 2 Kv / Kp)         0.2 ns, m = 0.414 kg of the yaw, which the ramp moves
+
+and a sample time that is not given is 0.3 of that. The other gains of table 5.1 have a limit of 2 Kv / Kp = 2e-16 s and
+up, or none with Kv = 0: a second of them takes more than 1e12 steps, so they are refused. `hfsa analyze
+stage_closed_loop` says what becomes of them without a step: where Kv > 0, they settle.
+
+The communication step is the sample time and alone decides on accuracy: the error is 4e-15 m, and the stage's solver is
+content with 1e-14 m. It takes each step whole, and as the force is held, it is wrong by what the stage's own motion
+does of sixth order within a nanosecond, (1e-5)^6, far below rounding. The error r - l keeps nine digits: it is the
+difference of numbers up to 3e-11 m, which double precision knows to 4e-27 m. The level `exact` finds l from places on
+links of a centimetre, which it knows to 1e-18 m: there the error keeps four digits, and Kp turns the rest into noise.
+"""
+
+import math
+from typing import Literal
+
+from hfsa.cosim.system import Component, Connection, Scene, StructureError, System
+
+_AXES, _STACKS = "axis[1..3]", "stack[1..3]"
+_YAW_MASS = 0.41401
+"""Modal mass of the yaw [kg], the least of the stage's."""
+_SHARE = 0.3
+"""Sample time, relative to the limit, where none is given."""
+_SHORTEST = 1e-12
+"""Shortest sample time of a part [s]."""
+_GAINS = {"ctc": (5e16, 6e8), "pd": (1e17, 1e7)}
+_ORDERS = {"ctc": ("", "_rate", "_acceleration"), "pd": ("", "_rate")}
+
+
+def stage_extremes(
+    *,
+    law: Literal["ctc", "pd"] = "ctc",
+    proportional_gain: float | None = None,
+    derivative_gain: float | None = None,
+    sample_time: float | None = None,
+    rate: float = 3e-6,
+    stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
+    damping_time: float = 0.0,
+) -> Scene:
+    """Tracking errors and forces of the stage on a ramp.
+
+    Args:
+        law: of control; `ctc` is built on the stage itself.
+        proportional_gain: Kp [1/s2] (ctc), [N/m] (pd); the law's own without.
+        derivative_gain: Kv [1/s] (ctc), [N.s/m] (pd); the law's own without.
+        sample_time: of the controller, and communication step [s]; 0.3 of the stable limit without.
+        rate: of the ramp [m/s].
+        stage: level of the stage.
+        damping_time: damping of the stage by its stiffness [s]; the source's stage has none.
+
+    Raises:
+        StructureError: gains below 0; without a sample time, gains that no part can tick fast enough for.
+    """
+    kp, kv = (
+        own if given is None else given
+        for own, given in zip(_GAINS[law], (proportional_gain, derivative_gain), strict=True)
+    )
+    for name, gain in (("proportional_gain", kp), ("derivative_gain", kv)):
+        if not 0 <= gain < math.inf:
+            raise StructureError(f"stage_extremes: {name} is {gain:g}, expected 0 or more")
+    step = _sample_time(law, kp, kv) if sample_time is None else sample_time
+    damping = {"damping_time": damping_time}
+    part, arguments, known = {
+        "ctc": ("stage_computed_torque", {"model": stage}, damping),
+        "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
+    }[law]
+    gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
+    components = [
+        Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
+        Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
+        Component("controller", part, None, arguments, {"sample_time": step, **gains, **known}),
+        Component("stage", "rrr_stage", stage, {"causality": "force"}, damping),
+    ]
+    return Scene(
+        System(components, _connections(law)),
+        inputs=[],
+        outputs=[f"tracking.{_AXES}.error", f"controller.{_AXES}.command", f"stage.{_STACKS}.elongation"],
+        band=(1.0, 1000.0),
+        amplitude={"m": 1e-15},
+        step_size=step,
+        stop_time=10e-6,
+    )
+
+
+def _sample_time(law: str, kp: float, kv: float) -> float:
+    """A round sample time well below the limit; `StructureError` where that is too short for a part."""
+    mass = 1.0 if law == "ctc" else _YAW_MASS
+    limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
+    if kv == 0 or _SHARE * limit < _SHORTEST:
+        reason = f"is stable below {limit:g} s only" if kv else "rings for ever, and grows at any sample time"
+        raise StructureError(
+            f"stage_extremes: {law} with gains of {kp:g} and {kv:g} {reason}, and no part ticks faster than every "
+            f"{_SHORTEST:g} s. `hfsa analyze stage_closed_loop` tells what becomes of these gains; to see them fail, "
+            "give a sample_time"
+        )
+    return float(f"{_SHARE * limit:.0e}")
+
+
+def _connections(law: str) -> list[Connection]:
+    """Reference and measured elongations to the controller and to their difference, forces to the stage."""
+    return [
+        *(Connection(f"reference.{_STACKS}.elongation{o}", f"controller.{_AXES}.reference{o}") for o in _ORDERS[law]),
+        *(Connection(f"stage.{_STACKS}.elongation{o}", f"controller.{_AXES}.measured{o}") for o in ("", "_rate")),
+        Connection(f"controller.{_AXES}.command", f"stage.{_STACKS}.force"),
+        Connection(f"reference.{_STACKS}.elongation", f"tracking.{_AXES}.reference"),
+        Connection(f"stage.{_STACKS}.elongation", f"tracking.{_AXES}.measured"),
+    ]
