@@ -88,7 +88,8 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
             written = recording.rows
 
         try:
-            master.initialize(stop_time=ready.stop_time)
+            # A last step that rounding takes beyond the stop time is no step beyond what the FMUs are told.
+            master.initialize(stop_time=max(ready.stop_time, steps * ready.step_size))
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 write()

@@ -168,6 +168,14 @@ def test_run_records_the_input_and_the_outputs(hfsa):
     assert np.abs(values["mass.position"]).max() > 1e-3
 
 
+def test_a_run_ends_at_the_step_nearest_to_its_stop_time(hfsa):
+    """Half a step beyond it, too: FMUs that are told the stop time refuse to go further."""
+    for stop, steps in (("0.00124", 12), ("0.00126", 13)):
+        code, out, err = hfsa("run", "mass_on_spring", "--step", "1e-4", "--stop", stop, "--json")
+        assert (code, err) == (0, "")
+        assert strict(out)["steps"] == steps
+
+
 OWN_MOTION = """
 inputs = []
 outputs = ["mass.position"]
