@@ -2,7 +2,7 @@
 
     M l'' + D l' + H(l) = Q,   e = r - l              stage; D = damping_time K0, 0 in the source
     pd    Q = Kp e + Kv e'                            Kp [N/m],  Kv [N.s/m]
-    ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]; sampled, H(l + h l') as the controller does
+    ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]
 
 so that, with K = dH/dl where the stage comes to rest, the error's own motion is
 
@@ -109,8 +109,9 @@ def analyze(
             meanwhile is not in it [m], [s].
         start_force: of each stack when the motion starts [N].
         sample_time_limit: below which the loop is stable with its command `held` between samples, and put out one
-            sample late (`held_delayed`); `rigid` and `rigid_delayed` are those of the masses without hinges. 0 where no
-            sample time is short enough, infinite where none is too long [s].
+            sample late (`held_delayed`), where computed torque looks ahead as `stage_computed_torque` does; `rigid` and
+            `rigid_delayed` are those of the masses without hinges. 0 where no sample time is short enough, infinite
+            where none is too long [s].
         trapezoidal_factor: per step, for the pole that it keeps longest [1].
 
     Raises:
