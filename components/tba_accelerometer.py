@@ -1,0 +1,359 @@
+"""The triangular biaxial accelerometer: a proof mass on three limbs of feet and legs, on a base that moves.
+
+q is the displacement of the proof mass from home along the sensor's axes, z out of its plane, f the specific force that
+the base makes it feel (`_tba_base`), along the same axes:
+
+    static      q = -Gamma / K f                                   gain, in the plane; z stays at home
+    planar      M q'' + D q' + K q = -Gamma f                      in the plane; z stays at home
+    spatial     the same along three axes
+    nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = -Gamma(q)^T f  sixteen bodies (`_tba_limbs`), f in full
+
+M, K and Gamma are those of `_tba_design`. What a given mass or stiffness has beyond the formulas' stays constant in
+`nonlinear`. f is of first order in what the base does at all levels but `nonlinear`, so that they are linear.
+
+    damping ratio   D = 2 zeta sqrt(K M), axis by axis
+    damping film    D_in = mu A / gap, A = sqrt(3) / 4 a^2          slide film in one gap of gas
+                    D_out = 3 mu (sqrt(3) a^4 / 80) / gap^3         squeeze film in it, incompressible: an upper bound
+
+Ports: in `base.acceleration` [m/s2], `.angular_velocity` [rad/s], `.angular_acceleration` [rad/s2] and `.rotation`
+[rad] from the posture, of the base's reference point along world axes (names as `platform` of a robot); the mounting's
+rotation and lever arm bring them to the sensor. Out, along the sensor's axes: `proof_mass.position` [m], `voltage[i]`
+= gain q_i [V], held beyond +-`travel`, where `saturated` is 1, and `acceleration_estimate[i]` = -K / Gamma q_i [m/s2]
+as the voltage shows it. `gravity` is a parameter along -Z, 0 by default: displacements are then those about the sag.
+
+With `noise` the reading is that of q_i + Gamma / K n_i, n white with one-sided density `noise.density`; without, noise
+costs nothing. No input feeds through to an output but at level `static`.
+
+As what the base does gets smaller, `nonlinear` tends to `spatial` with a difference of second order. `spatial` is
+`planar` in the plane, and `planar` tends to `static` as the frequency squared: 1, 5 and 10 % at 0.0995, 0.2182 and
+0.3015 of the natural frequency.
+
+Bode plot, from the acceleration along x or y to its estimate: 0 dB at low frequency, a resonance 1 / (2 zeta) high,
+40 dB at 5818.9 Hz (mems), 40 dB at 881.0 Hz (optimum), 24 dB at 251.9 Hz (rapid_prototype), and -40 dB per decade with
+-180 degrees above it. The other axis shows nothing. Out of the plane, to the displacement: 1.60e-10 m per m/s2 and one
+resonance, 28 dB high at 13063.9 Hz (mems).
+
+Source: technical report of 2016 on the accelerometer; f, Gamma and the films are not in it. Assumed: damping ratios,
+gain (5 V at the travel), travel (a quarter of a foot's thickness), gap (half of it), noise.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hfsa.components import _tba_design as designs
+from hfsa.components import _tba_limbs as limbs
+from hfsa.components._model import Model, ModelError, one_of
+from hfsa.components._noise import white_noise
+from hfsa.components._tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
+from hfsa.components._tba_design import DESIGNS, Formulas, KOutRule, Shape
+
+Level = Literal["static", "planar", "spatial", "nonlinear"]
+DesignName = Literal["mems", "optimum", "rapid_prototype"]
+Damping = Literal["ratio", "film"]
+
+GRAVITY = 9.80665
+"""g, the unit of accelerations in `analyze` [m/s2]."""
+VISCOSITY = 1.85e-5
+"""mu, of air [Pa.s]."""
+PRESSURE = 1.01325e5
+"""Of the gas in the gap [Pa]."""
+
+_LEVELS = ("static", "planar", "spatial", "nonlinear")
+_OWNER = "tba_accelerometer"
+_AT_TRAVEL = 5.0
+
+
+@dataclass(frozen=True)
+class Dimensions:
+    """Dimensions [m] and material (E [Pa], nu, rho [kg/m3]) that differ from the design's; letters as in `Shape`."""
+
+    a: float | None = None
+    s: float | None = None
+    e: float | None = None
+    b: float | None = None
+    c: float | None = None
+    d: float | None = None
+    tm: float | None = None
+    l: float | None = None  # noqa: E741  the source's letter
+    w: float | None = None
+    E: float | None = None
+    nu: float | None = None
+    rho: float | None = None
+
+
+AS_DESIGNED = Dimensions()
+"""Nothing differs."""
+UPRIGHT = Mounting()
+"""Sensor axes along the world's, at the reference point."""
+
+
+class _Sensor(NamedTuple):
+    """Numbers of one sensor, along x, y, z where there are three.
+
+    Attributes:
+        shape: dimensions and material.
+        formulas: what follows from them.
+        mass, stiffness: M [kg], K [N/m].
+        driven_mass: Gamma [kg].
+        damping_ratio: of the design, in the plane and out of it.
+        gap: of the gas [m].
+    """
+
+    shape: Shape
+    formulas: Formulas
+    mass: np.ndarray
+    stiffness: np.ndarray
+    driven_mass: float
+    damping_ratio: tuple[float, float]
+    gap: float
+
+    @property
+    def gain(self) -> np.ndarray:
+        """Static displacement by specific force, its sign left out, shape (3,) [s2]."""
+        return self.driven_mass / self.stiffness
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Natural frequencies, shape (3,) [rad/s]."""
+        return np.sqrt(self.stiffness / self.mass)
+
+    @property
+    def travel(self) -> float:
+        """Displacement that can be read [m]."""
+        return self.shape.tm / 4
+
+    @property
+    def film(self) -> np.ndarray:
+        """Damping by the films in one gap, per viscosity, shape (3,) [m]."""
+        slide = math.sqrt(3) / 4 * self.shape.a**2 / self.gap
+        return np.array([slide, slide, 3 * math.sqrt(3) / 80 * self.shape.a**4 / self.gap**3])
+
+
+def tba_accelerometer(
+    *,
+    level: Level = "spatial",
+    design: DesignName = "mems",
+    dimensions: Dimensions = AS_DESIGNED,
+    k_out_rule: KOutRule = "minus",
+    stiffness: Triple | None = None,
+    mass: Triple | None = None,
+    driven_mass: float | None = None,
+    damping: Damping = "ratio",
+    gap: float | None = None,
+    mounting: Mounting = UPRIGHT,
+    noise: bool = False,
+) -> Model:
+    """The accelerometer on its base.
+
+    Args:
+        level: `static` (gain), `planar` (two degrees of freedom), `spatial` (three) or `nonlinear` (sixteen bodies).
+        design: published dimensions and material; `optimum` has its stiffness by finite elements, which other
+            dimensions change as the formulas say.
+        dimensions: what differs from the design.
+        k_out_rule: `minus`, the source's, or `plus`, springs in series, for the stiffness out of the plane.
+        stiffness: K along x, y, z [N/m], instead of the design's.
+        mass: M along x, y, z [kg], instead of the formulas'.
+        driven_mass: Gamma [kg], instead of the formula's.
+        damping: by `ratio` or by the gas `film` in one gap.
+        gap: of the film [m]; none for half the thickness of a foot.
+        mounting: rotation and lever arm of the sensor on its base.
+        noise: whether the reading is noisy.
+
+    Raises:
+        ModelError: an unknown level, design, rule or damping; impossible dimensions, mass, stiffness or gap; a mounting
+            that is no rotation.
+    """
+    one_of(level, _LEVELS, f"{_OWNER}: level")
+    one_of(damping, ("ratio", "film"), f"{_OWNER}: damping")
+    sensor = _sensor(design, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
+    Q, arm = mounting.matrix(_OWNER), mounting.arm(_OWNER)
+    m = Model("TbaAccelerometer", "Triangular biaxial accelerometer on a moving base")
+    base = base_inputs(m)
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
+    D = _damping(m, sensor, damping)
+    if level == "nonlinear":
+        position = _nonlinear(m, sensor, D, base, Q, arm, gravity)
+    else:
+        f = first_order(base, Q, arm, gravity)
+        axes = 3 if level == "spatial" else 2
+        moved = -ca.DM(sensor.gain[:axes]) * f[:axes] if level == "static" else _linear(m, sensor, D, f, axes)
+        position = ca.vertcat(moved, ca.SX.zeros(3 - axes))
+    _outputs(m, sensor, position, _noise(m, sensor) if noise else 0)
+    return m
+
+
+def analyze(
+    *,
+    level: Level = "spatial",
+    design: DesignName = "mems",
+    dimensions: Dimensions = AS_DESIGNED,
+    k_out_rule: KOutRule = "minus",
+    stiffness: Triple | None = None,
+    mass: Triple | None = None,
+    driven_mass: float | None = None,
+    gap: float | None = None,
+) -> dict[str, Any]:
+    """Return the sensor's numbers at home, in SI units, along its axes x, y, z where there are three.
+
+    Takes the arguments of `tba_accelerometer` that make the sensor itself, of which `level` has no effect.
+
+    Returns:
+        mass, stiffness: M [kg] and K [N/m], (3,).
+        driven_mass: Gamma [kg].
+        natural_frequencies_hz: (3,) [Hz]; `frequency_ratio`: that of z by that of x.
+        static_sensitivity: Gamma g / K, displacement per g = 9.80665 m/s2, `in_plane` and `out_of_plane` [m].
+        bandwidth_hz: up to which the undamped response along x stays within 1, 5 and 10 %, (3,) [Hz].
+        coriolis_coefficients: c1, c2 (eq 93) [kg/m].
+        cross_axis: y / x^2 under a force along x [1/m].
+        body_mass: of `proof_mass`, one `bar`, one `leg` [kg].
+        leg_stiffness: k_in, k_out of a leg on its feet by the formulas [N.m/rad], `in_plane` and `out_of_plane`.
+        formula_stiffness: K by the formulas, whatever `stiffness` is, (3,) [N/m]; `formula_frequency_ratio` with it.
+        film_damping, film_damping_ratio: of one gap, `in_plane` and `out_of_plane` [N.s/m], [1].
+        squeeze_number: of the gap at the natural frequency out of the plane; well below 1 the gas is incompressible.
+        sensitivity: d ln(f_out / f_in) / d ln(p) of the formulas, for every dimension p.
+
+    Raises:
+        ModelError: as `tba_accelerometer`.
+    """
+    one_of(level, _LEVELS, f"{_OWNER}: level")
+    sensor = _sensor(design, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
+    found, frequencies = sensor.formulas, sensor.omega / (2 * math.pi)
+    film = VISCOSITY * sensor.film
+    return {
+        "mass": sensor.mass,
+        "stiffness": sensor.stiffness,
+        "driven_mass": sensor.driven_mass,
+        "natural_frequencies_hz": frequencies,
+        "frequency_ratio": frequencies[2] / frequencies[0],
+        "static_sensitivity": _in_and_out(GRAVITY * sensor.gain),
+        "bandwidth_hz": frequencies[0] * np.sqrt(1 - 1 / np.array([1.01, 1.05, 1.1])),
+        "coriolis_coefficients": np.array(designs.coriolis(found.bodies)),
+        "cross_axis": limbs.cross_axis(found.bodies.link),
+        "body_mass": {name: getattr(found.bodies, name) for name in ("proof_mass", "bar", "leg")},
+        "leg_stiffness": {"in_plane": found.k_in, "out_of_plane": found.k_out},
+        "formula_stiffness": np.array([found.K_in, found.K_in, found.K_out]),
+        "formula_frequency_ratio": found.f_out / found.f_in,
+        "film_damping": _in_and_out(film),
+        "film_damping_ratio": _in_and_out(film / (2 * sensor.omega * sensor.mass)),
+        "squeeze_number": 4 * VISCOSITY * sensor.omega[2] * (sensor.shape.a / sensor.gap) ** 2 / PRESSURE,
+        "sensitivity": designs.sensitivities(sensor.shape, k_out_rule),
+    }
+
+
+def _sensor(
+    design: str,
+    dimensions: Dimensions,
+    rule: str,
+    stiffness: Triple | None,
+    mass: Triple | None,
+    driven_mass: float | None,
+    gap: float | None,
+) -> _Sensor:
+    published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")]
+    changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
+    shape = designs.possible(published.shape._replace(**changed), rule, published.shape, _OWNER)
+    found = designs.formulas(shape, rule)
+    K = np.array([found.K_in, found.K_in, found.K_out])
+    if published.stiffness is not None:
+        usual = designs.formulas(published.shape, rule)
+        K *= np.array(published.stiffness) / [usual.K_in, usual.K_in, usual.K_out]
+    return _Sensor(
+        shape,
+        found,
+        _above_zero("mass", (found.M_in, found.M_in, found.M_out) if mass is None else mass, "kg"),
+        _above_zero("stiffness", K if stiffness is None else stiffness, "N/m"),
+        float(_above_zero("driven_mass", found.driven_mass if driven_mass is None else driven_mass, "kg")),
+        published.damping_ratio,
+        float(_above_zero("gap", shape.tm / 2 if gap is None else gap, "m")),
+    )
+
+
+def _above_zero(name: str, given: ArrayLike, unit: str) -> np.ndarray:
+    values = np.array(given, dtype=float)
+    if not np.all(np.isfinite(values) & (values > 0)):
+        raise ModelError(f"{_OWNER}: {name} is {values.tolist()} {unit}, expected above 0")
+    return values
+
+
+def _damping(m: Model, sensor: _Sensor, damping: str) -> ca.SX:
+    """Return D along x, y, z, shape (3, 1) [N.s/m]."""
+    if damping == "film":
+        viscosity = m.parameter("film.viscosity", VISCOSITY, "Pa.s", "Viscosity of the gas in the gap", min=0)
+        return viscosity * ca.DM(sensor.film)
+    inside, out = sensor.damping_ratio
+    zeta_in = m.parameter("damping_ratio.in_plane", inside, "1", "Damping ratio in the plane", min=0)
+    zeta_out = m.parameter("damping_ratio.out_of_plane", out, "1", "Damping ratio out of the plane", min=0)
+    return ca.vertcat(zeta_in, zeta_in, zeta_out) * ca.DM(2 * sensor.omega * sensor.mass)
+
+
+def _states(m: Model, sensor: _Sensor, axes: int) -> tuple[ca.SX, ca.SX]:
+    """Declare displacement and rate along the first axes, each (axes, 1); nominals are those of 1 m/s2."""
+    moved, speed = float(sensor.gain[0]), float(sensor.gain[0] * sensor.omega[0])
+    q = m.state(f"center.position[1..{axes}]", "m", "Displacement of the proof mass from home", nominal=moved)
+    v = m.state(f"center.velocity[1..{axes}]", "m/s", "Velocity of the proof mass in the frame", nominal=speed)
+    return q, v
+
+
+def _linear(m: Model, sensor: _Sensor, D: ca.SX, f: ca.SX, axes: int) -> ca.SX:
+    """State the linear equations along the first axes; return the displacement."""
+    q, v = _states(m, sensor, axes)
+    m.der[q] = v
+    M, K = ca.DM(sensor.mass[:axes]), ca.DM(sensor.stiffness[:axes])
+    m.der[v] = -(D[:axes] * v + K * q + sensor.driven_mass * f[:axes]) / M
+    return q
+
+
+def _nonlinear(
+    m: Model, sensor: _Sensor, D: ca.SX, base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX
+) -> ca.SX:
+    """State the equations of the sixteen bodies; return the displacement."""
+    q, v = _states(m, sensor, 3)
+    bodies = sensor.formulas.bodies
+    K = np.array([np.mean(sensor.stiffness[:2])] * 2 + [sensor.stiffness[2]])
+    k_in, _, k_out = K * bodies.link**2 / 6
+    terms = limbs.terms(bodies, k_in, k_out, q, v)
+    f = in_full(base, Q, arm, gravity, q, v)
+    formula_mass = np.array([sensor.formulas.M_in, sensor.formulas.M_in, sensor.formulas.M_out])
+    beyond = sensor.driven_mass - sensor.formulas.driven_mass
+    force = -terms.velocity - D * v - terms.elastic - ca.DM(sensor.stiffness - K) * q
+    m.der[q] = v
+    m.motion(
+        v,
+        mass=terms.mass + ca.diag(ca.DM(sensor.mass - formula_mass)),
+        force=force - (terms.driven.T + beyond * ca.DM.eye(3)) @ f,
+    )
+    return q
+
+
+def _noise(m: Model, sensor: _Sensor) -> ca.SX:
+    """Return the noise of the reading in x and y, shape (2, 1) [m]."""
+    density = m.parameter(
+        "noise.density", 1e-8, "m2/s3", "One-sided power density of the noise, as an acceleration", min=0
+    )
+    interval = m.parameter("noise.interval", 1e-5, "s", "Time between two values of the noise", min=1e-9)
+    seed = m.parameter("noise.seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**25)
+    values = ca.vertcat(*[white_noise(m.time, interval, 2 * seed + i) for i in range(2)])
+    return ca.DM(sensor.gain[:2]) * ca.sqrt(density / (2 * interval)) * values
+
+
+def _outputs(m: Model, sensor: _Sensor, position: ca.SX, noise: ca.SX | int) -> None:
+    gain = m.parameter("gain", _AT_TRAVEL / sensor.travel, "V/m", "Voltage by displacement")
+    travel = m.parameter("travel", sensor.travel, "m", "Largest displacement that is read", min=0)
+    small = float(sensor.gain[0])
+    read = position[:2] + noise
+    shown = ca.fmax(-travel, ca.fmin(travel, read))
+    m.output("proof_mass.position[1..3]", position, "m", "Displacement in the frame, sensor axes", nominal=small)
+    m.output("voltage[1..2]", gain * shown, "V", "Reading in x and y", nominal=_AT_TRAVEL / sensor.travel * small)
+    estimate = -shown / ca.DM(sensor.gain[:2])
+    m.output("acceleration_estimate[1..2]", estimate, "m/s2", "Specific force by the reading, sensor axes")
+    beyond = ca.mmax(ca.fabs(read)) > travel
+    m.output("saturated", beyond, "1", "1 while a displacement is beyond the travel")
+
+
+def _in_and_out(values: np.ndarray) -> dict[str, float]:
+    return {"in_plane": float(values[0]), "out_of_plane": float(values[2])}
