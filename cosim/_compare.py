@@ -167,4 +167,5 @@ def _sense(value: str) -> Any:
 
 
 def _words(values: Mapping[str, str]) -> str:
+    """Return values with their names, `law=pd, rate=3e-6`."""
     return ", ".join(f"{name}={value}" for name, value in values.items())

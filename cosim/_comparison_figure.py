@@ -33,14 +33,14 @@ _FAILED = "#b00020"
 
 def comparison_figure(title: str, labels: Sequence[str], outcomes: Sequence[Outcome]) -> Figure:
     """Return the figure of runs by label; a run without numbers has its place in the legend alone."""
-    keys = list(dict.fromkeys((group.name, group.unit) for outcome in outcomes for group in outcome.groups))
+    keys = list(dict.fromkeys(group.key for outcome in outcomes for group in outcome.groups))
     clock = prefixed(max((outcome.stop_time for outcome in outcomes), default=0.0), "s")
     with mpl.rc_context(STYLE):
         figure = Figure(layout="constrained", dpi=160)
         figure.suptitle(title, fontsize=12.5, fontweight="bold")
         panels, spare = _panels(figure, len(keys))
         for axes, key in zip(panels, keys, strict=True):
-            groups = [next((g for g in o.groups if (g.name, g.unit) == key), None) for o in outcomes]
+            groups = [next((g for g in o.groups if g.key == key), None) for o in outcomes]
             _draw(axes, groups, outcomes, clock[0], _rounding(key[1], outcomes))
             axes.set_xlabel(f"Time ({clock[1]})" if axes in panels[-2:] else "")
         for place, outcome in enumerate(outcomes if panels else ()):
@@ -62,16 +62,14 @@ def _panels(figure: Figure, count: int) -> tuple[list[Any], Any]:
     columns = min(max(count, 1), 2)
     figure.set_size_inches(5.6 * columns + 0.4, 2.5 * rows + 1.0)
     grid = figure.add_gridspec(rows, columns)
-    places = (
-        [grid[0, :], *(grid[r, c] for r in range(1, rows) for c in (0, 1))]
-        if count > 2
-        else [grid[0, c] for c in range(columns)]
-    )
+    below = [grid[row, column] for row in range(1, rows) for column in (0, 1)]
+    places = [grid[0, :], *below] if count > 2 else [grid[0, column] for column in range(columns)]
     panels = [figure.add_subplot(place) for place in places]
     return panels[:count], panels[count] if len(panels) > count > 2 else None
 
 
 def _colour(place: int, count: int) -> Any:
+    """Return the colour of a run; of many, from a scale."""
     return COLOURS[place] if count <= len(COLOURS) else mpl.colormaps["turbo"](0.05 + 0.9 * place / (count - 1))
 
 
@@ -123,6 +121,7 @@ def _limit_times(outcome: Outcome) -> list[float]:
 
 
 def _mark_limits(axes: Any, outcome: Outcome, colour: Any, clock: float) -> None:
+    """Put a triangle at the top of the axes whenever a limit begins to act."""
     for time in _limit_times(outcome):
         place = axes.get_xaxis_transform()
         axes.plot([clock * time], [1.0], "v", color=colour, markersize=6, transform=place, clip_on=False, zorder=6)

@@ -36,7 +36,7 @@ def comparison_text(compared: Comparison, figure: Path) -> str:
     names = _short_names([group for run in compared.runs for group in run.outcome.groups])
     labels: dict[str, str] = {}
     for run in compared.runs:
-        labels |= {names[group.name]: group.label for group in run.outcome.groups}
+        labels |= {names[group.key]: group.label for group in run.outcome.groups}
     columns = _columns(compared, names)
     lines = [rendered(_by_rows(columns), _by_columns(columns))]
     lines += [f"  {short}: {label}" for short, label in labels.items() if short != label]
@@ -57,14 +57,14 @@ class _Column:
     justify: Literal["left", "right"] = "right"
 
 
-def _columns(compared: Comparison, names: dict[str, str]) -> list[_Column]:
+def _columns(compared: Comparison, names: dict[tuple[str, str], str]) -> list[_Column]:
     """Return all three numbers of the first group, the peaks of the others, and what went on."""
     outcomes = [run.outcome for run in compared.runs]
-    groups = [{group.name: group for group in outcome.groups} for outcome in outcomes]
+    groups = [{group.key: group for group in outcome.groups} for outcome in outcomes]
     columns = [_Column(name, [run.values[name] for run in compared.runs], "left") for name in compared.over]
-    for place, (name, short) in enumerate(names.items()):
+    for place, (group, short) in enumerate(names.items()):
         for key in ("peak", "rms", "final") if place == 0 else ("peak",):
-            cells = [_number(of.get(name), key, outcome) for of, outcome in zip(groups, outcomes, strict=True)]
+            cells = [_number(of.get(group), key, outcome) for of, outcome in zip(groups, outcomes, strict=True)]
             columns.append(_Column(f"{short} {key}", cells))
     columns.append(_Column("limits", [_limits(outcome) for outcome in outcomes], "left"))
     if any(outcome.sampling for outcome in outcomes):
@@ -96,11 +96,12 @@ def _by_columns(columns: list[_Column]) -> Table:
 
 
 def _empty_table() -> Table:
+    """Return a table with a line below its headings alone."""
     return Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
 
 
 def _number(group: Group | None, key: str, outcome: Outcome) -> str:
-    """Return a number with its unit; of a run that failed it says only how far things went."""
+    """Return a number with its unit; none of a run that failed, where it says only how far things went."""
     return _NOTHING if group is None or outcome.failure else readable(getattr(group, key), group.unit)
 
 
@@ -121,10 +122,12 @@ def _limits(outcome: Outcome) -> str:
 
 
 def _wall_time(outcome: Outcome) -> str:
+    """Return the time that a run took, if it was made."""
     return readable(outcome.wall_time, "s", ".3g") if math.isfinite(outcome.wall_time) else _NOTHING
 
 
 def _sampling(limit: SamplingLimit | None) -> str:
+    """Return the longest sample time, or that there is none, or none that is short enough."""
     if limit is None:
         return _NOTHING
     if limit.longest in (0.0, math.inf):
@@ -133,25 +136,26 @@ def _sampling(limit: SamplingLimit | None) -> str:
     return text if limit.is_stable else f"unstable\nabove {text}"
 
 
-def _short_names(groups: Iterable[Group]) -> dict[str, str]:
-    """Return groups' names, each with its shortest ending that no other has."""
-    names = list(dict.fromkeys(group.name for group in groups))
+def _short_names(groups: Iterable[Group]) -> dict[tuple[str, str], str]:
+    """Return groups' keys, each with its name's shortest ending that no other has."""
+    keys = list(dict.fromkeys(group.key for group in groups))
 
     def ending(name: str) -> str:
         parts = name.split(".")
         for count in range(1, len(parts)):
             short = ".".join(parts[-count:])
-            if sum(f".{other}".endswith(f".{short}") for other in names) == 1:
+            if sum(f".{other}".endswith(f".{short}") for other, _ in keys) == 1:
                 return short
         return name
 
-    return {name: ending(name) for name in names}
+    return {key: ending(key[0]) for key in keys}
 
 
 # For JSON -------------------------------------------------------------------------------------------------------------
 
 
 def _run_data(run: Run) -> dict[str, Any]:
+    """Return a run for JSON, times in s."""
     outcome = run.outcome
     return {
         "values": run.values,
@@ -170,11 +174,13 @@ def _run_data(run: Run) -> dict[str, Any]:
 
 
 def _group_data(group: Group) -> dict[str, Any]:
+    """Return a group's numbers for JSON, in its unit."""
     numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")}
     return {"name": group.name, "members": group.members, "unit": group.unit, **numbers}
 
 
 def _sampling_data(limit: SamplingLimit | None) -> dict[str, Any] | None:
+    """Return a sampling limit for JSON; `longest` is null where none was found, 0 where nothing is short enough."""
     if limit is None:
         return None
     return {"sample_time": limit.sample_time, "longest": limit.longest, "is_stable": limit.is_stable}

@@ -88,4 +88,5 @@ def _driven(scene: Scene, excited: str, frequency: float | None) -> System:
 
 
 def _variables(files: Mapping[str, Path]) -> dict[str, dict[str, Connector]]:
+    """Return the variables of each component's FMU by name."""
     return {name: describe(file).variables for name, file in files.items()}

@@ -74,6 +74,11 @@ class Group:
     curves: tuple[Curve, ...]
 
     @property
+    def key(self) -> tuple[str, str]:
+        """What is one group in all runs: its name and unit."""
+        return self.name, self.unit
+
+    @property
     def members(self) -> tuple[str, ...]:
         """Full names of the outputs."""
         return tuple(curve.output for curve in self.curves)

@@ -130,6 +130,7 @@ def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
 
 
 def _kind(name: str) -> str:
+    """Return the last part of a name, a key of `LIMITS` where it tells of a limit."""
     return name.rpartition(".")[2]
 
 

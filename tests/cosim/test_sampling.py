@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 
 from hfsa.cosim import build
 from hfsa.cosim.sampling import ACCURACY, SamplingLimit, sampling_limit
@@ -67,3 +68,52 @@ def test_the_robot_settles_on_one_side_of_its_limit_and_not_on_the_other(opened,
         remains[side] = last.max() / first.max()
     assert remains[0.97] < 1e-3
     assert remains[1.03] > 10
+
+
+YAW, SHIFT = (0.414010, 29.1175e6), (2.446981, 27.0388e6)
+"""Mass [kg] and stiffness [N/m] of the stage's modes of free stacks: equal elongations, and those that add up to 0."""
+
+
+def mode_limit(mass: float, stiffness: float, gain: float, rate_gain: float, ahead: float = 0.0) -> float:
+    """Sample time [s] above which a held force -gain x - rate_gain v + ahead T v makes a mode of the stage grow."""
+
+    def grows(sample_time: float) -> bool:
+        free = np.array([[0, 1, 0], [-stiffness / mass, -6.02e-6 * stiffness / mass, 1 / mass], [0, 0, 0]])
+        between = scipy.linalg.expm(free * sample_time)[:2]
+        force = np.array([[-gain, -rate_gain + ahead * sample_time]])
+        return np.abs(np.linalg.eigvals(between[:, :2] + between[:, 2:] @ force)).max() > 1
+
+    times = np.geomspace(1e-8, 1e-2, 2000)
+    low = times[np.argmax([grows(t) for t in times]) - 1]
+    return float(scipy.optimize.brentq(lambda t: grows(t) - 0.5, low, 1.01 * low))
+
+
+CONSTANT = {"actuator": "force", "stage": "constant_jacobian", "model": "constant_jacobian"}
+
+
+def stage_limit(opened, arguments: dict[str, object]) -> SamplingLimit:
+    scene = build.load_scene("stage_tracking", arguments)
+    found = sampling_limit(scene.system, opened(build.build(scene.system)), scene.outputs)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(("gain", "rate_gain"), [(1e9, 5e4), (1e12, 2e6)])
+def test_the_stage_under_pd_is_limited_by_its_yaw(opened, gain, rate_gain):
+    arguments = {"law": "pd", "proportional_gain": gain, "derivative_gain": rate_gain, **CONSTANT}
+    found = stage_limit(opened, arguments)
+    expected = min(mode_limit(*mode, gain, rate_gain) for mode in (YAW, SHIFT))
+    assert found.longest == pytest.approx(expected, rel=1e-3)
+    assert found.longest == pytest.approx(min(2 * rate_gain / gain, 2 * YAW[0] / rate_gain), rel=3e-3)
+    assert found.is_stable == (gain == 1e9)
+
+
+def test_the_stage_under_computed_torque_is_limited_by_its_yaw(opened):
+    """The held force cancels the hinges at the ticks only, half a sample ahead: below the 0.53 ms of a free mass."""
+    omega = 2 * math.pi * 300
+    expected = min(
+        mode_limit(m, k, m * omega**2 - k, 2 * m * omega - 6.02e-6 * k, ahead=k / 2) for m, k in (YAW, SHIFT)
+    )
+    found = stage_limit(opened, {"law": "ctc", **CONSTANT})
+    assert found.longest == pytest.approx(expected, rel=1e-3)
+    assert found.longest == pytest.approx(0.383e-3, rel=1e-3)
