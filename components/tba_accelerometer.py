@@ -34,7 +34,7 @@ Bode plot, from the acceleration along x or y to its estimate: 0 dB at low frequ
 resonance, 28 dB high at 13063.9 Hz (mems).
 
 Source: technical report of 2016 on the accelerometer; f, Gamma and the films are not in it. Assumed: damping ratios,
-gain (5 V at the travel), travel (a quarter of a foot's thickness), gap (half of it), noise.
+gain (5 V at the travel), travel and gap (a quarter and a half of a foot's thickness), noise.
 """
 
 import math

@@ -142,6 +142,14 @@ def test_the_optimums_stiffness_follows_its_dimensions_as_the_formulas_do():
     assert ratio[0] == pytest.approx(1.1**3)
 
 
+def test_other_feet_would_give_the_optimum_its_stiffness_by_finite_elements():
+    """15.2 um thick and 59.5 um long, where table 2 has 30 and 94.051 um; with these the formulas come to 1.51."""
+    feet = PART.analysis(design="optimum", **{"dimensions.tm": "15.2e-6", "dimensions.l": "59.5e-6"})
+    np.testing.assert_allclose(feet["formula_stiffness"], analyze(design="optimum")["stiffness"], rtol=0.015)
+    assert feet["formula_frequency_ratio"] == pytest.approx(2.88, abs=0.01)
+    assert analyze(design="optimum")["frequency_ratio"] == pytest.approx(2.88, abs=0.01)
+
+
 # Rest and response ----------------------------------------------------------------------------------------------------
 
 
