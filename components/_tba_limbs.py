@@ -15,9 +15,9 @@ their rotation: bar 1, 0, 0, 0; lower legs 1/2, 0, 1, 0; upper legs 1, 1/2, 0, 1
 Every leg keeps the axes of inertia that it has at home, and (b', 0, a') for its angular velocity, as in the source. c
 follows from the kinetic energy (Lagrange) and n from V, so that energy is kept exactly.
 
-Source: technical report of 2016 on the accelerometer, secs 2 and 3. Its own velocity terms, by Kane, are c and T_k^T W_k
-M_k T_k q', W_k of the angular velocity: these vanish at home and do no work, but belong to axes of inertia that turn, so
-they are left out. Not in the source: the closed inverse, V, and Gamma away from home.
+Source: technical report of 2016 on the accelerometer, secs 2 and 3. Its own velocity terms, by Kane, are c and those of
+a gyroscope, T_k^T (omega x I omega): they vanish at home and do no work, but belong to axes of inertia that turn, and
+are left out. Not in the source: the closed inverse, V, and Gamma away from home.
 """
 
 import math
