@@ -30,7 +30,7 @@ FULL_VOLTAGE = 150.0
 
 def stage_bode(
     *,
-    level: Literal["constant_jacobian", "exact"] = "constant_jacobian",
+    stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     kinematics: Literal["nominal", "calibrated"] = "nominal",
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
@@ -39,7 +39,7 @@ def stage_bode(
     """The pose's response to each of the three voltages.
 
     Args:
-        level: of the stage.
+        stage: level of the stage.
         kinematics: parameter set of the stage's links.
         bias: voltage of all stacks, about which one of them swings [V]; 0 to 150.
         damping_time: of the hinges, beta [s].
@@ -50,12 +50,12 @@ def stage_bode(
     """
     if not 0 <= bias <= FULL_VOLTAGE:
         raise StructureError(f"stage_bode: bias is {bias:g} V, expected 0 to {FULL_VOLTAGE:g} V")
-    stage = Component(
+    driven = Component(
         "stage",
         "rrr_stage",
-        level,
+        stage,
         {"kinematics": kinematics},
-        {"damping_time": damping_time, **_rest(level, kinematics, bias)},
+        {"damping_time": damping_time, **_rest(stage, kinematics, bias)},
     )
     stacks = [
         Component(
@@ -71,7 +71,7 @@ def stage_bode(
         Connection("stage.stack[1..3].elongation_rate", "stack[1..3].stack.elongation_rate"),
     ]
     return Scene(
-        System([stage, *stacks], connections),  # in this order
+        System([driven, *stacks], connections),  # in this order
         inputs=["stack[1..3].command.voltage"],
         outputs=["stage.platform.position[1..2]", "stage.platform.rotation"],
         band=(1.0, 3000.0),

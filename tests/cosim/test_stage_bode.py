@@ -74,7 +74,7 @@ def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
 @pytest.mark.parametrize("bias", [75.0, 20.0])
 def test_every_entry_is_the_formula_of_the_parts_numbers(opened, level, bias):
-    found = response(linearized(opened, level=level, bias=bias), FREQUENCY)
+    found = response(linearized(opened, stage=level, bias=bias), FREQUENCY)
     expected = by_hand(FREQUENCY, level, bias)
     assert max(errors(found, expected)) < 1e-3
 
@@ -116,8 +116,8 @@ def test_the_amplifiers_resistance_stiffens_and_damps(opened, arguments, modes):
 def test_it_starts_and_stays_at_rest(opened):
     """Nothing moves by more than the solver's tolerance, no limit acts, and the equilibrium is that of the start."""
     for level, turn in (("constant_jacobian", "stage.leg[1].elongation"), ("exact", "stage.center.rotation")):
-        at = scene(level=level)
-        linear = linearized(opened, level=level)
+        at = scene(stage=level)
+        linear = linearized(opened, stage=level)
         start = at.system["stage"].start[turn.removeprefix("stage.")]
         assert linear.operating_point[turn] == pytest.approx(start, rel=1e-6)
         assert linear.operating_point["stack[2].voltage"] == pytest.approx(75.0)
