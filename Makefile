@@ -1,10 +1,10 @@
 # make demo   sets everything up and runs the main job: a Bode plot of the flexible robot from co-simulated FMUs
 # make test   sets everything up and passes the tests
-# make bench  our stepping loop beside other masters
+# make bench  our stepping loop beside other masters;  make published  the published numbers beside ours
 # make slow   the tests that take minutes;  make lint  style, types and floors;  make lock  new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow bench lint lock clean
+.PHONY: demo test slow bench published lint lock clean
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -26,6 +26,9 @@ slow: .venv/installed
 
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py
+
+published: .venv/installed
+	$(BIN)/python tests/published.py
 
 lint: .venv/installed
 	$(BIN)/ruff check

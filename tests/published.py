@@ -1,0 +1,321 @@
+"""Writes `published.md`: every published number beside what the parts compute, from `published.toml`.
+
+    make published        # or: python tests/published.py
+
+`published.toml` says what is printed and how it is computed, `published_probes.py` computes what no part's `analyze`
+does; no computed number is stored. `test_published.py` judges every entry and keeps `published.md` up to date.
+"""
+
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import published_probes
+
+import hfsa.components
+import hfsa.controllers
+from hfsa.components._parts import find, part_named
+from hfsa.components._units import unit as parse_unit
+
+Text = str | list[str] | list[list[str]]
+"""Numbers as they are printed: one, a row or a matrix."""
+Verdict = Literal["agrees", "misprint", "not reproducible"]
+
+DATA = Path(__file__).with_name("published.toml")
+REPORT = Path(__file__).parents[1] / "published.md"
+KINDS = ("printed", "derived")
+VERDICTS: tuple[Verdict, ...] = ("agrees", "misprint", "not reproducible")
+
+SCALED = {
+    "mm": 1e-3,
+    "um": 1e-6,
+    "nm": 1e-9,
+    "mrad": 1e-3,
+    "urad": 1e-6,
+    "deg": np.pi / 180,
+    "um/V": 1e-6,
+    "N/um": 1e6,
+    "MPa": 1e6,
+    "kHz": 1e3,
+    "%": 1e-2,
+}
+"""Units of entries that are not SI, in SI units; the others are spelt as in a part."""
+
+_SMALLEST_DIFFERENCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is evaluated once: the analysis of a part, or a probe about it.
+
+    Attributes:
+        part: name of the part.
+        level: of the part; none for its first.
+        arguments: of the analysis as typed on the command line, or of the probe.
+        probe: function of `published_probes`, instead of the part's analysis.
+    """
+
+    part: str
+    level: str | None
+    arguments: tuple[tuple[str, Any], ...]
+    probe: str | None
+
+    @property
+    def words(self) -> str:
+        """The command that shows the numbers, or the call of the probe."""
+        if self.probe:
+            values = [f"{name}={list(v) if isinstance(v, tuple) else repr(v)}" for name, v in self.arguments]
+            return f"{self.probe}({', '.join(values)})"
+        level = f" --level {self.level}" if self.level else ""
+        return f"hfsa analyze {self.part}{level}" + "".join(f" -p {name}={value}" for name, value in self.arguments)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One published quantity, a number or an array of them.
+
+    Attributes:
+        evaluation: what computes it.
+        source: key of the source.
+        kind: `printed` in the source, or `derived` from its data, without this project.
+        quantity: what it is.
+        equation: where the source prints it, or what it is derived from.
+        key: path into the evaluation, `resonance_hz.lumped`, `stiffness_S[1,5]`, `force[1:2]`, 1-based; all without.
+        unit: of `printed`, as in a part or one of `SCALED`.
+        printed: with its digits.
+        tolerance: of each number, in `unit`; half a unit of its last digit without.
+        verdict: what the comparison comes to.
+        corrected: of a misprint, with its digits.
+        reason: why, or what else there is to say.
+    """
+
+    evaluation: Evaluation
+    source: str
+    kind: Literal["printed", "derived"]
+    quantity: str
+    equation: str
+    unit: str
+    printed: Text
+    key: str = ""
+    tolerance: float | None = None
+    verdict: Verdict = "agrees"
+    corrected: Text | None = None
+    reason: str = ""
+
+    @property
+    def title(self) -> str:
+        """What tells it from every other entry."""
+        return f"{self.evaluation.part}: {self.quantity} ({self.kind}, {self.source}, {self.equation})"
+
+    @property
+    def scale(self) -> float:
+        """The unit in SI units; `ValueError` for a unit that there is not."""
+        return SCALED.get(self.unit) or float(parse_unit(self.unit).name == self.unit)
+
+    @property
+    def computed(self) -> np.ndarray:
+        """What the part makes of it, in `unit`, in the shape of `printed`."""
+        return at_key(evaluated(self.evaluation), self.key) / self.scale
+
+    @property
+    def difference(self) -> float:
+        """Largest difference of computed and printed, relative to each printed number, or to the largest at a 0."""
+        printed = numbers(self.printed)
+        size = np.where(printed == 0, np.abs(printed).max(), np.abs(printed))
+        return float(np.max(np.abs(self.computed - printed) / size))
+
+    def agrees_with(self, text: Text) -> bool:
+        """Whether every computed number rounds to the one of `text`."""
+        expected, computed = numbers(text), self.computed
+        if computed.shape != expected.shape:
+            raise ValueError(f"{self.title}: computed has shape {computed.shape}, printed {expected.shape}")
+        allowed = half_units(text) if self.tolerance is None else self.tolerance
+        # Rounding of the decimal numbers themselves
+        return bool(np.all(np.abs(computed - expected) <= allowed + 1e-14 * np.abs(expected)))
+
+
+class Number(NamedTuple):
+    """How a number is printed: with so many decimals, times ten to the exponent."""
+
+    value: float
+    decimals: int
+    exponent: int | None
+
+    @classmethod
+    def of(cls, text: str) -> "Number":
+        """Return how `text` is printed."""
+        mantissa, _, exponent = text.partition("e")
+        return cls(float(text), len(mantissa.partition(".")[2]), int(exponent) if exponent else None)
+
+    def alike(self, value: float) -> str:
+        """Return another value printed in the same way, with one digit more."""
+        power = self.exponent or 0
+        text = f"{value / 10.0**power:.{self.decimals + 1}f}"
+        text = text.removeprefix("-") if float(text) == 0 else text
+        return text if self.exponent is None else f"{text}e{self.exponent}"
+
+
+def numbers(text: Text) -> np.ndarray:
+    """Return printed numbers as numbers."""
+    return np.array(text, dtype=float)
+
+
+def half_units(text: Text) -> np.ndarray:
+    """Return half a unit of the last digit of printed numbers."""
+    found = [Number.of(one) for one in np.ravel(text).tolist()]
+    return np.reshape([0.5 * 10.0 ** ((n.exponent or 0) - n.decimals) for n in found], np.shape(text))
+
+
+def at_key(found: Any, key: str) -> np.ndarray:
+    """Return what a path leads to."""
+    for name, index in re.findall(r"(\w+)|\[([\d,:]+)\]", key):
+        found = found[name] if name else np.asarray(found)[tuple(map(_position, index.split(",")))]
+    values = np.asarray(found)
+    if np.iscomplex(values).any():
+        raise ValueError(f"{key or 'the result'} is {values}, expected real numbers")
+    return values.real.astype(float)
+
+
+def _position(index: str) -> int | slice:
+    """Return `3`, or `2:5` with its end, as numpy counts."""
+    first, colon, last = index.partition(":")
+    return slice(int(first) - 1, int(last)) if colon else int(index) - 1
+
+
+@cache
+def parts() -> dict:
+    """Return the parts by name."""
+    return find([hfsa.components, hfsa.controllers])
+
+
+@cache
+def evaluated(evaluation: Evaluation) -> Any:
+    """Return what a part's analysis or a probe returns, computed once."""
+    arguments = {name: list(v) if isinstance(v, tuple) else v for name, v in evaluation.arguments}
+    if evaluation.probe:
+        return getattr(published_probes, evaluation.probe)(**arguments)
+    return part_named(evaluation.part, parts()).analysis(evaluation.level, **arguments)
+
+
+@cache
+def sources() -> dict[str, str]:
+    """Return the titles of the sources by key."""
+    return _data()["sources"]
+
+
+@cache
+def entries() -> tuple[Entry, ...]:
+    """Return all entries in the order of the file."""
+    return tuple(_entries())
+
+
+def _entries() -> Iterator[Entry]:
+    for group in _data()["evaluation"]:
+        common = {name: group.pop(name) for name in ("source", "kind", "equation", "unit") if name in group}
+        arguments = {n: tuple(v) if isinstance(v, list) else v for n, v in group.pop("arguments", {}).items()}
+        part, level, probe = group.pop("part"), group.pop("level", None), group.pop("probe", None)
+        evaluation = Evaluation(part, level, tuple(arguments.items()), probe)
+        values = group.pop("values")
+        if group:
+            raise ValueError(f"evaluation of {part}: unknown {', '.join(group)}")
+        for value in values:
+            yield Entry(**{"evaluation": evaluation, **common, **value})
+
+
+@cache
+def _data() -> dict[str, Any]:
+    return tomllib.loads(DATA.read_text())
+
+
+# The report -----------------------------------------------------------------------------------------------------------
+
+
+def report() -> str:
+    """Return the text of `published.md`."""
+    text = [
+        "# Published numbers and ours",
+        "Written by `make published` from `tests/published.toml`, which the tests read, too.",
+        "Quantities are *printed* in a source, or *derived* from its data without this project and printed nowhere. A "
+        "quantity **agrees** where the computed numbers round to the printed ones, to half a unit of the last digit "
+        "unless the file says otherwise. It is a **misprint** where they do not and where it is known what is right: "
+        "the computed numbers round to the corrected ones. Otherwise it is **not reproducible**. Computed numbers are "
+        "shown with a digit more. The difference is relative to the printed number; of an array it is the largest. "
+        "Numbers come from the command shown, or from a function of `tests/published_probes.py`.",
+        _summary(),
+    ]
+    for part in dict.fromkeys(entry.evaluation.part for entry in entries()):
+        text.append(f"## {part}")
+        for kind in KINDS:
+            if found := [e for e in entries() if (e.evaluation.part, e.kind) == (part, kind)]:
+                text += [f"### {part}, {kind}", _table(found)]
+    return "\n\n".join(text) + "\n"
+
+
+def _summary() -> str:
+    counts = Counter((e.source, e.kind, e.verdict) for e in entries())
+    rows = [
+        [f"{key}: {title}", kind, *[counts[key, kind, verdict] for verdict in VERDICTS]]
+        for key, title in sources().items()
+        for kind in KINDS
+        if any(counts[key, kind, verdict] for verdict in VERDICTS)
+    ]
+    rows.append(["all", "", *[sum(column) for column in list(zip(*rows, strict=True))[2:]]])
+    return _markdown(["source", "quantities", *VERDICTS, "total"], [[*row, sum(row[2:])] for row in rows])
+
+
+def _table(found: list[Entry]) -> str:
+    value = found[0].kind
+    columns = ["quantity", "source", value, "computed", "difference", "verdict", "computed by"]
+    return _markdown(columns, [_row(entry) for entry in found])
+
+
+def _row(entry: Entry) -> list[str]:
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    verdict = entry.verdict if entry.verdict == "agrees" else f"**{entry.verdict}**"
+    if entry.corrected:
+        verdict += f", corrected {_shown(entry.corrected)}{unit}"
+    reason = f": {entry.reason}" if entry.reason else ""
+    small = entry.difference < _SMALLEST_DIFFERENCE
+    return [
+        entry.quantity,
+        f"{entry.source}, {entry.equation}",
+        _shown(entry.printed) + unit,
+        _shown(_alike(entry.printed, entry.computed)) + unit,
+        f"< {_SMALLEST_DIFFERENCE:.0e}" if small else f"{entry.difference:.1e}",
+        verdict + reason,
+        f"`{entry.evaluation.words}`",
+    ]
+
+
+def _alike(text: Text, values: np.ndarray) -> Text:
+    """Return values printed like `text`, in its shape."""
+    if isinstance(text, str):
+        return Number.of(text).alike(float(values))
+    return [_alike(one, value) for one, value in zip(text, values, strict=True)]  # type: ignore[return-value]
+
+
+def _shown(text: Text) -> str:
+    """Return numbers on one line, rows of a matrix apart."""
+    if isinstance(text, str):
+        return text
+    if isinstance(text[0], list):
+        return "; ".join(_shown(row) for row in text)
+    if len(text) > 2 and len(set(text)) == 1:
+        return f"{len(text)} times {text[0]}"
+    return ", ".join(text)  # type: ignore[arg-type]
+
+
+def _markdown(columns: list[str], rows: list[list]) -> str:
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+if __name__ == "__main__":
+    REPORT.write_text(report())
+    print(REPORT)
