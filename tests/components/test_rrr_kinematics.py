@@ -1,10 +1,9 @@
-"""Kinematics of the 3-RRR stage: the source's numbers, and the maps against geometry written another way."""
+"""Kinematics of the 3-RRR stage: the maps against geometry written another way, and the parameter sets."""
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from hfsa.components import _rrr_hinge as hinge
 from hfsa.components._model import ModelError
 from hfsa.components._rrr_kinematics import (
     CALIBRATED,
@@ -33,34 +32,10 @@ def rotation(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def test_geometry_is_the_sources():
-    assert NOMINAL.psi == pytest.approx(1.98899, abs=5e-6)
-    assert NOMINAL.psi3 == pytest.approx(1.2847433, abs=5e-8)
-    np.testing.assert_allclose(NOMINAL.base_hinges[0] * 1e3, [8.38684, 28.52368], atol=5e-6)
-    np.testing.assert_allclose(NOMINAL.crank_ends[0] * 1e3, [-8.30126, 34.48234], atol=5e-6)
-
-
 @SETS
 def test_psi1_is_the_direction_from_a_to_c(geometry):
     along = geometry.corners[1] - geometry.base_hinges[1]
     assert np.arctan2(along[1], along[0]) == pytest.approx(geometry.psi1, abs=1e-12)
-
-
-def test_constant_jacobian_is_the_sources():
-    printed = [
-        [1.90509384, 1.31502037, -3.22011421],
-        [2.61836117, -2.95904025, 0.34067908],
-        [-59.96489327, -59.96489327, -59.96489327],
-    ]
-    np.testing.assert_allclose(jacobian("nominal"), printed, atol=5e-9)
-
-
-def test_finest_steps_are_the_sources():
-    """One stack's step for 0.01 um in x and y, and what yaw that is."""
-    J = jacobian("nominal")
-    assert J[0, 1] * 10 == pytest.approx(13.15, abs=5e-3)
-    assert J[1, 2] * 10 == pytest.approx(3.41, abs=5e-3)
-    assert abs(J[2, 0]) * 0.01 == pytest.approx(0.600, abs=5e-4)
 
 
 def test_calibration_fits_the_measurement_at_one_point_only():
@@ -70,13 +45,10 @@ def test_calibration_fits_the_measurement_at_one_point_only():
     assert 5e-6 < np.abs(missed @ elsewhere)[:2].max() < 10e-6
 
 
-def test_measured_range_is_half_the_published_one():
-    assert np.degrees(NOMINAL.psi - np.pi / 3) == pytest.approx(53.961, abs=5e-4)
-    measured = np.abs(jacobian("measured")).sum(axis=1) * 12
-    published = np.abs(jacobian("nominal")).sum(axis=1) * 12
-    np.testing.assert_allclose(measured, [36.5, 42.2, 974.3], atol=0.05)
-    np.testing.assert_allclose(published[:2], [77.28, 71.02], atol=5e-3)
-    assert published[2] == pytest.approx(2160, abs=5)
+def test_measured_range_is_half_that_of_the_links_as_designed():
+    measured, designed = (np.abs(jacobian(name)).sum(axis=1) for name in ("measured", "nominal"))
+    assert (measured / designed > 0.4).all()
+    assert (measured / designed < 0.6).all()
 
 
 @SETS
@@ -161,8 +133,3 @@ def test_parameter_sets_are_named():
         links("measured")
     with pytest.raises(ModelError, match="kinematics is 'nominel'; did you mean nominal"):
         jacobian("nominel")
-
-
-def test_hinge_is_the_sources():
-    np.testing.assert_allclose(hinge.STIFFNESS, 40.89629, atol=5e-6)
-    np.testing.assert_allclose(600e6 / 2 / hinge.STRESS_PER_ANGLE, 7.82e-3, atol=5e-6)

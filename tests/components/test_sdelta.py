@@ -48,13 +48,6 @@ class Response:
         return from_tubes @ np.linalg.inv(tubes_to_pose)
 
 
-def pose_response(frequency: float, damping_ratio: float = 0.01, **arguments) -> np.ndarray:
-    """Pose that the tubes dictate to pose, both at S."""
-    to_pose = Kinematics.at(arguments.get("posture", SYMMETRIC)).tubes_to_pose()
-    response = Response(sdelta(**arguments), damping_ratio=damping_ratio)
-    return response.from_pose(2j * np.pi * frequency, POSE, to_pose)
-
-
 def damping(numbers: dict, ratio: float = 0.01) -> np.ndarray:
     """Damping matrix of equal ratios, as 2 zeta M^1/2 Omega M^1/2 instead of by the modes."""
     values, V = np.linalg.eigh(numbers["mass_C"])
@@ -98,67 +91,6 @@ def test_response_is_the_closed_form(preset, point):
         expected.append([pose, s * pose, s**2 * pose, wrench, reaction, to_reaction @ spring @ G @ X.T])
     found, expected = np.array(found), np.array(expected)
     assert (np.abs(found - expected).max(axis=0) <= 1e-9 * np.abs(expected).max(axis=0)).all()
-
-
-AMPLITUDE_RATIOS = """
-    # Hz     th_x     th_z     u_x      u_z     u_x to th_y  th_y to u_x
-    1      1.00099  1.00004  1.00092  1.00166   0.0164   0.00004
-    5      1.02590  1.00096  1.02386  1.04329   0.4293   0.00114
-    10     1.11980  1.00387  1.11024  1.19900   2.0158   0.00536
-    15     1.36681  1.00875  1.33678  1.59588   6.3317   0.01683
-    20     2.35513  1.01566  2.24000  2.97245   24.281   0.06454
-    23.59  26.168   1.02192  23.873   12.707    484.39   1.2876
-    24.55  5.6168   1.02378  5.0333   49.992    123.17   0.32740
-    30     0.32115  1.03593  0.19783  2.02309   26.408   0.07020
-    40     0.29920  1.06571  0.37917  0.60417   16.890   0.04489
-    50     0.50541  1.10662  0.58163  0.31774   16.073   0.04272
-"""
-
-
-@pytest.mark.parametrize("line", AMPLITUDE_RATIOS.strip().splitlines()[1:])
-def test_amplitude_ratios(line):
-    frequency, *printed = line.split()
-    H = pose_response(float(frequency))
-    for value, text in zip(np.abs([H[0, 0], H[2, 2], H[3, 3], H[5, 5], H[1, 3], H[3, 1]]), printed, strict=True):
-        assert value == pytest.approx(float(text), abs=0.5001 * 10.0 ** -len(text.partition(".")[2]))
-
-
-def test_phases_at_20_hz():
-    H = np.rad2deg(np.angle(pose_response(20)))
-    assert [round(H[i, i], 2) for i in (0, 3, 5)] == [-1.96, -1.88, -1.84]
-
-
-def changes_sign(entry, text: str) -> bool:
-    """Whether a real function of the frequency changes sign within half a unit of the last digit printed."""
-    half = 0.5001 * 10.0 ** -len(text.partition(".")[2])
-    below, above = entry(float(text) - half), entry(float(text) + half)
-    return below * above < 0
-
-
-ANTIRESONANCES = {
-    # preset: wrench to pose th/n, u/f at C, u/f at S; dictated pose to pose th at C, th at S, u at C, u at S [Hz]
-    "ch4": ("52.06862", "83.94627", "49.26941", "26.9559", "33.0759", "43.4589", "31.7557"),
-    "ch4_full": ("51.72815", "82.94998", "48.63669", "26.8882", "33.0255", "43.1173", "31.5565"),
-    "ch3_full": ("47.61473", "76.41668", "44.81277", "24.7349", "30.3761", "39.6970", "29.0461"),
-}
-
-
-@pytest.mark.parametrize("preset", ANTIRESONANCES)
-def test_undamped_antiresonances(preset):
-    offset = {"S": np.zeros(3), "C": with_payload(CUBE).center}
-    responses = {p: Response(sdelta(stiffness=preset, reference_point=p), damping_ratio=0.0) for p in "SC"}
-    to_pose = {p: Kinematics.at(SYMMETRIC).tubes_to_pose(offset[p]) for p in "SC"}
-
-    def from_wrench(point, i):
-        return lambda f: responses[point](2j * np.pi * f, POSE, WRENCH)[i, i].real
-
-    def from_pose(point, i):
-        return lambda f: responses[point].from_pose(2j * np.pi * f, POSE, to_pose[point])[i, i].real
-
-    entries = [from_wrench("S", 0), from_wrench("C", 3), from_wrench("S", 3)]
-    entries += [from_pose(point, i) for i in (0, 3) for point in "CS"]
-    for entry, text in zip(entries, ANTIRESONANCES[preset], strict=True):
-        assert changes_sign(entry, text), text
 
 
 def test_bode_plot_is_what_the_docstring_says():
@@ -226,17 +158,16 @@ def test_power_balance(point):
     assert lost > 0
 
 
-@pytest.mark.parametrize(("preset", "sag"), [("ch4", "-0.412"), ("ch3_full", "-0.499")])
-def test_gravity_sag_and_holding_torque(preset, sag):
-    """The reactions of both levels carry the weight; J_L^T of them is what the motors hold."""
-    model, rigid = sdelta(stiffness=preset), sdelta(level="rigid")
+def test_the_reactions_of_both_levels_carry_the_weight():
+    """J_L^T of them is what the motors hold, T^T of the weight."""
+    model, rigid, body = sdelta(), sdelta(level="rigid"), with_payload(CUBE)
     f, u, p = functions(model), [q.start for q in model.of(Kind.INPUT)], [0.01, 9.81]
     standing = np.zeros(12)
     rest = -np.linalg.solve(np.array(f.jacobian(0, standing, [], u, p)), np.array(f.rhs(0, standing, [], u, p))).ravel()
-    outputs = values_of(model, Kind.OUTPUT, f.out(0, rest, [], u, p))
-    assert f"{1e3 * outputs['platform/position[3]']:.3f}" == sag
-    for found in (outputs, values_of(rigid, Kind.OUTPUT, functions(rigid).out(0, [], [], u, p))):
-        np.testing.assert_allclose(-DRIVES_MATRIX.T @ [found[name] for name in REACTION], 0.458382, atol=5e-7)
+    held = body.mass * 9.81 * Kinematics.at(SYMMETRIC).jacobian(body.center)[5]
+    for outputs in (f.out(0, rest, [], u, p), functions(rigid).out(0, [], [], u, p)):
+        found = values_of(model, Kind.OUTPUT, outputs)
+        np.testing.assert_allclose(-DRIVES_MATRIX.T @ [found[name] for name in REACTION], held, rtol=1e-9)
 
 
 def test_without_gravity_the_posture_is_an_equilibrium():
