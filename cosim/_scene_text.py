@@ -31,6 +31,7 @@ def scene_text(scene: Scene) -> str:
     """Return the scene as TOML; `read_scene_text` gives an equal scene back, and equal scenes give equal text."""
     lines = [f"{key} = {_value(getattr(scene, key))}" for key in ("inputs", "outputs", "band", *_NUMBERS, "algorithm")]
     lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
+    lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
@@ -73,6 +74,9 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
     for key, size in (("inputs", None), ("outputs", None), ("band", 2)):
         if key in table and (not isinstance(table[key], list) or size not in (None, len(table[key]))):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected an array{f' of {size}' if size else ''}")
+    for key in ("amplitude", "marks"):
+        if not isinstance(table.get(key, {}), dict):
+            raise StructureError(f"{where}: {key} is {table[key]!r}, expected a table of numbers")
     try:
         return Scene(System(components, connections), **table)
     except StructureError as error:

@@ -5,8 +5,9 @@
 
 Files overlay: the method `linear`, and the theory that a measured sweep brings along, is drawn as a line, measured
 methods as points. Entries of one input whose units
-agree share a pair of axes. Resonances are marked where the densest curve has its peaks. Only here units are not SI:
-lengths in mm (um over an input that is neither length nor angle), angles in deg.
+agree share a pair of axes. Resonances are marked where the densest curve has its peaks; frequencies that others have
+found, a scene's `marks`, by thin lines. Only here units are not SI: lengths in mm (um over an input that is neither
+length nor angle), angles in deg.
 """
 
 import itertools
@@ -22,7 +23,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFo
 from numpy.typing import NDArray
 
 from hfsa.cosim._records import ResultsError, Signal, Status
-from hfsa.cosim._style import ACCENT, COLOURS, GRID, STYLE, save
+from hfsa.cosim._style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode
 from hfsa.cosim.system import nearest
@@ -33,6 +34,12 @@ METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMU
 """Methods of a sweep as a legend says them."""
 
 _CLOSE = 0.02
+_WIDEST_TITLE = 52
+"""Letters that fit above a pair of axes."""
+_LETTER = 0.08
+"""Width of a letter in a legend [inch]."""
+_DASHES = ("-", (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)))
+"""What tells the marks of a scene apart, line by line."""
 
 
 @dataclass
@@ -94,7 +101,8 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
         figure.suptitle(", ".join(titles), fontsize=12.5, fontweight="bold")
         if shared_legend:
             handles, labels = parts[0][0].axes[0].get_legend_handles_labels()
-            figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=10)
+            fitting = max(int(size[0] / (0.6 + _LETTER * max(map(len, labels)))), 1)
+            figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), fitting), fontsize=10)
     return figure
 
 
@@ -197,13 +205,15 @@ def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
         _draw_curve(lower, curve, curve.phase)
     _scale_axes(upper, lower, panel)
     _mark_resonances(upper, lower, panel)
+    _mark_published(upper, lower, panel)
     _mark_failures(lower, panel)
     upper.set_ylabel(f"Magnitude (dB{f' re 1 {panel.unit}' if panel.unit else ''})")
     lower.set_ylabel("Phase (deg)")
     lower.set_xlabel("Frequency (Hz)")
     outputs = list(panel.outputs)
-    target = f"  \N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
-    upper.set_title(f"{panel.input.name}{target}", fontsize=8.5)
+    target = f"\N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
+    gap = "  " if len(panel.input.name) + len(target) < _WIDEST_TITLE else "\n"
+    upper.set_title(f"{panel.input.name}{gap}{target}".rstrip(), fontsize=8.5)
     if has_legend:
         upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
 
@@ -275,6 +285,17 @@ def _mark_resonances(upper: Any, lower: Any, panel: _Panel) -> None:
             # along the foot of each line, where curves with peaks leave room
             place = {"xycoords": upper.get_xaxis_transform(), "xytext": (-2, 4), "va": "bottom", "rotation": 90}
             upper.annotate(label, (f, 0.0), fontsize=8, **place, **look)
+
+
+def _mark_published(upper: Any, lower: Any, panel: _Panel) -> None:
+    """Draw the frequencies that others have found, named by the legend: close ones leave no room beside them."""
+    marks = {label: frequency for curve in panel.curves for label, frequency in curve.bode.marks.items()}
+    low, high = upper.get_xlim()
+    there = [(label, frequency) for label, frequency in marks.items() if low < frequency < high]
+    for (label, frequency), dashes in zip(there, itertools.cycle(_DASHES), strict=False):
+        look = {"color": INK, "linewidth": 0.8, "linestyle": dashes, "zorder": 1.5}
+        upper.axvline(frequency, **look, label=f"{label}, {frequency:g} Hz")
+        lower.axvline(frequency, **look)
 
 
 def _summit(curve: _Curve, peak: int) -> tuple[float, float]:

@@ -18,8 +18,9 @@ Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `op
 engine="h5netcdf")`. Only one process may write a file.
 """
 
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -159,6 +160,7 @@ class Bode:
         status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
         attributes: of the file; `settings`: of the sweep.
         theory: the linear response beside a measured one, where there is one.
+        marks: frequencies [Hz] that others have found, by who or how, as the scene gives them.
     """
 
     path: Path
@@ -174,6 +176,7 @@ class Bode:
     settings: dict[str, Any]
     attributes: dict[str, Any]
     theory: Theory | None = None
+    marks: Mapping[str, float] = field(default_factory=dict)
 
     def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (the file's own word)
         """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
@@ -208,6 +211,7 @@ def read(path: str | Path) -> Bode:
             settings=_hdf5.plain(file["sweep"].attrs),
             attributes=_hdf5.plain(file.attrs) | {"status": _hdf5.status_of(file)},
             theory=_read_theory(file),
+            marks=tomllib.loads(_hdf5.text(file["system"].attrs["scene"])).get("marks", {}),
             **numbers,
         )
 

@@ -159,6 +159,7 @@ class Scene:
         tolerance: relative difference of the response that a choice of level may make.
         algorithm: one of `ALGORITHMS`.
         source: the sine source; it is given the excited input's unit as argument `unit`.
+        marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.
     """
 
     system: System
@@ -172,6 +173,7 @@ class Scene:
     tolerance: float = 1e-3
     algorithm: str = ALGORITHMS[0]
     source: Component = field(default_factory=lambda: Component("source", "sine_source"))
+    marks: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         for label in ("inputs", "outputs"):
@@ -191,6 +193,9 @@ class Scene:
             value = getattr(self, label)
             if not 0 < value < math.inf:
                 raise StructureError(f"{label} is {value:g}, expected a positive number")
+        for label, frequency in self.marks.items():
+            if not (isinstance(frequency, int | float) and 0 < frequency < math.inf):
+                raise StructureError(f"mark {label!r} is at {frequency!r}, expected a frequency in Hz")
         if self.algorithm not in ALGORITHMS:
             raise StructureError(f"no algorithm is called {self.algorithm!r}{nearest(self.algorithm, ALGORITHMS)}")
 

@@ -190,3 +190,26 @@ def test_a_format_that_is_none_is_an_error(sweep, tmp_path):
     figure = bode_figure([sweep("theory.h5", "linear", SPARSE, {(Z, Y): resonance(SPARSE)})])
     with pytest.raises(ResultsError, match=r"cannot write .*bode.xyz.*png"):
         save(figure, tmp_path / "bode.xyz")
+
+
+def test_what_others_have_found_is_drawn_as_named_lines(sweep):
+    line = sweep("theory.h5", "linear", DENSE, {(Z, Y): resonance(DENSE)})
+    ((upper, lower),) = axes_of(bode_figure([replace(line, marks={"test": 25.0, "elsewhere": 99.0})]))
+    found = {c.get_label(): c for c in upper.lines}
+    assert list(found["test, 25 Hz"].get_xdata()) == [25.0, 25.0]
+    assert not any(label.startswith("elsewhere") for label in found)
+    assert sum(list(c.get_xdata()) == [25.0, 25.0] for c in lower.lines) == 1
+    assert "test, 25 Hz" in [text.get_text() for text in upper.get_legend().get_texts()]
+
+
+def test_long_names_and_many_labels_stay_within_the_figure(sweep):
+    sensor = [(f"sensor.acceleration_estimate[{i}]", "m/s2") for i in (1, 2)]
+    base = [(f"sensor.base.acceleration[{i}]", "m/s2") for i in (1, 2)]
+    both = sweep("two.h5", "linear", DENSE, {(sensor[i], base[i]): resonance(DENSE) for i in (0, 1)})
+    figure = bode_figure([replace(both, marks={f"published: by method {i}": 20.0 + i for i in range(3)})])
+    figure.canvas.draw()
+    whole = figure.bbox
+    for artist in (figure.legends[0], *(upper.title for upper, _ in axes_of(figure))):
+        box = artist.get_window_extent()
+        assert whole.x0 <= box.x0
+        assert box.x1 <= whole.x1

@@ -72,6 +72,13 @@ def test_a_measured_sweep_brings_its_theory_along(path):
     assert read(path).theory is None
 
 
+def test_what_others_have_found_comes_with_the_scene(path):
+    SweepFile.create(path, PLAN, replace(SYSTEM, scene=SYSTEM.scene + 'marks = { "test" = 25.0 }\n')).close()
+    assert read(path).marks == {"test": 25.0}
+    SweepFile.create(path, PLAN, SYSTEM).close()
+    assert read(path).marks == {}
+
+
 def test_what_is_written_is_read_by_name(path):
     with SweepFile.create(path, PLAN, SYSTEM) as file:
         file.write([point(0, 2), point(1, 2, 3.0)])

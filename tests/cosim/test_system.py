@@ -171,6 +171,7 @@ def scene(**changes) -> Scene:
         "amplitude": {"m": 1e-5, "N.m": 0.1},
         "step_size": 5e-5,
         "stop_time": 2.0,
+        "marks": {"vibration test": 255.0},
     }
     return Scene(**{**fields, **changes})
 
@@ -219,6 +220,7 @@ def test_a_scene_with_a_motion_of_its_own_needs_neither_inputs_nor_amplitude():
         ({"amplitude": {}}, "a scene with inputs needs their amplitude"),
         ({"outputs": ["robt.z"]}, "no component is called 'robt'; did you mean robot"),
         ({"band": (5.0, 1.0)}, "band is 5 to 1 Hz"),
+        ({"marks": {"test": "255 Hz"}}, "mark 'test' is at '255 Hz', expected a frequency in Hz"),
         ({"step_size": 0.0}, "step_size is 0, expected a positive number"),
         ({"algorithm": "gaus_seidel"}, "no algorithm is called 'gaus_seidel'; did you mean gauss_seidel"),
     ],
@@ -235,6 +237,7 @@ def test_a_scene_that_makes_no_sense(change, words):
         ('part = "sdelta"', 'prt = "sdelta"', "component has no key 'prt'; did you mean part"),
         ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
         ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
+        ('marks = { "vibration test" = 255.0 }', "marks = 255", "marks is 255, expected a table of numbers"),
         ("stop_time = 2.0", "", "own.toml lacks the key 'stop_time'"),
         ("stop_time = 2.0", "stop_time = ", "own.toml: not a TOML document"),
         ("[[components]]", "[[component]]", "has no key 'component'; did you mean components"),
