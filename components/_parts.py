@@ -6,6 +6,9 @@
 Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a
 dataclass. A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter
 of the built model is accepted too and sets its start value.
+
+Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
+a design study (`_study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
 """
 
 import dataclasses
@@ -20,6 +23,7 @@ from types import ModuleType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hfsa.components._model import Kind, Model, ModelError, nearest
+from hfsa.components._study import Study
 
 
 @dataclass(frozen=True)
@@ -38,12 +42,13 @@ class Argument:
 
 @dataclass(frozen=True)
 class Part:
-    """A part: `build` returns its `Model`, `analyze` its engineering numbers; either may be missing."""
+    """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none."""
 
     name: str
     module: ModuleType
     build: Callable[..., Model] | None
     analyze: Callable[..., dict[str, Any]] | None
+    study: Callable[..., Study] | None = None
 
     @property
     def doc(self) -> str:
@@ -87,6 +92,12 @@ class Part:
             arguments = {"level": level, **arguments}
         return self.analyze(**read_arguments(self.name, self.analyze, arguments))
 
+    def design_study(self, **arguments: Any) -> Study:
+        """Return the part's design study; errors as in `model`."""
+        if self.study is None:
+            raise ModelError(f"{self.name} has no design study")
+        return self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
+
 
 def find(packages: Iterable[ModuleType]) -> dict[str, Part]:
     """Return all parts of the packages by name, in alphabetical order within each package."""
@@ -96,7 +107,7 @@ def find(packages: Iterable[ModuleType]) -> dict[str, Part]:
             if info.name.startswith("_"):
                 continue
             module = importlib.import_module(f"{package.__name__}.{info.name}")
-            part = Part(info.name, module, getattr(module, info.name, None), getattr(module, "analyze", None))
+            part = Part(info.name, module, *(getattr(module, word, None) for word in (info.name, "analyze", "study")))
             if part.build is None and part.analyze is None:
                 raise ModelError(
                     f"{module.__file__} defines neither a function {info.name} nor analyze; a part needs one"
@@ -110,6 +121,15 @@ def part_named(name: str, parts: Mapping[str, Part]) -> Part:
     if name not in parts:
         raise ModelError(f"no part is called {name!r}{nearest(name, parts)}")
     return parts[name]
+
+
+def studied(name: str, parts: Mapping[str, Part]) -> Part:
+    """Return the part of that name, which offers a design study; `ModelError` names those that do if it does not."""
+    part = part_named(name, parts)
+    if part.study is None:
+        offering = ", ".join(other.name for other in parts.values() if other.study is not None)
+        raise ModelError(f"{name} offers no design study; these do: {offering or 'none'}")
+    return part
 
 
 def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:

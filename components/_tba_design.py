@@ -178,14 +178,11 @@ def coriolis(bodies: Bodies) -> tuple[Number, Number]:
     return c1, scale * (bodies.bar + bodies.leg) / (8 * h) + scale * bodies.leg_z / (2 * h**3)
 
 
-def sensitivities(shape: Shape, rule: str) -> dict[str, float]:
-    """Return d ln(f_out / f_in) / d ln(p) of the formulas for every dimension p, by exact derivatives."""
-    p = symbols()
-    found = formulas(p, rule)
-    column = ca.vertcat(*p)
-    relative = ca.gradient(ca.log(found.f_out / found.f_in), column) * column
-    values = ca.Function("sensitivities", [column], [relative])(ca.vertcat(*shape))
-    return {name: float(value) for name, value in zip(DIMENSIONS, values.full().ravel(), strict=False)}
+def twists(shape: Shape) -> tuple[Number, Number]:
+    """Return k_xft of a foot and k_xlt of a leg [N.m/rad]."""
+    modulus, across = shape.E / (2 * (1 + shape.nu)), shape.c / math.sqrt(2)
+    foot = modulus * shape.w * shape.tm * (shape.w**2 + shape.tm**2) / (12 * shape.l)
+    return foot, modulus * shape.w * across * (shape.w**2 + across**2) / (12 * shape.e)
 
 
 def possible(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
@@ -241,7 +238,5 @@ def _bodies(shape: Shape) -> Bodies:
 def _twist(shape: Shape, rule: str) -> Number:
     """k_out [N.m/rad]."""
     one_of(rule, ("minus", "plus"), "tba_accelerometer: k_out_rule")
-    modulus, across = shape.E / (2 * (1 + shape.nu)), shape.c / math.sqrt(2)
-    foot = modulus * shape.w * shape.tm * (shape.w**2 + shape.tm**2) / (12 * shape.l)
-    leg = modulus * shape.w * across * (shape.w**2 + across**2) / (12 * shape.e)
+    foot, leg = twists(shape)
     return 1 / (2 / foot + (-1 / leg if rule == "minus" else 1 / leg))

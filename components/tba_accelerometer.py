@@ -49,8 +49,10 @@ from hfsa.components import _tba_design as designs
 from hfsa.components import _tba_limbs as limbs
 from hfsa.components._model import Model, ModelError, one_of
 from hfsa.components._noise import white_noise
+from hfsa.components._study import Study, slopes
 from hfsa.components._tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
 from hfsa.components._tba_design import DESIGNS, Formulas, KOutRule, Shape
+from hfsa.components._tba_study import design_study
 
 Level = Literal["static", "planar", "spatial", "nonlinear"]
 DesignName = Literal["mems", "optimum", "rapid_prototype"]
@@ -241,8 +243,28 @@ def analyze(
         "film_damping": _in_and_out(film),
         "film_damping_ratio": _in_and_out(film / (2 * sensor.omega * sensor.mass)),
         "squeeze_number": 4 * VISCOSITY * sensor.omega[2] * (sensor.shape.a / sensor.gap) ** 2 / PRESSURE,
-        "sensitivity": designs.sensitivities(sensor.shape, k_out_rule),
+        "sensitivity": slopes(design_study(sensor.shape, k_out_rule, _OWNER), "frequency_ratio"),
     }
+
+
+def study(
+    *, design: DesignName = "mems", dimensions: Dimensions = AS_DESIGNED, k_out_rule: KOutRule = "minus"
+) -> Study:
+    """Return the study of f3/f1, f_in and f_out over the dimensions, all by the formulas.
+
+    Arguments as in `tba_accelerometer`. The stiffness by finite elements of `optimum` has no part in it: what belongs
+    to the present dimensions are `formula_stiffness` and `formula_frequency_ratio` of `analyze`.
+
+    Raises:
+        ModelError: an unknown design or rule, impossible dimensions.
+    """
+    return design_study(_shape(design, dimensions, k_out_rule), k_out_rule, f"{_OWNER}, design {design}")
+
+
+def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
+    published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")].shape
+    changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
+    return designs.possible(published._replace(**changed), rule, published, _OWNER)
 
 
 def _sensor(
@@ -254,9 +276,7 @@ def _sensor(
     driven_mass: float | None,
     gap: float | None,
 ) -> _Sensor:
-    published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")]
-    changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
-    shape = designs.possible(published.shape._replace(**changed), rule, published.shape, _OWNER)
+    shape, published = _shape(design, dimensions, rule), DESIGNS[design]
     found = designs.formulas(shape, rule)
     K = np.array([found.K_in, found.K_in, found.K_out])
     if published.stiffness is not None:
