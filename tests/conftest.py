@@ -3,13 +3,15 @@
 import ctypes
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 import pytest
+from appendix_d2 import PrintedStage, assembled
 from fmpy import read_model_description
+from published import entries, numbers
 
 import hfsa.components
 import hfsa.controllers
@@ -59,42 +61,11 @@ def mass_on_spring_files(exported) -> Files:
     return exported(str(("mass_on_spring", None)), PARTS["mass_on_spring"].model())
 
 
-class PrintedStage(NamedTuple):
-    """The 3-RRR stage of the thesis of 2000, app. D.2: forces = K(l) l'' + C(l, l') l' + H(l).
-
-    It lacks the yaw in the potential energy and has H's even terms with the wrong sign, so it is no level of the part.
-    """
-
-    K: ca.SX
-    C: ca.SX
-    H: ca.SX
-
-
 @pytest.fixture(scope="session")
 def printed_stage() -> Callable[[ca.SX, ca.SX], PrintedStage]:
-    """Symbols of elongations and their rates, each (3, 1), to D.2 in its printed numbers; C is made of K as there."""
-    return _printed_stage
-
-
-def _printed_stage(elongation: ca.SX, rate: ca.SX) -> PrintedStage:
-    s, c, K, H = ca.sin(elongation / 3.5e-3), ca.cos(elongation / 3.5e-3), ca.SX.zeros(3, 3), []
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        K[i, i] = 1.711619836 + 0.05737063933 * c[i] + 0.02652829405 * s[i]
-        K[i, j] = K[j, i] = (
-            -0.6748959083 - 0.006399691676 * c[i] + 0.02175882715 * s[i] + 0.003786205210 * c[j] - 0.01287302403 * s[j]
-        )
-        H.append(
-            34474.50304 * (1 + c[i] - 2 * c[i] ** 2)
-            + 55815.62212 * s[i]
-            - 28680.12745 * s[i] * c[i]
-            + 1.397002005e7 * elongation[i]
-            - 5.315773535e6 * (elongation[j] + elongation[k])
-            - 19903.86361 * (s[j] - s[k])
-            + 32225.16445 * (c[j] - c[k])
-            + (5.686818175e6 * c[i] + 9.207189844e6 * s[i]) * (elongation[j] - elongation[k])
-        )
-    C = ca.jtimes(K, elongation, rate) - ca.jacobian(K @ rate, elongation).T / 2
-    return PrintedStage(K, C, ca.vertcat(*H))
+    """Symbols of elongations and their rates, each (3, 1), to D.2 of the stage's source in its printed numbers."""
+    printed = {e.key: numbers(e.printed) for e in entries() if e.evaluation.probe == "stage_as_appendix_d2"}
+    return partial(assembled, *[printed[name] for name in "abfg"])
 
 
 class Ecos:

@@ -103,7 +103,7 @@ class Entry:
     unit: str
     printed: Text
     key: str = ""
-    tolerance: float | None = None
+    tolerance: float | list[float] | None = None
     verdict: Verdict = "agrees"
     corrected: Text | None = None
     reason: str = ""
@@ -135,7 +135,7 @@ class Entry:
         expected, computed = numbers(text), self.computed
         if computed.shape != expected.shape:
             raise ValueError(f"{self.title}: computed has shape {computed.shape}, printed {expected.shape}")
-        allowed = half_units(text) if self.tolerance is None else self.tolerance
+        allowed = half_units(text) if self.tolerance is None else np.array(self.tolerance)
         # Rounding of the decimal numbers themselves
         return bool(np.all(np.abs(computed - expected) <= allowed + 1e-14 * np.abs(expected)))
 
@@ -213,6 +213,15 @@ def sources() -> dict[str, str]:
 def entries() -> tuple[Entry, ...]:
     """Return all entries in the order of the file."""
     return tuple(_entries())
+
+
+def entry(part: str, quantity: str, equation: str) -> Entry:
+    """Return the entry of a part with that quantity of that equation; `KeyError` if there is none."""
+    wanted = (part, quantity, equation)
+    for one in entries():
+        if (one.evaluation.part, one.quantity, one.equation) == wanted:
+            return one
+    raise KeyError(wanted)
 
 
 def _entries() -> Iterator[Entry]:

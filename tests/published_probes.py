@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import appendix_d2
 import casadi as ca
 import numpy as np
 import scipy.linalg
@@ -252,6 +253,11 @@ def stage_at_rest() -> dict[str, Any]:
         "stiffness": [v @ found["stiffness"] @ v for v in (equal, opposed)],
         "with_rounded_hinges": rounded[0, :2],
     }
+
+
+def stage_as_appendix_d2() -> dict[str, Any]:
+    """Numbers a, b, f, g of `appendix_d2`, our model in its functions."""
+    return appendix_d2.our_numbers()
 
 
 def stage_base() -> np.ndarray:
