@@ -253,8 +253,9 @@ def report() -> str:
         "Quantities are *printed* in a source, or *derived* from its data without this project and printed nowhere. A "
         "quantity **agrees** where the computed numbers round to the printed ones, to half a unit of the last digit "
         "unless the file says otherwise. It is a **misprint** where they do not and where it is known what is right: "
-        "the computed numbers round to the corrected ones. Otherwise it is **not reproducible**. Computed numbers are "
-        "shown with a digit more. The difference is relative to the printed number; of an array it is the largest. "
+        "the computed numbers round to the corrected ones; in a derived quantity that is a slip of a last digit. "
+        "Otherwise it is **not reproducible**. Computed numbers are shown with a digit more. The difference is "
+        "relative to the printed number; of an array it is the largest. "
         "Numbers come from the command shown, or from a function of `tests/published_probes.py`.",
         _summary(),
     ]
@@ -295,7 +296,7 @@ def _row(entry: Entry) -> list[str]:
         entry.quantity,
         f"{entry.source}, {entry.equation}",
         _shown(entry.printed) + unit,
-        _shown(_alike(entry.printed, entry.computed)) + unit,
+        _shown(_alike(entry.corrected or entry.printed, entry.computed)) + unit,
         f"< {_SMALLEST_DIFFERENCE:.0e}" if small else f"{entry.difference:.1e}",
         verdict + reason,
         f"`{entry.evaluation.words}`",
