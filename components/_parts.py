@@ -92,10 +92,12 @@ class Part:
             arguments = {"level": level, **arguments}
         return self.analyze(**read_arguments(self.name, self.analyze, arguments))
 
-    def design_study(self, **arguments: Any) -> Study:
+    def design_study(self, level: str | None = None, **arguments: Any) -> Study:
         """Return the part's design study; errors as in `model`."""
         if self.study is None:
             raise ModelError(f"{self.name} has no design study")
+        if level is not None:
+            arguments = {"level": level, **arguments}
         return self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
 
 

@@ -152,7 +152,7 @@ def slopes(study: Study, response: str, point: ArrayLike | None = None) -> dict[
     return {name: float(value) for name, value in zip(study.variables, found.ravel(), strict=True)}
 
 
-def response_map(study: Study, ranges: Mapping[str, Range | None], points: int = 81) -> ResponseMap:
+def response_map(study: Study, ranges: Mapping[str, Range | None], points: int = 101) -> ResponseMap:
     """Return the responses over two variables, the others as they are.
 
     Args:

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from hfsa.cosim._compare import Comparison, Run
 from hfsa.cosim._prefixes import readable
 from hfsa.cosim._reports import limits_data
 from hfsa.cosim._shell import rendered
+from hfsa.cosim._shell import table as empty_table
 from hfsa.cosim.comparison import Group, Outcome
 from hfsa.cosim.sampling import SamplingLimit
 
@@ -76,7 +76,7 @@ def _columns(compared: Comparison, names: dict[tuple[str, str], str]) -> list[_C
 
 def _by_rows(columns: list[_Column]) -> Table:
     """Return the table with one row per run."""
-    table = _empty_table()
+    table = empty_table()
     for column in columns:
         table.add_column(column.heading.replace(" ", "\n"), justify=column.justify, overflow="fold")
     for row in zip(*(column.cells for column in columns), strict=True):
@@ -86,18 +86,13 @@ def _by_rows(columns: list[_Column]) -> Table:
 
 def _by_columns(columns: list[_Column]) -> Table:
     """Return the table with one column per run."""
-    table = _empty_table()
+    table = empty_table()
     table.add_column(columns[0].heading, overflow="fold")
     for cell in columns[0].cells:
         table.add_column(cell, justify="right", overflow="fold")
     for column in columns[1:]:
         table.add_row(column.heading, *column.cells)
     return table
-
-
-def _empty_table() -> Table:
-    """Return a table with a line below its headings alone."""
-    return Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
 
 
 def _number(group: Group | None, key: str, outcome: Outcome) -> str:

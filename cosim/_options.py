@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 Arguments = Annotated[
@@ -15,6 +15,11 @@ Arguments = Annotated[
         "instance.argument. Numbers of a vector are separated by commas; units are SI where none is stated.",
     ),
 ]
+DESIGN_STUDY = Group(
+    "Design study",
+    help="Of a part that offers one, instead of its numbers: what follows from its dimensions. One at a time.",
+    sort_key=1,
+)
 Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]

@@ -79,6 +79,17 @@ def rendered(*tables: Any) -> str:
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines() if line.strip())
 
 
+def table(*headings: str) -> Any:
+    """Return an empty table of rich's with a line below its headings alone; columns of `>heading` are set right."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    empty = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for heading in headings:
+        empty.add_column(heading.removeprefix(">"), justify="right" if heading.startswith(">") else "left")
+    return empty
+
+
 def named_values(words: list[str] | None) -> dict[str, str]:
     """Return NAME=VALUE words as a mapping; `StructureError` for a word without `=` and for a name given twice."""
     from hfsa.cosim.system import StructureError

@@ -12,7 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim import _shell
-from hfsa.cosim._options import Algorithm, Arguments, Jobs, Json, Level, Loop, Output, Positive, Signals
+from hfsa.cosim._options import DESIGN_STUDY, Algorithm, Arguments, Jobs, Json, Level, Loop, Output, Positive, Signals
 
 app = App(
     name="hfsa",
@@ -41,19 +41,51 @@ def list_(name: str | None = None, /, *, json: Json = False) -> int:
 
 
 @app.command
-def analyze(name: str, /, *, level: Level = None, parameter: Arguments = None, json: Json = False) -> int:
+def analyze(
+    name: str,
+    /,
+    *,
+    level: Level = None,
+    parameter: Arguments = None,
+    sensitivity: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
+    map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (the user's word)
+    optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
+    bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
+    output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
+    json: Json = False,
+) -> int:
     """Print a part's own engineering numbers: stiffness, modes, compliance, mobility, whatever it knows.
 
     Parameters
     ----------
     name
         A component, controller or analysis, as in `hfsa list`.
+    sensitivity
+        How much each response follows each dimension: d ln(response) / d ln(dimension), largest first.
+    map
+        DIMENSION,DIMENSION: the responses over two dimensions, as HDF5 and as a picture beside it. From half to twice
+        the present value, or as said: `tm=10e-6:40e-6,l`.
+    optimize
+        The dimensions within bounds for which the first response is largest.
+    bounds
+        With `--optimize`: PERCENT to either side of the present dimensions, 20 without; and for single ones
+        DIMENSION=LOW:HIGH, or one value to hold it: `30,tm=10e-6:40e-6,w=3e-4`.
+    output
+        With `--map`: its file; `results/NAME_map.h5` without.
     """
-    from hfsa.components._parts import part_named
+    from hfsa.components._parts import part_named, studied
     from hfsa.cosim._reports import numbers_text
+    from hfsa.cosim._studies import Request, study_answer
     from hfsa.cosim.build import parts
 
-    numbers = part_named(name, parts()).analysis(level, **_shell.named_values(parameter))
+    values = _shell.named_values(parameter)
+    request = Request(sensitivity, map, optimize, bounds, output)
+    if request.is_study():
+        study = studied(name, parts()).design_study(level, **values)
+        data, text, is_found = study_answer(study, request, name, values)
+        _shell.answer(data, text, json)
+        return _shell.DONE if is_found else _shell.PROBLEMS
+    numbers = part_named(name, parts()).analysis(level, **values)
     _shell.answer(numbers, numbers_text(numbers), json)
     return _shell.DONE
 
