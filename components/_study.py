@@ -223,13 +223,14 @@ def optimum(study: Study, limits: Mapping[str, Range], seed: int = 0, iterations
     if not len(starts):
         texts = "; ".join(study.conditions)
         raise ModelError(f"{study.title}: nothing that can be built was found within the bounds; it needs {texts}")
-    solve = _solver(study, low, high, float(np.max(np.abs(begun))) or 1.0, iterations)
+    size = float(np.max(np.abs(begun))) or 1.0
+    solve = _solver(study, low, high, size, iterations)
     ends = [solve(start) for start in starts]
     # one that did not converge stands only where none did
     ends = [end for end in ends if end.is_converged] or ends[:1]
     reached = [study.at(end.values)[study.objective][0] for end in ends]
     best = int(np.nanargmax(reached)) if np.any(np.isfinite(reached)) else 0
-    agreeing = int(np.sum(np.abs(np.array(reached) - reached[best]) <= _SAME * abs(reached[best])))
+    agreeing = int(np.sum(np.abs(np.array(reached) - reached[best]) <= _SAME * size))
     return _optimum(study, limits, ends[best], len(starts), agreeing)
 
 

@@ -258,7 +258,11 @@ def study(
     Raises:
         ModelError: an unknown design or rule, impossible dimensions.
     """
-    return design_study(_shape(design, dimensions, k_out_rule), k_out_rule, f"{_OWNER}, design {design}")
+    changed = [f"{name} = {value:g}" for name in Shape._fields if (value := getattr(dimensions, name)) is not None]
+    title = ", ".join(
+        [f"{_OWNER}, design {design}", *changed, *(["springs in series"] if k_out_rule == "plus" else [])]
+    )
+    return design_study(_shape(design, dimensions, k_out_rule), k_out_rule, title)
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:

@@ -17,6 +17,7 @@ from hfsa.cosim.system import StructureError
 
 _SHARE = 20.0
 _WIDTH = 118
+_PICTURE = ".png"
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,8 @@ def study_answer(study: Study, request: Request, name: str, words: Mapping[str, 
         return *_sensitivity(study), True
     if request.map is not None:
         path = request.output or Path("results", f"{name}_map.h5")
+        if path.suffix == _PICTURE:
+            raise StructureError(f"-o {path} is the map's HDF5 file; its picture is written beside it, with {_PICTURE}")
         described = " ".join([name, *(f"{key}={value}" for key, value in words.items())])
         return *_map(study, _items(request.map, "--map"), path, described), True
     share, given = _bounds(request.bounds or f"{_SHARE:g}")
@@ -87,13 +90,12 @@ def _items(words: str, option: str) -> dict[str, Range | None]:
 
 
 def _bounds(words: str) -> tuple[float, dict[str, Range]]:
-    """Return `20,tm=1e-5:4e-5,l=2e-4` as the share of all others and ranges by name; one value holds a dimension."""
-    share, named = _SHARE, []
-    for word in words.split(","):
-        if "=" in word:
-            named.append(word)
-        else:
-            share = _number(word, "--bounds")
+    """Return `20,tm=1e-5:4e-5,l=2e-4` as the share of what is not named, and ranges by name; one value is both ends."""
+    named = [word for word in words.split(",") if "=" in word]
+    shares = [word for word in words.split(",") if "=" not in word]
+    if len(shares) > 1:
+        raise StructureError(f"--bounds {words!r} has more than one PERCENT; a dimension's own are NAME=LOW:HIGH")
+    share = _number(shares[0], "--bounds", "PERCENT or NAME=LOW:HIGH") if shares else _SHARE
     ranges = _items(",".join(named), "--bounds") if named else {}
     return share / 100, {name: span for name, span in ranges.items() if span is not None}
 
@@ -104,11 +106,11 @@ def _range(words: str, what: str) -> Range:
     return first, _number(high, what) if colon else first
 
 
-def _number(word: str, what: str) -> float:
+def _number(word: str, what: str, expected: str = "a number") -> float:
     try:
         return float(word)
     except ValueError:
-        raise StructureError(f"{what} has {word.strip()!r}, expected a number") from None
+        raise StructureError(f"{what} has {word.strip()!r}, expected {expected}") from None
 
 
 # Answers --------------------------------------------------------------------------------------------------------------
@@ -132,7 +134,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
     lines = [
         f"{study.title}: {_values(study.responses, present)}",
         rendered(rows),
-        "per cent that a response grows by one per cent of a dimension, d ln(response) / d ln(dimension)",
+        "by how many per cent a response grows with one per cent of a dimension: d ln(response) / d ln(dimension)",
     ]
     return data, "\n".join(lines)
 
@@ -141,7 +143,7 @@ def _map(study: Study, ranges: Mapping[str, Range | None], path: Path, words: st
     """Write a map and its picture; return what they hold."""
     found = response_map(study, ranges)
     write_map(path, found, words)
-    picture = path.with_suffix(".png")
+    picture = path.with_suffix(_PICTURE)
     save(map_figure(found), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))
     extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}

@@ -192,6 +192,10 @@ def test_no_step_within_the_bounds_improves_an_optimum(design, rule):
         near = near[:, np.all(kept(near).full() >= 0, axis=0)]
         assert near.shape[1] > 50
         assert np.all(study.at(near)["frequency_ratio"] <= best * (1 + 1e-7))
+    if not found.active:
+        pushes = {"lower": -1, "upper": 1}
+        rising = slopes(study, "frequency_ratio", values)
+        assert all(rising[name] * pushes[place] > 0 for name, place in found.at_bound.items())
 
 
 def test_the_printed_optimum_does_not_follow_from_the_formulas():

@@ -78,7 +78,7 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
     code, out, _ = hfsa(*PART, "-p", "k_out_rule=plus", "--map", "w,c")
     assert code == 0
     assert out.startswith(
-        "tba_accelerometer, design mems: w 150 um to 600 um, c 100 um to 400 um\n  frequency_ratio: lo"
+        "tba_accelerometer, design mems, springs in series: w 150 um to 600 um, c 100 um to 400 um\n  frequency_ratio: lo"
     )
     assert out.splitlines()[-2:] == [f"results/tba_accelerometer_map.{ending}" for ending in ("h5", "png")]
     with h5py.File("results/tba_accelerometer_map.h5") as file:
@@ -138,7 +138,9 @@ WRONG = {
     ),
     "bound": ([*PART, "--optimize", "--bounds", "tm=4e-5:1e-5"], "bounds of tm are 4e-05 to 1e-05"),
     "bound of": ([*PART, "--optimize", "--bounds", "tn=4e-5"], "no dimension 'tn'; did you mean tm"),
-    "share": ([*PART, "--optimize", "--bounds", "wide"], "--bounds has 'wide', expected a number"),
+    "share": ([*PART, "--optimize", "--bounds", "wide"], "--bounds has 'wide', expected PERCENT or"),
+    "shares": ([*PART, "--optimize", "--bounds", "10,20"], "has more than one PERCENT; a dimension's own are NAME="),
+    "picture": ([*PART, "--map", "tm,l", "-o", "x.png"], "-o x.png is the map's HDF5 file; its picture is written"),
     "place": ([*PART, "--map", "tm,l", "-o", "/dev/null/x.h5"], "cannot write /dev/null/x.h5"),
 }
 
