@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 import xarray
 
+import hfsa.components
+from hfsa.components._parts import find
+from hfsa.components._study import optimum, response_map
+from hfsa.cosim._study_figure import map_figure
 from hfsa.cosim.cli import main
 
 PART = ["analyze", "tba_accelerometer"]
@@ -77,13 +81,30 @@ def test_a_map_opens_in_xarray_with_named_axes(hfsa):
 def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
     code, out, _ = hfsa(*PART, "-p", "k_out_rule=plus", "--map", "w,c")
     assert code == 0
-    assert out.startswith(
-        "tba_accelerometer, design mems, springs in series: w 150 um to 600 um, c 100 um to 400 um\n  frequency_ratio: lo"
-    )
+    title = "tba_accelerometer, design mems, springs in series"
+    assert out.startswith(f"{title}: w 150 um to 600 um, c 100 um to 400 um\n  frequency_ratio: lowest")
     assert out.splitlines()[-2:] == [f"results/tba_accelerometer_map.{ending}" for ending in ("h5", "png")]
     with h5py.File("results/tba_accelerometer_map.h5") as file:
         assert file["system"].attrs["scene"] == "tba_accelerometer k_out_rule=plus"
         assert np.isfinite(file["map/f_out"][:]).all()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "entries"),
+    [
+        (1e-5, 4e-5, ["the design, 2.245"]),
+        (1e-5, 3e-4, ["the design, 2.245", "blank: cannot be built"]),
+        (3e-5, 4e-5, []),
+    ],
+)
+def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
+    study = find([hfsa.components])["tba_accelerometer"].design_study()
+    figure = map_figure(response_map(study, {"tm": (low, high), "l": None}, points=11))
+    panels = [axes for axes in figure.axes if axes.get_xlabel()]
+    assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
+    assert panels[0].get_legend_handles_labels()[1] == entries
+    left, right = panels[0].get_xlim()
+    assert (left, right) == pytest.approx((1e6 * low, 1e6 * high))
 
 
 def test_an_optimum_says_what_stops_it_and_what_to_think_of_the_printed_one(hfsa):
@@ -107,8 +128,6 @@ def test_an_optimum_says_what_stops_it_and_what_to_think_of_the_printed_one(hfsa
 
 
 def test_an_optimum_that_did_not_converge_is_a_problem(hfsa, monkeypatch):
-    from hfsa.components._study import optimum
-
     monkeypatch.setattr("hfsa.cosim._studies.optimum", lambda study, limits: optimum(study, limits, iterations=1))
     code, out, _ = hfsa(*PART, "--optimize")
     assert code == 1
