@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-import hfsa.components
+from hfsa import components
 from hfsa.components._parts import find
 from hfsa.components._study import optimum, response_map
 from hfsa.cosim._study_figure import map_figure
@@ -98,7 +98,7 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
     ],
 )
 def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
-    study = find([hfsa.components])["tba_accelerometer"].design_study()
+    study = find([components])["tba_accelerometer"].design_study()
     figure = map_figure(response_map(study, {"tm": (low, high), "l": None}, points=11))
     panels = [axes for axes in figure.axes if axes.get_xlabel()]
     assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
