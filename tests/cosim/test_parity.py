@@ -1,17 +1,22 @@
 """The shipped scenes in other masters: the same FMUs, stepped by ecos and libcosim, go where `jacobi_plain` goes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import hfsa.cosim.scenes
 from hfsa.components._parts import find
+from hfsa.cosim._description import describe
 from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.master import Master
-from hfsa.cosim.system import System
+from hfsa.cosim.system import Scene, System
 
 STEPS = 1500
 FREQUENCY = 20.0
+ROUNDING = 1e-21
+"""What outputs in SI units that should stay at rest may differ by."""
 
 
 def name(full: str) -> str:
@@ -20,26 +25,43 @@ def name(full: str) -> str:
     return f"{component}::{variable}"
 
 
-class Excited:
-    """A scene with a sine at its last input, without the lock-in amplifier, and what `jacobi_plain` makes of it."""
+def excited(scene: Scene, version: int) -> System:
+    """The system with a sine at the scene's last input, without the lock-in amplifier."""
+    system = instrument(scene, scene.inputs[-1], fmi=version)
+    components = [
+        replace(c, start={**c.start, "frequency": FREQUENCY}) if c.name == "source" else c
+        for c in system.components
+        if c.name != "lock_in"
+    ]
+    return System(components, [c for c in system.connections if not c.end.startswith("lock_in.")])
+
+
+class Moving:
+    """A scene that is excited or has a motion of its own, and what `jacobi_plain` makes of it."""
 
     def __init__(self, scene_name: str, version: int):
         scene = load_scene(scene_name)
-        system = instrument(scene, scene.inputs[-1], fmi=version)
-        components = [c for c in system.components if c.name != "lock_in"]
-        self.system = System(components, [c for c in system.connections if not c.end.startswith("lock_in.")])
+        self.system = excited(scene, version) if scene.inputs else scene.system
         self.files = build(self.system, fmi=version)
         self.outputs, self.step_size = scene.outputs, scene.step_size
-        self.values = {f"{c.name}::{v}": value for c in components for v, value in c.start.items()}
-        self.values |= {"source::frequency": FREQUENCY}
+        self.values = {f"{c.name}::{v}": value for c in self.system.components for v, value in c.start.items()}
         self.connections = [(name(c.start), name(c.end)) for c in self.system.connections]
+
+    def follows_at_once(self) -> np.ndarray:
+        """Whether each output follows a fed input without a step between, (outputs,)."""
+        fed = {connection.end for connection in self.system.connections}
+        return np.array([self._follows(*self.system.split(output), fed) for output in self.outputs])
+
+    def _follows(self, component: str, variable: str, fed: set[str]) -> bool:
+        inputs = describe(self.files[component]).variables[variable].dependencies
+        return inputs is None or any(f"{component}.{name}" in fed for name in inputs)
 
     def run_here(self) -> np.ndarray:
         instances = open_instances(self.files)
         try:
             master = Master(instances, self.system, "jacobi_plain", self.step_size)
             recording = master.record(self.outputs, rows=STEPS + 1)
-            master.initialize(starts={"source.frequency": FREQUENCY})
+            master.initialize()
             master.advance(STEPS)
             return recording.values[1:].copy()
         finally:
@@ -52,9 +74,10 @@ class Excited:
 
 
 def compare(here: np.ndarray, there: np.ndarray) -> None:
-    scale = np.abs(here).max()
-    assert scale > 1e-8, "the scene must move"
-    np.testing.assert_allclose(there, here, rtol=0, atol=1e-9 * scale)
+    """Each output by itself, to 1e-9 of its largest value; what rounding makes of rest is not compared."""
+    scale = np.abs(here).max(axis=0)
+    assert scale.max() > 1e-8, "the scene must move"
+    assert np.all(np.abs(there - here) <= 1e-9 * scale + ROUNDING)
 
 
 @pytest.fixture(scope="module", params=sorted(find([hfsa.cosim.scenes])))
@@ -64,10 +87,12 @@ def scene(request) -> str:
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_ecos(scene, version, ecos):
-    excited = Excited(scene, version)
-    compare(excited.run_here(), excited.run_there(ecos))
+    moving = Moving(scene, version)
+    compare(moving.run_here(), moving.run_there(ecos))
 
 
 def test_libcosim(scene, libcosim):
-    excited = Excited(scene, 2)
-    compare(excited.run_here(), excited.run_there(libcosim))
+    """It reads outputs before it sets inputs, so those that follow one at once belong to the inputs of a step ago."""
+    moving = Moving(scene, 2)
+    later = ~moving.follows_at_once()
+    compare(moving.run_here()[:, later], moving.run_there(libcosim)[:, later])

