@@ -1,8 +1,8 @@
 """A beam module from its arguments: checked, normalised, and in SI units where material and dimensions are given.
 
-    module = beam_module("tilted", Normalised(radius=0.6, tilt=45.0))
+    module = compliant_module("tilted", Normalised(radius=0.6, tilt=45.0))
     module.compliance                                   normalised, (6, 6), order of `_beam`
-    module = beam_module("tilted", AS_PUBLISHED, ALUMINIUM, Dimensions(length=0.05, diameter=2e-3, radius=0.03))
+    module = compliant_module("tilted", AS_PUBLISHED, ALUMINIUM, Dimensions(length=0.05, diameter=2e-3, radius=0.03))
     module.dimensional_stiffness()                      SI, at the stage's reference point
 
 With the length L and the bending stiffness EI of one beam, and S = diag(1/L, 1/L, 1/L, 1, 1, 1):
@@ -162,7 +162,7 @@ class Module(NamedTuple):
         return self.size
 
 
-def beam_module(
+def compliant_module(
     kind: str,
     given: Normalised = AS_PUBLISHED,
     material: Material = ALUMINIUM,
@@ -176,7 +176,7 @@ def beam_module(
         ModelError: an unknown kind; arguments of another kind, given twice or missing; a length of zero; a beam that is
             not slender; a tilt at which the axes do not meet; a wrong number of length errors.
     """
-    one_of(kind, KINDS, "beam_module: kind")
+    one_of(kind, KINDS, "beam module: kind")
     _check_names(kind, given, dimensions)
     chosen = KINDS[kind]
     values = _values(kind, given, material, dimensions)
@@ -215,14 +215,14 @@ def _check_names(kind: str, given: Normalised, dimensions: Dimensions) -> None:
     own = (*chosen.arguments, *_ELEMENT[chosen.element], "length_error")
     for name in _stated(given):
         if name not in own:
-            raise ModelError(f"beam_module: {kind} has no {name}; it has {', '.join(own)}")
+            raise ModelError(f"beam module: {kind} has no {name}; it has {', '.join(own)}")
     lengths = ("length", *_OUTLINE[chosen.element], *[n for n in chosen.arguments if hasattr(dimensions, n)])
     for name in _stated(dimensions):
         if name not in lengths:
-            raise ModelError(f"beam_module: {kind} has no dimensions.{name}; it has {', '.join(lengths)}")
+            raise ModelError(f"beam module: {kind} has no dimensions.{name}; it has {', '.join(lengths)}")
         if name in _stated(given):
             raise ModelError(
-                f"beam_module: {name} is given twice, normalised and as dimensions.{name}; give one of them"
+                f"beam module: {name} is given twice, normalised and as dimensions.{name}; give one of them"
             )
 
 
@@ -232,7 +232,7 @@ def _values(kind: str, given: Normalised, material: Material, dimensions: Dimens
     lengths = {name: _above_zero(f"dimensions.{name}", value, "m") for name, value in _stated(dimensions).items()}
     if "length" not in lengths:
         if unused := [f"dimensions.{name}" for name in lengths] + [f"material.{name}" for name in _stated(material)]:
-            raise ModelError(f"beam_module: {unused[0]} is given without dimensions.length, the length of a beam [m]")
+            raise ModelError(f"beam module: {unused[0]} is given without dimensions.length, the length of a beam [m]")
         return DEFAULTS | stated
     length = lengths.pop("length")
     stated |= {name: value / length for name, value in lengths.items() if name in DEFAULTS}
@@ -241,7 +241,7 @@ def _values(kind: str, given: Normalised, material: Material, dimensions: Dimens
         return DEFAULTS | {"poisson": elastic.nu} | stated
     if "slenderness" in stated or len(sections := lengths.keys() & _SECTIONS) != 1:
         raise ModelError(
-            f"beam_module: {kind} with dimensions.length takes its slenderness from its section, expected one of "
+            f"beam module: {kind} with dimensions.length takes its slenderness from its section, expected one of "
             f"dimensions.diameter and dimensions.side [m] and no slenderness"
         )
     (name,) = sections
@@ -268,7 +268,7 @@ def _elastic(material: Material) -> _Elastic:
     if not stated:
         stated = {"E": 69e9, "G": 26e9}
     if "E" not in stated or len(stated) == 1:
-        raise ModelError(f"beam_module: of a material {', '.join(stated)} is given, expected E and one of G and nu")
+        raise ModelError(f"beam module: of a material {', '.join(stated)} is given, expected E and one of G and nu")
     E = stated["E"]
     G = stated.get("G", E / (2 * (1 + stated.get("nu", 0.0))))
     return _Elastic(E, G, stated.get("nu", E / (2 * G) - 1))
@@ -278,7 +278,7 @@ def _count(kind: str, count: int | None) -> int:
     if count is None:
         return KINDS[kind].count
     if count < 3:
-        raise ModelError(f"beam_module: count is {count}, expected three beams or more; two are a hinge")
+        raise ModelError(f"beam module: count is {count}, expected three beams or more; two are a hinge")
     return count
 
 
@@ -290,13 +290,13 @@ def _check_places(kind: str, values: Mapping[str, float]) -> None:
             _above_zero(name, values[name], "of the length of a beam")
     if "tilt" in names and not 0 < values["tilt"] <= 90:
         raise ModelError(
-            f"beam_module: tilt is {values['tilt']:g} degrees, expected above 0 and up to 90: the beams' axes meet at "
+            f"beam module: tilt is {values['tilt']:g} degrees, expected above 0 and up to 90: the beams' axes meet at "
             f"r / tan(tilt) from the stage; three_beam has parallel axes, inverted tilts them the other way"
         )
     for name in ("radius", "spacing"):
         inner, outer = values[name], values[f"outer_{name}"]
         if f"outer_{name}" in names and not outer > inner:
-            raise ModelError(f"beam_module: outer_{name} is {outer:g}, expected more than the {name}, {inner:g}")
+            raise ModelError(f"beam module: outer_{name} is {outer:g}, expected more than the {name}, {inner:g}")
 
 
 def _lengths(kind: str, errors: tuple[float, ...] | None, count: int) -> list[float]:
@@ -305,13 +305,13 @@ def _lengths(kind: str, errors: tuple[float, ...] | None, count: int) -> list[fl
         return [1.0] * count
     if len(errors) != count:
         raise ModelError(
-            f"beam_module: length_error has {len(errors)} values, expected {count}, one per beam of {kind}"
+            f"beam module: length_error has {len(errors)} values, expected {count}, one per beam of {kind}"
         )
     lengths = [1.0 + error for error in errors]
     for i, length in enumerate(lengths, 1):
         if not (math.isfinite(length) and length > 0):
             raise ModelError(
-                f"beam_module: the length of beam {i} is {length:g} of L, expected a length_error above -1, found "
+                f"beam module: the length of beam {i} is {length:g} of L, expected a length_error above -1, found "
                 f"{errors[i - 1]:g}"
             )
     return lengths
@@ -324,29 +324,29 @@ def _element(kind: str, values: Mapping[str, float], shortest: float) -> np.ndar
         d, least = values["slenderness"] * shortest**2, _SECTIONS["side"].slenderness * SLENDER**2
         if not d >= least:
             raise ModelError(
-                f"beam_module: slenderness d = A L^2 / I is {d:g}, expected at least {least:g}: a beam is {SLENDER:g} "
+                f"beam module: slenderness d = A L^2 / I is {d:g}, expected at least {least:g}: a beam is {SLENDER:g} "
                 f"times as long as thick, d = 16 (L/D)^2 of a round and 12 (L/T)^2 of a square one"
             )
         return beam(values["slenderness"], _above_zero("torsion", values["torsion"], ""))
     t, u = (_above_zero(name, values[name], "of the length") for name in ("thickness", "width"))
     if not t <= shortest / SLENDER:
         raise ModelError(
-            f"beam_module: thickness is {t / shortest:g} of the length, expected at most {1 / SLENDER:g}, as of a sheet"
+            f"beam module: thickness is {t / shortest:g} of the length, expected at most {1 / SLENDER:g}, as of a sheet"
         )
     if not u > t:
-        raise ModelError(f"beam_module: width is {u:g}, expected more than the thickness {t:g}, as of a sheet")
+        raise ModelError(f"beam module: width is {u:g}, expected more than the thickness {t:g}, as of a sheet")
     if not 0 <= values["poisson"] < 0.5:
-        raise ModelError(f"beam_module: poisson is {values['poisson']:g}, expected from 0 to below 0.5")
+        raise ModelError(f"beam module: poisson is {values['poisson']:g}, expected from 0 to below 0.5")
     return sheet(t, u, values["poisson"])
 
 
 def _finite(name: str, value: float) -> float:
     if not math.isfinite(value):
-        raise ModelError(f"beam_module: {name} is {value}, expected a finite number")
+        raise ModelError(f"beam module: {name} is {value}, expected a finite number")
     return float(value)
 
 
 def _above_zero(name: str, value: float, unit: str) -> float:
     if not (math.isfinite(value) and value > 0):
-        raise ModelError(f"beam_module: {name} is {value:g} {unit}".rstrip() + ", expected above 0")
+        raise ModelError(f"beam module: {name} is {value:g} {unit}".rstrip() + ", expected above 0")
     return float(value)

@@ -1,4 +1,4 @@
-"""Modules of slender beams or sheets between a base and a stage: compliance, freedoms and their axes; an analysis.
+"""Modules of slender beams or sheets between a base and a stage: their compliance, freedoms, and axes of freedoms.
 
     hfsa analyze beam_module -p kind=tilted -p radius=0.6 -p tilt=45
     hfsa analyze beam_module -p kind=three_beam -p length_error=0,-0.05,0
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from hfsa.components._beam_kinds import KindName
-from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, Normalised, beam_module
+from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, Normalised, compliant_module
 from hfsa.components._mobility import Freedom, mobility
 
 NO_CLEAR_SEPARATION = "no clear separation"
@@ -94,7 +94,7 @@ def analyze(
         outer_spacing=outer_spacing,
         poisson=poisson,
     )
-    module = beam_module(kind, given, material, dimensions)
+    module = compliant_module(kind, given, material, dimensions)
     found = mobility(module.compliance)
     dimensional = {} if module.size is None else {"compliance_dimensional": module.dimensional_compliance()}
     return {

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from hfsa.components._beam_assembly import at_point
 from hfsa.components._beam_kinds import KINDS
-from hfsa.components._beam_module import beam_module
+from hfsa.components._beam_module import compliant_module
 from hfsa.components._mobility import Mobility, mobility
 
 EXPECTED = {
@@ -66,7 +66,7 @@ def test_every_kind_is_expected():
 
 @KIND
 def test_number_types_separation_and_centre(kind):
-    found = mobility(beam_module(kind).compliance)
+    found = mobility(compliant_module(kind).compliance)
     expected, separation, x = EXPECTED[kind]
     assert types(found) == expected
     assert found.is_clear
@@ -78,7 +78,7 @@ def test_number_types_separation_and_centre(kind):
 @given(point=points, rotation=rotations)
 @hundred
 def test_it_is_the_same_in_every_frame_and_at_every_point(kind, point, rotation):
-    C = beam_module(kind).compliance
+    C = compliant_module(kind).compliance
     here, there = mobility(C), mobility(seen_from(C, point, rotation))
     assert [f.type for f in there.freedoms] == [f.type for f in here.freedoms]
     np.testing.assert_allclose(there.eigenvalues, here.eigenvalues, rtol=1e-7)
@@ -90,7 +90,7 @@ def test_it_is_the_same_in_every_frame_and_at_every_point(kind, point, rotation)
 
 @pytest.mark.parametrize("kind", ["three_beam", "double"])
 def test_the_two_translations_are_across_and_the_rotation_is_about_the_axis(kind):
-    turn, *slides = mobility(beam_module(kind).compliance).freedoms
+    turn, *slides = mobility(compliant_module(kind).compliance).freedoms
     assert turn.type == "R"
     np.testing.assert_allclose(turn.direction, [1, 0, 0], atol=1e-9)
     np.testing.assert_allclose(turn.point[1:], 0, atol=1e-9)
@@ -99,7 +99,7 @@ def test_the_two_translations_are_across_and_the_rotation_is_about_the_axis(kind
 
 @pytest.mark.parametrize("kind", ["tilted", "inverted", "double_tilted", "double_tilted_four"])
 def test_three_axes_meet_in_the_centre_of_compliance(kind):
-    found = mobility(beam_module(kind).compliance)
+    found = mobility(compliant_module(kind).compliance)
     for freedom in found.freedoms:
         np.testing.assert_allclose(freedom.point, found.center, atol=1e-9)
     np.testing.assert_allclose([f.direction for f in found.freedoms], np.eye(3), atol=1e-9)
