@@ -16,7 +16,10 @@ from scipy.optimize import brentq
 from hfsa.components import _pzt as stack
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components import _rrr_hinge as hinge
-from hfsa.components import _sdelta_stiffness, c_drive, rrr_stage, sdelta, tba_accelerometer
+from hfsa.components import _sdelta_stiffness, beam_module, c_drive, rrr_stage, sdelta, tba_accelerometer
+from hfsa.components._beam import LENGTH_POWERS, beam
+from hfsa.components._beam_assembly import ring, side_by_side
+from hfsa.components._beam_module import Dimensions, Material
 from hfsa.components._elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
@@ -315,3 +318,36 @@ def accelerometer_on_a_shaker() -> float:
     column = system.input_labels.index("base/acceleration[1]")
     inside = np.linalg.solve(s * np.eye(system.nstates) - system.A, system.B[:, column])
     return 1e-6 * float(np.abs(s**2 * (system.C[row] @ inside + system.D[row, column])))
+
+
+# Beam modules ---------------------------------------------------------------------------------------------------------
+
+
+def beams_to_first_order() -> dict[str, Any]:
+    """Three beams, the one at (0, 0, -r) 5 % short, with its stiffness to first order in that."""
+    K = beam(1e4, 0.7536)
+    short = K * (1 + 0.05 * LENGTH_POWERS)
+    return {"C22": side_by_side([K, short, K], ring(0.6, 0.0, 3))[1, 1]}
+
+
+def beam_rotation() -> dict[str, Any]:
+    """How far from the stage a tilted module turns, by how much it misses r / tan(tilt); four beams by three."""
+    C = beam_module.analyze(kind="tilted")["compliance"]
+    radius, center = C[1, 1] / abs(C[1, 5]), -C[1, 5] / C[5, 5]
+    three, four = (beam_module.analyze(kind=kind)["compliance"] for kind in ("double_tilted", "double_tilted_four"))
+    return {
+        "radius": radius,
+        "drift_by_force": radius - 0.6,
+        "drift_by_moment": 0.6 - center,
+        "four_by_three": np.linalg.norm(four) / np.linalg.norm(three),
+    }
+
+
+def beam_torsion() -> dict[str, Any]:
+    """The torsion delta of a round beam by the constants of the examples, and with G from Poisson's ratio."""
+    by_poisson = beam_module.analyze(
+        dimensions=Dimensions(length=1.0, diameter=0.04), material=Material(E=69e9, nu=0.33)
+    )
+    usual = beam_module.analyze(dimensions=Dimensions(length=1.0, diameter=0.04), material=Material(E=69e9, G=26e9))
+    found = [1 / C["compliance"][3, 3] / 3 - 12 * 0.6**2 for C in (usual, by_poisson)]
+    return {"torsion": found[0], "by_poisson": found[1]}
