@@ -20,18 +20,14 @@ between its resonances the stage gives way against the voltage. Limits are seen 
 told of above 10.2 V, where the response is off by 0.1 dB.
 """
 
-from typing import Literal
-
-from hfsa.cosim.system import Analysis, Component, Connection, Scene, StructureError, System
-
-FULL_VOLTAGE = 150.0
-"""Largest voltage of a stack [V]."""
+from hfsa.cosim.scenes._biased_stage import Kinematics, Level, biased_stage
+from hfsa.cosim.system import Scene
 
 
 def stage_bode(
     *,
-    stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
-    kinematics: Literal["nominal", "calibrated"] = "nominal",
+    stage: Level = "constant_jacobian",
+    kinematics: Kinematics = "nominal",
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
     resistance: float = 50.0,
@@ -48,30 +44,8 @@ def stage_bode(
     Raises:
         StructureError: a bias that the stacks cannot have.
     """
-    if not 0 <= bias <= FULL_VOLTAGE:
-        raise StructureError(f"stage_bode: bias is {bias:g} V, expected 0 to {FULL_VOLTAGE:g} V")
-    driven = Component(
-        "stage",
-        "rrr_stage",
-        stage,
-        {"kinematics": kinematics},
-        {"damping_time": damping_time, **_rest(stage, kinematics, bias)},
-    )
-    stacks = [
-        Component(
-            f"stack[{i}]",
-            "pzt_stack",
-            "linear",
-            start={"command.voltage": bias, "voltage": bias, "amplifier.resistance": resistance},
-        )
-        for i in (1, 2, 3)
-    ]
-    connections = [
-        Connection("stack[1..3].stack.blocking_force", "stage.stack[1..3].blocking_force"),
-        Connection("stage.stack[1..3].elongation_rate", "stack[1..3].stack.elongation_rate"),
-    ]
     return Scene(
-        System([driven, *stacks], connections),  # in this order
+        biased_stage("stage_bode", stage, kinematics, bias, damping_time, resistance),
         inputs=["stack[1..3].command.voltage"],
         outputs=["stage.platform.position[1..2]", "stage.platform.rotation"],
         band=(1.0, 3000.0),
@@ -79,14 +53,3 @@ def stage_bode(
         step_size=10e-6,
         stop_time=4.0,
     )
-
-
-def _rest(level: str, kinematics: str, bias: float) -> dict[str, Analysis]:
-    """Return the states of the stage at which it rests under the bias."""
-    arguments = {"level": level, "kinematics": kinematics, "voltage": [bias] * 3}
-    if level == "exact":
-        return {
-            "center.position[1..2]": Analysis("rrr_stage", "pose_at_voltage[1..2]", arguments),
-            "center.rotation": Analysis("rrr_stage", "pose_at_voltage[3]", arguments),
-        }
-    return {"leg[1..3].elongation": Analysis("rrr_stage", "elongation_at_voltage", arguments)}
