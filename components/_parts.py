@@ -162,6 +162,11 @@ def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[s
             values[name] = value
         elif name not in known:
             raise ModelError(f"{part} has no argument {name!r}{nearest(name, known)}")
+        elif name == "level" and value == "auto":
+            raise ModelError(
+                f"{part}: level auto is for an instance in a scene (-p INSTANCE.level=auto), which has outputs, a band "
+                f"and a tolerance to choose by; name one of {', '.join(known[name].values)}"
+            )
         elif name in hints:
             values[name] = _read(f"{part}: {name}", known[name].annotation, value)
         else:

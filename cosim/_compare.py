@@ -21,7 +21,7 @@ from typing import Any
 from hfsa.cosim import _pool
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._measure import load
-from hfsa.cosim._runs import Drive, prepare
+from hfsa.cosim._runs import Drive, chosen_levels, prepare
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.system import StructureError
 
@@ -106,7 +106,10 @@ def compare(
         tell(0.0, f"building FMUs for {_words(values)}")
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
-        trials.append(Trial(prepare(loaded, drive or Drive(), library), path, tuple(loaded.scene.outputs)))
+        ready = prepare(loaded, drive or Drive(), library)
+        for sentence in chosen_levels(ready):
+            warn(f"{_words(values)}: {sentence}")
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(Run(values, outcomes[path]) for values, path in zip(combinations, paths, strict=True))
     for run in runs:

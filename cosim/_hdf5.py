@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hfsa.cosim._records import ResultsError, SystemRecord
+from hfsa.cosim._records import LevelChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
 
@@ -214,6 +214,8 @@ def _write_system(group: Node, system: SystemRecord) -> None:
         for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):
             instance.attrs[key] = getattr(record, key)
         _write_named(instance, "start", record.start)
+        if record.choice is not None:
+            _write_choice(instance, record.choice)
     _write_named(group, "operating_point", system.operating_point)
 
 
@@ -222,6 +224,35 @@ def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
         part = group.create_group(name)
         scale(part, "variable", list(values))
         filled(part, "value", ["variable"], np.nan, float)[:] = list(values.values())
+
+
+def _write_choice(instance: Node, choice: LevelChoice) -> None:
+    """Write how an instance's level was chosen: attributes `level_...`, and `levels` with the error of each."""
+    for key, value in (("error", choice.error), ("error_together", choice.together), ("tolerance", choice.tolerance)):
+        instance.attrs[f"level_{key}"] = value
+    levels = instance.create_group("levels")
+    scale(levels, "level", list(choice.errors))
+    filled(levels, "error", ["level"], np.nan, float, "1")[:] = list(choice.errors.values())
+    refusals = [choice.refusals.get(level, "") for level in choice.errors]
+    levels.create_dataset("refusal", data=refusals, dtype=h5py.string_dtype()).dims[0].attach_scale(levels["level"])
+
+
+def read_choices(group: Node) -> dict[str, LevelChoice]:
+    """Return how levels were chosen, by instance, from the group `/system`; empty where the scene named them all."""
+    choices = {}
+    for name, instance in group.items():
+        if "level_error" in instance.attrs:
+            levels = instance["levels"]
+            known = texts(levels["level"])
+            refusals = zip(known, texts(levels["refusal"]), strict=True)
+            choices[name] = LevelChoice(
+                text(instance.attrs["level"]),
+                float(instance.attrs["level_tolerance"]),
+                dict(zip(known, levels["error"][:].tolist(), strict=True)),
+                {level: refusal for level, refusal in refusals if refusal},
+                float(instance.attrs["level_error_together"]),
+            )
+    return choices
 
 
 def _git_commit() -> str:

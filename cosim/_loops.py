@@ -6,15 +6,17 @@ Like `_measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim import build, excitation
+from hfsa.cosim import build, excitation, levels
+from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
-from hfsa.cosim._measure import Loaded, usage_errors
+from hfsa.cosim._measure import Loaded, usage_errors, with_levels
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.margins import Loop, Margins, find_connection, open_loop
@@ -37,13 +39,17 @@ def sweep_loop(
     high: float | None = None,
     points: int | None = None,
     grid: str = "response",
+    warn: Callable[[str], None] = print,
 ) -> tuple[dict[str, Any], str]:
     """Write loop gain and sensitivity at a connection into the file `path`; return the margins, as data and as text.
 
     Frequencies [Hz] are from `low` to `high`, by default the scene's band, widened to what the margins are found at.
     Raises `StructureError` for a connection that does not exist or closes no loop.
     """
-    scene = loaded.scene
+    library = chosen_loop(LOOPS[0], warn) if levels.automatic(loaded.scene) else None
+    scene, choices = with_levels(loaded.scene, library)
+    for component, choice in choices.items():
+        warn(choice.sentence(component))
     files = build.build(scene.system)
     check(scene.system, {component: describe(file).variables for component, file in files.items()})
     connection = find_connection(scene.system, name)
@@ -59,7 +65,7 @@ def sweep_loop(
     settings = {"method": "linear", "open_loop": str(connection)}
     plan = Plan(frequency, OUTPUTS, (Signal(str(connection), "1"),), settings)
     record = system_record(loaded.title, scene_text(scene), (scene.system, files), operating_point=loop.operating_point)
-    with SweepFile.create(path, plan, record) as file:
+    with SweepFile.create(path, plan, levels.with_choices(record, choices)) as file:
         file.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return _data(loop, margins, path), _text(loop, margins, path)
 

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim import build, excitation
+from hfsa.cosim import build, excitation, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
-from hfsa.cosim.results import Plan, SweepFile, Theory
+from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
 from hfsa.cosim.sweep import (
     Bench,
     LinearSweep,
@@ -99,16 +99,14 @@ def sweep_scene(
     report: Callable[[Progress], None] | None = None,
 ) -> None:
     """Sweep a scene into the file `path`; with `resume`, go on with the file if there is one."""
-    scene, settings = loaded.scene, request.settings
+    settings = request.settings
+    is_linear = settings.method == "linear" and not levels.automatic(loaded.scene)
+    library = None if is_linear else chosen_loop(request.loop, warn)
+    scene, inputs, outputs = _wanted(loaded.scene, request)
+    scene, choices = with_levels(scene, library, inputs=inputs, outputs=outputs, band=_band(scene, request))
+    for name, choice in choices.items():
+        warn(choice.sentence(name))
     files = build.build(scene.system)
-    variables = {name: describe(file).variables for name, file in files.items()}
-    check(scene.system, variables)
-    inputs = find_signals(request.inputs, scene.inputs, variables, "input")
-    if not inputs:
-        free = nearest("", _free_inputs(scene.system, variables))
-        raise StructureError(f"the scene has a motion of its own and no input to excite; say one with --input{free}")
-    outputs = find_signals(request.outputs, scene.outputs, variables, "output")
-    scene = with_amplitude(scene, request.amplitude, inputs, variables)
     draft = _draft(scene, files, inputs, outputs, request)
     theory = _theory(scene, files, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
@@ -117,7 +115,7 @@ def sweep_scene(
     opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
     if theory is not None and settings.method == "linear":
         record = system_record(loaded.title, text, (scene.system, files), operating_point=theory.operating_point)
-        with opening(path, plan, record) as file:
+        with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(finished(theory.response(plan.frequency)))
         return
     if theory is not None and dense is not None:
@@ -125,16 +123,26 @@ def sweep_scene(
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
     with usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
-    library = chosen_loop(request.loop, warn)
     benches = {name: _bench(scene, name, outputs, library) for name in inputs}
     record = system_record(loaded.title, text, *((bench.system, bench.files) for bench in benches.values()))
     jobs = request.jobs or os.cpu_count() or 1
-    with opening(path, plan, record) as file:
+    with opening(path, plan, levels.with_choices(record, choices)) as file:
         try:
             stepped(file, plan, benches, settings, jobs=jobs, report=report)
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
             raise
+
+
+def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene, dict[str, LevelChoice]]:
+    """Return a scene with every level `auto` chosen, and the choices by component.
+
+    `asked` are those fields of the scene that a measurement has otherwise: inputs, outputs, band.
+    """
+    if not levels.automatic(scene):
+        return scene, {}
+    choices = levels.choose(dataclasses.replace(scene, **asked), library)
+    return levels.settled(scene, choices), choices
 
 
 def find_signals(
@@ -173,6 +181,25 @@ def with_amplitude(
     return dataclasses.replace(scene, amplitude={**scene.amplitude, **dict.fromkeys(units, amplitude)})
 
 
+def _wanted(scene: Scene, request: Request) -> tuple[Scene, list[str], list[str]]:
+    """Return the scene with the wanted amplitude, and the wanted inputs and outputs."""
+    system = levels.at_highest(scene).system
+    variables = {name: describe(file).variables for name, file in build.build(system).items()}
+    check(system, variables)
+    inputs = find_signals(request.inputs, scene.inputs, variables, "input")
+    if not inputs:
+        free = nearest("", _free_inputs(system, variables))
+        raise StructureError(f"the scene has a motion of its own and no input to excite; say one with --input{free}")
+    outputs = find_signals(request.outputs, scene.outputs, variables, "output")
+    return with_amplitude(scene, request.amplitude, inputs, variables), inputs, outputs
+
+
+def _band(scene: Scene, request: Request) -> tuple[float, float]:
+    """Return the lowest and the highest wanted frequency [Hz]."""
+    low, high = scene.band
+    return low if request.low is None else request.low, high if request.high is None else request.high
+
+
 def _free_inputs(system: System, variables: Mapping[str, Mapping[str, Connector]]) -> list[str]:
     """Return the inputs (full names) that nothing feeds, without rates and accelerations of others."""
     fed = {connection.end for connection in system.connections}
@@ -186,10 +213,8 @@ def _free_inputs(system: System, variables: Mapping[str, Mapping[str, Connector]
 
 def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: list[str], request: Request) -> Plan:
     """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
-    low = scene.band[0] if request.low is None else request.low
-    high = scene.band[1] if request.high is None else request.high
     with usage_errors():
-        frequency = excitation.logarithmic(low, high, _DENSE)
+        frequency = excitation.logarithmic(*_band(scene, request), _DENSE)
         return plan_sweep(scene.system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
 
 

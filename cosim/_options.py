@@ -23,6 +23,14 @@ DESIGN_STUDY = Group(
 Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+Tolerance = Annotated[
+    float | None,
+    Parameter(
+        validator=Number(gt=0),
+        help="Relative error of the response that a level chosen by `-p instance.level=auto` may make; the scene's "
+        "without.",
+    ),
+]
 Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
 Loop = Annotated[
     Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")

@@ -14,8 +14,46 @@ class ResultsError(RuntimeError):
 
 
 @dataclass(frozen=True)
+class LevelChoice:
+    """A level of fidelity that a tolerance chose.
+
+    Attributes:
+        level: the chosen one.
+        tolerance: largest relative error that was allowed.
+        errors: relative error of every level, cheapest first; NaN where it could not be compared. The last level is
+            what the others are compared with.
+        refusals: why a level cannot take part, by level.
+        together: error of all choices of the scene.
+    """
+
+    level: str
+    tolerance: float
+    errors: Mapping[str, float]
+    refusals: Mapping[str, str]
+    together: float
+
+    @property
+    def error(self) -> float:
+        """Relative error of the chosen level alone."""
+        return self.errors[self.level]
+
+    def sentence(self, instance: str) -> str:
+        """Return the choice for an instance on one line, with the errors of all levels."""
+        *_, highest = self.errors
+        words = {level: self.refusals.get(level) or f"{100 * error:.3g} %" for level, error in self.errors.items()}
+        words[highest] = "the reference"
+        others = "; ".join(f"{level}: {words[level]}" for level in self.errors if level != self.level)
+        joint = "" if self.together in (0.0, self.error) else f", with the other choices {100 * self.together:.3g} %"
+        error = "the reference" if self.level == highest else f"error {100 * self.error:.3g} %{joint}"
+        return f"{instance}: level {self.level} ({error}; tolerance {100 * self.tolerance:.3g} %); {others}"
+
+
+@dataclass(frozen=True)
 class InstanceRecord:
-    """What a result depends on of one FMU instance; `start` holds the start values that were set, by variable."""
+    """What a result depends on of one FMU instance; `start` holds the start values that were set, by variable.
+
+    `choice` says how its level was chosen, where the scene did not name one.
+    """
 
     instance: str
     name: str
@@ -25,6 +63,7 @@ class InstanceRecord:
     level: str = ""
     solver: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
+    choice: LevelChoice | None = None
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import re
 import textwrap
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from hfsa.components._model import Kind, Quantity
 from hfsa.components._parts import Part
 from hfsa.cosim import build
 from hfsa.cosim.limits import Acting, acting, is_limit
-from hfsa.cosim.results import Status, read, read_run
+from hfsa.cosim.results import Status, read, read_choices, read_run
 from hfsa.cosim.system import StructureError, nearest
 
 _KINDS = {
@@ -188,6 +189,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         "outputs": [signal.name for signal in bode.outputs],
         "peaks": [_peak(bode, o, i) for o in range(len(bode.outputs)) for i in range(len(bode.inputs))],
         "troubles": troubles,
+        "levels": _levels(path),
     }
     lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
     lines += [
@@ -222,6 +224,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
             if name != "time"
         ],
         "limits": limits_data(limits),
+        "levels": _levels(path),
     }
     lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
     lines += [
@@ -234,6 +237,11 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
         lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
     return data, "\n".join(lines)
+
+
+def _levels(path: Path) -> dict[str, dict[str, Any]]:
+    """Return how levels were chosen, by instance; empty where the scene named them all."""
+    return {name: {**asdict(choice), "error": choice.error} for name, choice in read_choices(path).items()}
 
 
 def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:

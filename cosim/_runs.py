@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hfsa.cosim import build
+from hfsa.cosim import build, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
-from hfsa.cosim._measure import Loaded, find_signals, with_amplitude
+from hfsa.cosim._measure import Loaded, find_signals, with_amplitude, with_levels
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.run import Ready, run
@@ -42,21 +42,25 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     Python's.
     """
     scene = loaded.scene
-    files = build.build(scene.system)
-    system, names = scene.system, tuple(scene.outputs)
     if drive.input or scene.inputs:
-        variables = _variables(files)
+        variables = _variables(build.build(levels.at_highest(scene).system))
         excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
-        system = _driven(with_amplitude(scene, drive.amplitude, [excited], variables), excited, drive.frequency)
-        files, names = build.build(system), (excited, *names)
+        scene = with_amplitude(scene, drive.amplitude, [excited], variables)
+        band = _band_with(scene.band, drive.frequency)
+        scene, choices = with_levels(scene, library, inputs=[excited], band=band)
+        system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs)
     elif drive.frequency or drive.amplitude:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
+    else:
+        scene, choices = with_levels(scene, library)
+        system, names = scene.system, tuple(scene.outputs)
+    files = build.build(system)
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
-    record = system_record(loaded.title, scene_text(scene), (system, files))
+    record = levels.with_choices(system_record(loaded.title, scene_text(scene), (system, files)), choices)
     return Ready(system, files, names, scene.stop_time, scene.step_size, record, scene.algorithm, library)
 
 
@@ -70,9 +74,22 @@ def run_scene(
     report: Callable[[float], None] | None = None,
 ) -> None:
     """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
-    ended = run(prepare(loaded, drive, chosen_loop(loop, warn)), path, report)
+    ready = prepare(loaded, drive, chosen_loop(loop, warn))
+    for sentence in chosen_levels(ready):
+        warn(sentence)
+    ended = run(ready, path, report)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
+
+
+def chosen_levels(ready: Ready) -> list[str]:
+    """Return a sentence for each level that was chosen."""
+    return [i.choice.sentence(i.instance) for i in ready.record.instances if i.choice is not None]
+
+
+def _band_with(band: tuple[float, float], frequency: float | None) -> tuple[float, float]:
+    """Return a scene's band [Hz], with a sine's frequency in it."""
+    return band if frequency is None else (min(band[0], frequency), max(band[1], frequency))
 
 
 def _driven(scene: Scene, excited: str, frequency: float | None) -> System:

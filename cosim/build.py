@@ -33,6 +33,7 @@ import hfsa.components
 import hfsa.controllers
 import hfsa.cosim.scenes
 import hfsa.fmus
+from hfsa.components._model import Model
 from hfsa.components._parts import Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import read_scene
@@ -57,6 +58,9 @@ FMI: Literal[2, 3] = 2
 
 LOCK_IN = "lock_in"
 """Name of the lock-in amplifier among an instrumented system's components."""
+
+AUTO = "auto"
+"""The level of a component that is to be chosen by the scene's tolerance (`levels.py`)."""
 
 _ABANDONED = 86400.0
 """Age [s] at which an unfinished folder in the cache is taken for one that nobody finishes."""
@@ -191,9 +195,10 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
             raise StepError(component.name, file.name, "cannot be run", None, message)
         return file
     part = part_named(component.part, parts())
-    if component.level == "auto":
+    if component.level == AUTO:
         raise StructureError(
-            f"{component.name}: level auto, the choice by tolerance, is not offered; choose one of {_list(part.levels)}"
+            f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
+            f"{_list(part.levels)}"
         )
     folder = cache_folder() / "fmus" / _key(part, component, fmi)
     if not folder.is_dir():
@@ -261,7 +266,7 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
 
 def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> float:
     """Return a start value that fits the variables `argument` stands for; errors name what is known, and the bounds."""
-    model = None if part is None else part.model(component.level, **component.arguments)
+    model = None if part is None else _model_with(part, component, argument)
     known = describe(fmu_file(component)).variables if model is None else [quantity.name for quantity in model]
     for member in expand(argument):
         if member not in known:
@@ -275,6 +280,15 @@ def _start_value(component: Component, part: Part | None, argument: str, value: 
         for member in expand(argument):
             model.set_start(member, number)
     return number
+
+
+def _model_with(part: Part, component: Component, argument: str) -> Model:
+    """Return the component's model; at level auto the highest that knows a variable, else the highest of all."""
+    if component.level != AUTO:
+        return part.model(component.level, **component.arguments)
+    models = [part.model(level, **component.arguments) for level in reversed(part.levels)]
+    names = set(expand(argument))
+    return next((model for model in models if names <= {quantity.name for quantity in model}), models[0])
 
 
 def _analyzed(scene: Scene) -> Scene:
@@ -319,7 +333,7 @@ def _key(part: Part, component: Component, fmi: int) -> str:
         structural["level"] = component.level
     read = read_arguments(part.name, part.build, structural)
     rest = {name: float(value) for name, value in component.arguments.items() if name not in part.arguments}
-    words = [part.name, repr(sorted(read.items())), repr(sorted(rest.items())), fmi, _sources(), version("casadi")]
+    words = [part.name, repr(sorted(read.items())), repr(sorted(rest.items())), fmi, sources(), version("casadi")]
     words += [sysconfig.get_platform(), os.environ.get("CC", "")]
     return hashlib.sha256(json.dumps(words).encode()).hexdigest()[:32]
 
@@ -330,7 +344,7 @@ def _death(file: Path, modified: int) -> str | None:  # noqa: ARG001 (another fi
 
 
 @cache
-def _sources() -> str:
+def sources() -> str:
     """Return a hash of the sources of the left wing."""
     digest = hashlib.sha256()
     for package in (hfsa.components, hfsa.controllers, hfsa.fmus):

@@ -12,7 +12,19 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim import _shell
-from hfsa.cosim._options import DESIGN_STUDY, Algorithm, Arguments, Jobs, Json, Level, Loop, Output, Positive, Signals
+from hfsa.cosim._options import (
+    DESIGN_STUDY,
+    Algorithm,
+    Arguments,
+    Jobs,
+    Json,
+    Level,
+    Loop,
+    Output,
+    Positive,
+    Signals,
+    Tolerance,
+)
 
 app = App(
     name="hfsa",
@@ -159,6 +171,7 @@ def run(
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
+    tolerance: Tolerance = None,
     loop: Loop = "c",
     output: Output = None,
     json: Json = False,
@@ -190,7 +203,8 @@ def run(
     from hfsa.cosim._reports import run_report
     from hfsa.cosim._runs import Drive, run_scene
 
-    loaded = load(scene, _shell.named_values(parameter), step_size=step, stop_time=stop, algorithm=algorithm)
+    changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
+    loaded = load(scene, _shell.named_values(parameter), **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with _shell.progress("run") as show:
         show(0.0, "building FMUs")
@@ -219,6 +233,7 @@ def compare(
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
+    tolerance: Tolerance = None,
     loop: Loop = "c",
     jobs: Jobs = None,
     output: Output = None,
@@ -273,6 +288,7 @@ def compare(
             step_size=step,
             stop_time=stop,
             algorithm=algorithm,
+            tolerance=tolerance,
         )
     outcomes = [run.outcome for run in compared.runs]
     save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
@@ -300,6 +316,7 @@ def sweep(
     amplitude: Positive = None,
     step: Positive = None,
     algorithm: Algorithm | None = None,
+    tolerance: Tolerance = None,
     settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
     settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
     measurement_periods: Annotated[int, Parameter(validator=Number(gte=1))] = 1,
@@ -354,7 +371,7 @@ def sweep(
     from hfsa.cosim._measure import Request, Settings, load, sweep_scene
     from hfsa.cosim._reports import sweep_report
 
-    loaded = load(scene, _shell.named_values(parameter), step_size=step, algorithm=algorithm)
+    loaded = load(scene, _shell.named_values(parameter), step_size=step, algorithm=algorithm, tolerance=tolerance)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._loops import sweep_loop
@@ -362,7 +379,7 @@ def sweep(
 
         if method != "linear" or input or output:
             raise StructureError("--open-loop takes --method linear, and no --input and --output")
-        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid)
+        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid, warn=_shell.warn)
         _shell.answer(*found, json)
         return _shell.DONE
     settings = Settings(

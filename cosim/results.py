@@ -18,6 +18,7 @@ Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `op
 engine="h5netcdf")`. Only one process may write a file.
 """
 
+import contextlib
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,7 +31,17 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import _hdf5
 from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import InstanceRecord, Plan, Point, ResultsError, Signal, Status, SystemRecord, Theory
+from hfsa.cosim._records import (
+    InstanceRecord,
+    LevelChoice,
+    Plan,
+    Point,
+    ResultsError,
+    Signal,
+    Status,
+    SystemRecord,
+    Theory,
+)
 from hfsa.cosim._resume import check_same
 from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
@@ -38,6 +49,7 @@ from hfsa.cosim.system import nearest
 __all__ = [
     "Bode",
     "InstanceRecord",
+    "LevelChoice",
     "Plan",
     "Point",
     "ResultsError",
@@ -48,6 +60,7 @@ __all__ = [
     "SystemRecord",
     "Theory",
     "read",
+    "read_choices",
     "read_run",
 ]
 
@@ -211,7 +224,7 @@ def read(path: str | Path) -> Bode:
             settings=_hdf5.plain(file["sweep"].attrs),
             attributes=_hdf5.plain(file.attrs) | {"status": _hdf5.status_of(file)},
             theory=_read_theory(file),
-            marks=tomllib.loads(_hdf5.text(file["system"].attrs["scene"])).get("marks", {}),
+            marks=_marks(_hdf5.text(file["system"].attrs["scene"])),
             **numbers,
         )
 
@@ -230,6 +243,14 @@ def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str
         }
 
 
+def read_choices(path: str | Path) -> dict[str, LevelChoice]:
+    """Read how the levels of a file's instances were chosen, by instance; empty where the scene named them all."""
+    path = Path(path)
+    file = _hdf5.open_file(path)
+    with file, _hdf5.translated(path, "read"):
+        return _hdf5.read_choices(file["system"])
+
+
 _COMPUTED = (
     "response",
     "harmonic_distortion",
@@ -238,6 +259,13 @@ _COMPUTED = (
     "wall_time",
     "message",
 )
+
+
+def _marks(scene: str) -> dict[str, float]:
+    """Frequencies [Hz] that a scene's text sets beside its responses, by label; none where it is not our text."""
+    with contextlib.suppress(tomllib.TOMLDecodeError):
+        return tomllib.loads(scene).get("marks", {})
+    return {}
 
 
 def _read_theory(file: Node) -> Theory | None:
