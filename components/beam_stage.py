@@ -53,8 +53,8 @@ LENGTH, DIAMETER = 0.05, 2e-3
 SMALL = 0.1
 """Largest normalised displacement of linear beams."""
 
-# Sizes of micrometre motion at hundreds of hertz: displacement, rate, acceleration
-_MOVE, _TURN = (1e-6, 1e-3, 1.0), (1e-4, 1e-1, 1e2)
+# Sizes of micrometre motion at hundreds of hertz, some centimetres from the axis: displacement, rate, acceleration
+_MOVE, _TURN = (1e-6, 1e-3, 1.0), (1e-5, 1e-2, 1e1)
 
 
 @dataclass(frozen=True)
