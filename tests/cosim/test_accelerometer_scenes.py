@@ -171,7 +171,7 @@ def test_swept_on_the_shaker_is_the_formula(library, design, level, frequency):
 @pytest.mark.parametrize("level", LEVELS)
 def test_all_swept_on_the_shaker_is_the_formula(library, design, level):
     at, frequency = scene("accelerometer_shaker", design=design, sensor=level), NATURAL[design] * np.array([0.1, 1, 2])
-    for axis in (1, 2):
+    for axis in (1,) if level == "nonlinear" else (1, 2):  # a minute for a point of the smallest
         found = responses(swept(library, at, shaken(axis), [PLACE[axis - 1]], frequency))
         assert_close(found[:, 0], sensitivity(design, frequency)[:, axis - 1])
 
