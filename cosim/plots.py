@@ -34,10 +34,8 @@ METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMU
 """Methods of a sweep as a legend says them."""
 
 _CLOSE = 0.02
-_WIDEST_TITLE = 52
-"""Letters that fit above a pair of axes."""
 _LETTER = 0.08
-"""Width of a letter in a legend [inch]."""
+"""Width of a letter in a legend, or in a title with some room around it [inch]."""
 _DASHES = ("-", (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)))
 """What tells the marks of a scene apart, line by line."""
 
@@ -212,7 +210,8 @@ def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
     lower.set_xlabel("Frequency (Hz)")
     outputs = list(panel.outputs)
     target = f"\N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
-    gap = "  " if len(panel.input.name) + len(target) < _WIDEST_TITLE else "\n"
+    fits = _LETTER * (len(panel.input.name) + len(target)) < part.bbox.width / part.dpi
+    gap = "  " if fits else "\n"
     upper.set_title(f"{panel.input.name}{gap}{target}".rstrip(), fontsize=8.5)
     if has_legend:
         upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
