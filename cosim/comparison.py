@@ -129,6 +129,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     """
 
     def go_on(part: float) -> None:
+        """Tell of the part done; end where another process was told to."""
         if is_stopping():
             raise KeyboardInterrupt
         if report is not None:

@@ -141,6 +141,7 @@ class RunFile:
 
     def __init__(self, path: Path, time: NDArray[np.float64], units: Mapping[str, str], system: SystemRecord):
         def fill(file: Node) -> None:
+            """Lay out the time axis and a dataset for each variable."""
             group = file.create_group("time")
             _hdf5.scale(group, "time", time, "s")
             for name, unit in units.items():

@@ -64,6 +64,7 @@ def sampling_limit(
         return None
 
     def is_stable(scale: float) -> bool:
+        """Whether no pole grows with all sample times scaled, but for rounding."""
         scaled = {name: scale * value for name, value in own.items()}
         found = linearize(system, instances, [], outputs, {**(starts or {}), **scaled})
         fastest = max((pole.real for pole in found.poles), default=-math.inf)

@@ -85,6 +85,7 @@ def plan_sweep(
         check_sample_times(system, variables, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
+        """An input or output by full name, with its unit; `StructureError` where it is something else."""
         found = connector(system, variables, name)
         if found.causality != causality:
             raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
