@@ -87,17 +87,24 @@ def compare(moving: Moving, here: np.ndarray, there: np.ndarray, which: np.ndarr
     assert np.all((np.abs(there - here) <= allowed)[:, which])
 
 
-@pytest.fixture(scope="module", params=sorted(find([hfsa.cosim.scenes])))
-def scene(request) -> str:
-    return request.param
+SCENES = sorted(find([hfsa.cosim.scenes]))
+IN_BOTH = ("mass_on_spring", "sdelta_hfsa")
+"""Scenes whose FMI 3 FMUs are built in every run of the tests; those of the others take minutes."""
 
 
-@pytest.mark.parametrize("version", [2, 3])
-def test_ecos(scene, version, ecos):
-    moving = Moving(scene, version)
+@pytest.mark.parametrize("scene", SCENES)
+def test_ecos(scene, ecos):
+    moving = Moving(scene, 2)
     compare(moving, moving.run_here(), moving.run_there(ecos))
 
 
+@pytest.mark.parametrize("scene", [s if s in IN_BOTH else pytest.param(s, marks=pytest.mark.slow) for s in SCENES])
+def test_ecos_fmi3(scene, ecos):
+    moving = Moving(scene, 3)
+    compare(moving, moving.run_here(), moving.run_there(ecos))
+
+
+@pytest.mark.parametrize("scene", SCENES)
 def test_libcosim(scene, libcosim):
     """It reads outputs before it sets inputs, so those that follow one at once belong to the inputs of a step ago."""
     moving = Moving(scene, 2)

@@ -49,10 +49,18 @@ def _outcome(master, run):
 # The same bits --------------------------------------------------------------------------------------------------------
 
 
-@VERSIONS
+IN_BOTH = ("mass_on_spring", "sdelta_hfsa")
+"""Scenes whose FMI 3 FMUs are built in every run of the tests; those of the others take minutes."""
+CASES = [
+    pytest.param(name, version, marks=[] if version == 2 or name in IN_BOTH else pytest.mark.slow)
+    for name in scenes()
+    for version in (2, 3)
+]
+
+
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("name", list(scenes()))
-def test_every_scene_has_the_same_bits(both, name, algorithm, version):
+@pytest.mark.parametrize(("name", "version"), CASES)
+def test_every_scene_has_the_same_bits(both, name, version, algorithm):
     scene = load_scene(name)
     system, names, starts = scene.system, list(scene.outputs), {}
     if scene.inputs:
