@@ -8,10 +8,12 @@ frequencies over the band and close together around every mode of both systems:
 
     error = max |H - H_ref| / h        h = |H_ref|, its notches filled
 
-Entries that are zero by symmetry are left out. Pointwise an anti-resonance would count for infinitely much, because a
-zero that moves by a hair changes nothing but itself: so valleys of |H_ref| that are narrower than an octave are filled
-up to their lower edge (a morphological closing), and there an error is measured by what surrounds it. Slopes and
-resonances stay as they are.
+Entries that are zero by symmetry are left out. An output that follows nothing, but follows something at the reference,
+is missing: an error of 1, whether the inputs reach it or not.
+
+Pointwise an anti-resonance would count for infinitely much, because a zero that moves by a hair changes nothing but
+itself: so valleys of |H_ref| that are narrower than an octave are filled up to their lower edge (a morphological
+closing), and there an error is measured by what surrounds it. Slopes and resonances stay as they are.
 
 Where an FMU in which the two systems differ is not linear, the response depends on the amplitude as well. What the
 amplitude adds, to the response and in harmonics, is measured for both systems (`_amplitude_effect.py`) at the ends of
@@ -93,6 +95,12 @@ class _Linearized:
         """Return the scene's responses at frequencies [Hz], (frequencies, outputs, inputs)."""
         return self.sweep.response(frequency)[:, : self.outputs]
 
+    @property
+    def still(self) -> set[int]:
+        """The scene's outputs that follow no state and no input, by index."""
+        follows = np.hstack([self.sweep.found.C, self.sweep.found.D])[: self.outputs].any(axis=1)
+        return set(np.flatnonzero(~follows).tolist())
+
     def bent(self, most: float) -> set[str]:
         """Return the components that bend by more than `most`."""
         return {name for name, bending in self.bending.items() if bending > most}
@@ -119,6 +127,8 @@ class Responses:
         found = self._linearized(system, _checked_files(system))
         if found.sweep.growth and not self._reference.sweep.growth:
             raise StructureError(f"a mode grows by {found.sweep.growth:.3g} 1/s, which none of the reference does")
+        if found.still - self._reference.still:
+            return 1.0
         frequency = self._frequencies(self._reference.sweep, found.sweep)
         reference = self._reference.response(frequency)
         difference = np.abs(found.response(frequency) - reference) / self._relative_to(frequency, reference)

@@ -67,6 +67,14 @@ def test_it_moves_out_of_its_plane_where_that_is_recorded(library):
     assert choice.errors["static"] == choice.errors["planar"] == 1  # does not move where the reference does
 
 
+def test_an_output_that_a_level_does_not_have_counts_although_nothing_moves_it(library):
+    """Shaken in its plane the sensor does not leave it; but whoever records that wants a level that could."""
+    scene = replace(sensor_scene(), outputs=[POSITION.format("1"), POSITION.format("3")])
+    choice = levels.choose(scene, library)["sensor"]
+    assert choice.level == "spatial"
+    assert choice.errors["static"] == choice.errors["planar"] == 1
+
+
 def test_what_the_amplitude_adds_is_part_of_the_error(library):
     scene = replace(sensor_scene(band=(15.0, 20.0), step_size=2e-4), system=System([PROTOTYPE]))
     tiny, small, large = (
