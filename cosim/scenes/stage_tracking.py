@@ -22,6 +22,12 @@ from typing import Any, Literal, NamedTuple
 from hfsa.cosim.system import Analysis, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
+_DRIVEN = {
+    "pzt": [f"stage.{_STACKS}.force", f"{_STACKS}.stack.voltage"],
+    "force": [f"controller.{_AXES}.command"],
+}
+_CONTROLLERS = {"pd": "pd", "ctc": "stage_computed_torque", "integral": "stage_integral"}
+_ORDERS = {"pd": ("", "_rate"), "ctc": ("", "_rate", "_acceleration"), "integral": ("",)}
 _STOP_TIMES = {"ramp": 4.0, "three_axis": 0.4, "step": 0.02}
 
 
@@ -73,7 +79,7 @@ def stage_tracking(
     if base == "integral" and actuator == "force":
         raise StructureError(f"law {law} commands volts, not a force: take actuator pzt, or one of pd, pd_ff, ctc")
     omega = 2 * math.pi * bandwidth
-    design = {
+    gains = {
         "pd": {"proportional_gain": proportional_gain, "derivative_gain": derivative_gain},
         "ctc": {"proportional_gain": omega**2, "derivative_gain": 2 * omega},
         "integral": {"integral_gain": integral_gain},
@@ -84,11 +90,10 @@ def stage_tracking(
         "integral": {},
     }[base]
     ticking = {"sample_time": sample_time}
-    controller = _controller(base, arguments, ticking | {f"{_AXES}.{name}": gain for name, gain in design.items()})
     pieces = [
         _reference(motion, rate, pose),
         *([_feed_forward(base, model)] if law.endswith("_ff") else []),
-        controller,
+        _controller(base, arguments, ticking | {f"{_AXES}.{name}": gain for name, gain in gains.items()}),
         _stacks(base, stack, ticking) if actuator == "pzt" else _forces(),
         _stage(stage, "source" if actuator == "pzt" else "force", damping_time),
     ]
@@ -108,14 +113,6 @@ def stage_tracking(
         step_size=sample_time,
         stop_time=_STOP_TIMES[motion],
     )
-
-
-_DRIVEN = {
-    "pzt": [f"stage.{_STACKS}.force", f"{_STACKS}.stack.voltage"],
-    "force": [f"controller.{_AXES}.command"],
-}
-_CONTROLLERS = {"pd": "pd", "ctc": "stage_computed_torque", "integral": "stage_integral"}
-_ORDERS = {"pd": ("", "_rate"), "ctc": ("", "_rate", "_acceleration"), "integral": ("",)}
 
 
 def _reference(motion: str, rate: float, pose: tuple[float, float, float]) -> _Piece:
