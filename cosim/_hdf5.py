@@ -94,6 +94,7 @@ class _Disk(io.FileIO):
             raise ResultsError(f"cannot write {path}: another process has it open") from None
 
     def write(self, data, /) -> int:
+        """Write everything; an error of the system is kept for later, as HDF5 cannot bear one here."""
         rest = memoryview(data)
         size = len(rest)
         try:

@@ -295,6 +295,7 @@ def _analyzed(scene: Scene) -> Scene:
     """Return the scene with numbers for the start values that are to come from analyses."""
 
     def numbers(component: Component) -> Component:
+        """The component with each `Analysis` among its start values worked out."""
         start: dict[str, Any] = {}
         for name, value in component.start.items():
             start[name] = _analysis(value) if isinstance(value, Analysis) else value

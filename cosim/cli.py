@@ -443,6 +443,7 @@ def main(tokens: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
 
     def verb() -> int:
+        """Parse and run; a wrong word has been told by then."""
         try:
             return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
         except CycloptsError:
