@@ -112,6 +112,7 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
     known: dict[tuple[str, bool], Replace] = {}
 
     def step(component: str, k: int) -> Operation:
+        """What a component does in step k of a period; the same matrix for all steps with as many ticks."""
         if component == layout.source:
             return Turn()
         if component == layout.lock_in:
@@ -126,6 +127,7 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
         return known[key]
 
     def operation(action: Action, k: int) -> Operation:
+        """An action of the master, in step k, on matrices."""
         if isinstance(action, Group):
             return layout.fetch(action)
         if isinstance(action, Transfer):

@@ -105,6 +105,7 @@ class _Disk(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None, /) -> int:
+        """Change the size; an error is kept, as in `write`."""
         try:
             return super().truncate(size)
         except OSError as error:

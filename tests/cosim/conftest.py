@@ -1,6 +1,7 @@
 """FMUs for the right wing's tests: three small models of ours, one of another maker, and one cache of built scenes."""
 
 import subprocess
+import textwrap
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from fmpy.fmi3 import FMU3Slave
 
 from hfsa.components._model import Model
 from hfsa.cosim._compiled import stepping_library
+from hfsa.cosim.cli import main
 from hfsa.cosim.instance import Fmu, Instance, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
@@ -125,6 +127,53 @@ def deadly(tmp_path_factory) -> dict[str, Path]:
     return {
         how: _foreign(tmp_path_factory.mktemp(how), 2, f"-DDEADLY={i}") for i, how in enumerate(("crash", "exit"), 1)
     }
+
+
+@pytest.fixture
+def hfsa(capsys, tmp_path, monkeypatch):
+    """Run the command in an empty folder; returns exit code, stdout, stderr."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*tokens):
+        code = main([str(token) for token in tokens])
+        answer = capsys.readouterr()
+        return code, answer.out, answer.err
+
+    return run
+
+
+@pytest.fixture
+def box(tmp_path):
+    """A scene of the user's own: one foreign FMU with start values."""
+
+    def write(file: Path, stop_time: float = 0.5, **start: float) -> Path:
+        path = tmp_path / "box.toml"
+        values = ", ".join(f"{name} = {value}" for name, value in start.items())
+        path.write_text(
+            textwrap.dedent(f"""
+            inputs = ["box.u"]
+            outputs = ["box.y"]
+            band = [1.0, 50.0]
+            amplitude = {{ "1" = 1.0 }}
+            step_size = 1e-3
+            stop_time = {stop_time}
+
+            [[components]]
+            name = "box"
+            part = "{file}"
+            start = {{ {values} }}
+            """)
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture
+def failing_scene(box, foreign) -> Path:
+    """A scene of the user's own, in which an FMU turns NaN after 1.5 s."""
+    return box(foreign[2], stop_time=2.0, behaviour=6, at=1.5)
 
 
 def _foreign(folder: Path, version: int, *more: str) -> Path:

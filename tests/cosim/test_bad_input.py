@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfsa.cosim.cli import main
 from hfsa.cosim.results import Status, read, read_run
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -14,43 +13,14 @@ LOOPS = pytest.mark.parametrize("loop", ["c", "python"])
 
 
 @pytest.fixture
-def hfsa(capsys, tmp_path, monkeypatch):
+def hfsa(hfsa):
     """Run the command in an empty folder; returns exit code, stdout, stderr on one line."""
-    monkeypatch.chdir(tmp_path)
 
     def run(*tokens):
-        code = main([str(token) for token in tokens])
-        answer = capsys.readouterr()
-        return code, answer.out, " ".join(answer.err.split())
+        code, out, err = hfsa(*tokens)
+        return code, out, " ".join(err.split())
 
     return run
-
-
-@pytest.fixture
-def box(tmp_path):
-    """A scene of the user's own: one foreign FMU with start values."""
-
-    def write(file: Path, **start: float) -> Path:
-        path = tmp_path / "box.toml"
-        values = ", ".join(f"{name} = {value}" for name, value in start.items())
-        path.write_text(
-            textwrap.dedent(f"""
-            inputs = ["box.u"]
-            outputs = ["box.y"]
-            band = [1.0, 50.0]
-            amplitude = {{ "1" = 1.0 }}
-            step_size = 1e-3
-            stop_time = 0.5
-
-            [[components]]
-            name = "box"
-            part = "{file}"
-            start = {{ {values} }}
-            """)
-        )
-        return path
-
-    return write
 
 
 # An FMU that misbehaves -----------------------------------------------------------------------------------------------

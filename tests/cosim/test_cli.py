@@ -6,7 +6,6 @@ import resource
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 
@@ -19,20 +18,6 @@ from hfsa.cosim.results import Status, read, read_run
 from hfsa.fmus._errors import ExportError
 
 SWEEP = ["sweep", "mass_on_spring", "-p", "damping=5", "--from", "5", "--to", "50", "--jobs", "1"]
-
-
-@pytest.fixture
-def hfsa(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns exit code, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*tokens):
-        code = main([str(token) for token in tokens])
-        answer = capsys.readouterr()
-        return code, answer.out, answer.err
-
-    return run
 
 
 def strict(text):
@@ -217,29 +202,6 @@ def test_a_scene_with_a_motion_of_its_own_runs_as_it_is(hfsa):
                         "--amplitude", "1e-3", "--method", "linear", "--json")  # fmt: skip
     assert code == 0
     assert strict(out)["peaks"][0]["magnitude"] == pytest.approx(200, rel=1e-2)
-
-
-FOREIGN = """
-    inputs = ["box.u"]
-    outputs = ["box.y"]
-    band = [1.0, 50.0]
-    amplitude = {{ "1" = 1.0 }}
-    step_size = 1e-3
-    stop_time = 2.0
-
-    [[components]]
-    name = "box"
-    part = "{file}"
-    start = {{ behaviour = 6, at = 1.5 }}
-"""
-
-
-@pytest.fixture
-def failing_scene(tmp_path, foreign):
-    """A scene of the user's own, in which an FMU turns NaN after 1.5 s."""
-    path = tmp_path / "failing.toml"
-    path.write_text(textwrap.dedent(FOREIGN.format(file=foreign[2])))
-    return path
 
 
 def test_points_that_fail_are_exit_code_1_and_null_in_json(hfsa, failing_scene):

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 
@@ -15,25 +14,10 @@ import pytest
 from hfsa.cosim._compare import parse_over
 from hfsa.cosim._comparison_figure import comparison_figure
 from hfsa.cosim._prefixes import readable
-from hfsa.cosim.cli import main
 from hfsa.cosim.comparison import CRASHED, Outcome, measure, thinned
 from hfsa.cosim.limits import Acting
 from hfsa.cosim.results import read_run
 from hfsa.cosim.system import StructureError
-
-
-@pytest.fixture
-def hfsa(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns exit code, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*tokens):
-        code = main([str(token) for token in tokens])
-        answer = capsys.readouterr()
-        return code, answer.out, answer.err
-
-    return run
-
 
 # Numbers --------------------------------------------------------------------------------------------------------------
 
@@ -140,41 +124,24 @@ def test_a_comparison_tells_limits_and_the_sampling_limit(hfsa):
     assert "results/sdelta_hfsa_torque_limit=1e-4.h5" in out
 
 
-FAILING = """
-    inputs = ["box.u"]
-    outputs = ["box.y"]
-    band = [1.0, 50.0]
-    amplitude = {{ "1" = 1.0 }}
-    step_size = 1e-3
-    stop_time = 2.0
-
-    [[components]]
-    name = "box"
-    part = "{file}"
-    start = {{ behaviour = 6, at = 1.5 }}
-"""
-
-
-def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, foreign):
+def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
     """The FMU turns NaN at a time of its own."""
-    Path("own.toml").write_text(textwrap.dedent(FAILING.format(file=foreign[2])))
-    code, out, _ = hfsa("compare", "own.toml", "--over", "box.at=1.5,9", "-j", "1", "--json")
+    code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.5,9", "-j", "1", "--json")
     assert code == 1
     failed, fine = json.loads(out)["runs"]
     assert (failed["status"], failed["failure_time"]) == ("failed", pytest.approx(1.5, abs=2e-3))
     assert "not finite at t = 1.5" in failed["message"]
     assert failed["steps"] == pytest.approx(1500, abs=2)
     assert (fine["status"], fine["steps"], fine["message"]) == ("complete", 2000, "")
-    code, out, _ = hfsa("compare", "own.toml", "--over", "box.at=1.2,1.5", "-j", "1")
+    code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.2,1.5", "-j", "1")
     assert code == 4
     assert out.count("FAILED at 1.") == 2
     assert "box.at=1.5 failed: box" in out
 
 
-def test_an_fmu_that_crashes_takes_only_its_own_run_with_it(hfsa, foreign):
+def test_an_fmu_that_crashes_takes_only_its_own_run_with_it(hfsa, failing_scene):
     """Even one job is then a process of its own; the other FMU only warns."""
-    Path("own.toml").write_text(textwrap.dedent(FAILING.format(file=foreign[2])))
-    code, out, err = hfsa("compare", "own.toml", "--over", "box.behaviour=8,1", "-j", "1", "--json")
+    code, out, err = hfsa("compare", failing_scene, "--over", "box.behaviour=8,1", "-j", "1", "--json")
     assert code == 1
     crashed, fine = json.loads(out)["runs"]
     assert (crashed["status"], crashed["message"]) == ("failed", CRASHED)

@@ -12,23 +12,8 @@ from hfsa import components
 from hfsa.components._parts import find
 from hfsa.components._study import optimum, response_map
 from hfsa.cosim._study_figure import map_figure
-from hfsa.cosim.cli import main
 
 PART = ["analyze", "tba_accelerometer"]
-
-
-@pytest.fixture
-def hfsa(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns exit code, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*tokens):
-        code = main([str(token) for token in tokens])
-        answer = capsys.readouterr()
-        return code, answer.out, answer.err
-
-    return run
 
 
 def test_sensitivities_are_sorted(hfsa):
