@@ -32,6 +32,7 @@ class Description:
         log_categories: names of its log categories.
         can_restore, can_serialize, has_derivatives: what it declares to support: to get and set its state, to turn
             that state into bytes, directional derivatives.
+        can_interpolate: whether inputs take time derivatives by a function of their own (FMI 2).
         output_derivative_order: highest order of output derivatives it offers.
     """
 
@@ -46,6 +47,7 @@ class Description:
     can_restore: bool
     can_serialize: bool
     has_derivatives: bool
+    can_interpolate: bool
     output_derivative_order: int
 
     @property
@@ -58,6 +60,16 @@ class Description:
     def has_sample_time(self) -> bool:
         """Whether a parameter `sample_time` [s] tells when it ticks."""
         return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
+
+    def input_derivative(self, name: str, order: int) -> str | None:
+        """Return the variable by whose reference an input's time derivative is set, `None` where that cannot be set.
+
+        In FMI 2 it is the input itself, beside the order; in FMI 3, which has no such function, a parameter of ours.
+        """
+        if self.version == 2:
+            return name if self.can_interpolate else None
+        parameter = f"input_derivative[{order}].{name}"
+        return parameter if parameter in self.variables else None
 
     @property
     def sampled_states(self) -> tuple[str, ...]:
@@ -97,6 +109,7 @@ def describe(file: Path) -> Description:
         can_restore=interface.canGetAndSetFMUstate,
         can_serialize=interface.canSerializeFMUstate,
         has_derivatives=any(flags.get(name) in ("true", "1") for name in directional),
+        can_interpolate=flags.get("canInterpolateInputs") in ("true", "1"),
         output_derivative_order=interface.maxOutputDerivativeOrder,
     )
 

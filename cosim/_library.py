@@ -109,6 +109,10 @@ class Library(ABC):
         """Return the arguments of `output_derivatives` after the component, from those of the outputs' values."""
 
     @abstractmethod
+    def input_derivatives(self, arguments: tuple, orders: ctypes.Array) -> tuple:
+        """Return the arguments of `input_derivatives` after the component, from those of the variables' values."""
+
+    @abstractmethod
     def directional(self, unknowns: tuple, knowns: tuple) -> tuple:
         """Return the arguments of `directional` after the component, from those of the unknowns' and knowns' values."""
 
@@ -157,6 +161,7 @@ class Library2(Library):
         "deserialize": "fmi2DeSerializeFMUstate",
         "directional": "fmi2GetDirectionalDerivative",
         "output_derivatives": "fmi2GetRealOutputDerivatives",
+        "input_derivatives": "fmi2SetRealInputDerivatives",
     }
     _kind = FMU2Slave
     _boolean = c_int
@@ -180,6 +185,10 @@ class Library2(Library):
     def derivatives(self, arguments, orders, values):
         """Value references, their number, orders, values."""
         return *arguments[:2], orders, values
+
+    def input_derivatives(self, arguments, orders):
+        """Value references, their number, orders, values."""
+        return *arguments[:2], orders, arguments[2]
 
     def directional(self, unknowns, knowns):
         """Unknowns and knowns with their numbers, seed, sensitivity."""
@@ -211,6 +220,7 @@ class Library3(Library):
         "deserialize": "fmi3DeserializeFMUState",
         "directional": "fmi3GetDirectionalDerivative",
         "output_derivatives": "fmi3GetOutputDerivatives",
+        "input_derivatives": "fmi3SetFloat64",
     }
     _kind = FMU3Slave
     _boolean = c_bool
@@ -235,6 +245,10 @@ class Library3(Library):
     def derivatives(self, arguments, orders, values):
         """Value references, their number, orders, values, their number."""
         return *arguments[:2], orders, values, arguments[1]
+
+    def input_derivatives(self, arguments, orders):  # noqa: ARG002
+        """As of `values`: the order is part of the variables' names."""
+        return arguments
 
     def directional(self, unknowns, knowns):
         """Unknowns and knowns with their numbers, seed and sensitivity with theirs."""

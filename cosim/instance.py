@@ -233,17 +233,37 @@ class Instance:
 
     def getter(self, handle: Handle) -> Call:
         """Return the prepared call of `get`."""
-        return self._prepared("get", handle)
+        return self._call_of("get", *handle.arguments)
 
     def setter(self, handle: Handle) -> Call:
         """Return the prepared call of `set`."""
-        return self._prepared("set", handle)
+        return self._call_of("set", *handle.arguments)
 
     def stepper(self, time: c_double, step_size: c_double) -> Call:
         """Return the prepared call of `step`, from whatever `time` holds when it runs."""
         function = self._functions["step"]
         arguments, run = self._library.step(function, self._component, time, step_size)
         return Call(self, "step", function, arguments, run)
+
+    def has_input_derivatives(self, inputs: Iterable[str], order: int) -> bool:
+        """Whether these inputs take time derivatives of an order, by `derivative_setter`."""
+        return all(self.fmu.description.input_derivative(name, order) for name in inputs)
+
+    def derivative_setter(self, handle: Handle, order: int) -> Call:
+        """Return the prepared call that sets time derivatives of the handle's inputs from the handle's array, (n,).
+
+        In FMI 2 they count for the next step only, in FMI 3 until they are set anew. `StructureError` where an input
+        takes none.
+        """
+        targets = [self.fmu.description.input_derivative(name, order) for name in handle.names]
+        if None in targets:
+            name = handle.names[targets.index(None)]
+            raise self._missing(
+                f"input derivatives of order {order} of {name}", f"canInterpolateInputs or input_derivative[{order}]"
+            )
+        arguments = self.handle(filter(None, targets), handle.values).arguments
+        orders = (c_int * len(targets))(*[order] * len(targets))
+        return self._call_of("input_derivatives", *self._library.input_derivatives(arguments, orders))
 
     def check(self, call: Call, status: int) -> None:
         """Raise `StepError` for the status of a prepared call, unless it is ok or a warning."""
@@ -307,6 +327,14 @@ class Instance:
         """Put the instance back to a saved state, bit for bit."""
         self._call("restore", state.pointer)
 
+    def saver(self, state: State) -> Call:
+        """Return the prepared call that writes the present state over a saved one."""
+        return self._call_of("save", ctypes.pointer(state.pointer))
+
+    def restorer(self, state: State) -> Call:
+        """Return the prepared call of `restore`, with whatever the saved state holds when it runs."""
+        return self._call_of("restore", state.pointer)
+
     def release(self, state: State) -> None:
         """Free a saved state."""
         self._states.remove(state)
@@ -345,8 +373,8 @@ class Instance:
         label = _STATUS.get(status, f"status {status}")
         raise StepError(self.name, self._library.names[role], label, self.time, self._log.take())
 
-    def _prepared(self, role: str, handle: Handle) -> Call:
-        function, arguments = self._functions[role], (self._component, *handle.arguments)
+    def _call_of(self, role: str, *arguments) -> Call:
+        function, arguments = self._functions[role], (self._component, *arguments)
         return Call(self, role, function, arguments, partial(function, *arguments))
 
     def _instantiate(self) -> None:

@@ -110,6 +110,35 @@ def test_state_is_kept_bit_for_bit(files, open_fmu, version):
 
 
 @VERSIONS
+def test_a_state_is_saved_over_another(files, open_fmu, version):
+    plant = open_fmu(files["Plant", version])
+    plant.start(values={"force": 1.0})
+    slot = plant.save()
+    handle, save, restore = plant.handle(["position"]), plant.saver(slot), plant.restorer(slot)
+    plant.step(0.0, 1e-3)
+    assert save.run() == 0
+    here = plant.get(handle).copy()
+    plant.step(1e-3, 1e-3)
+    there = plant.get(handle).copy()
+    assert restore.run() == 0
+    assert plant.get(handle).tolist() == here.tolist() != there.tolist()
+
+
+def test_an_input_with_a_slope(files, open_fmu):
+    """FMI 2: the force grows from 1 N by 3 N/s during the step."""
+    plant = open_fmu(files["Plant", 2])
+    plant.start(values={"force": 1.0})
+    slope = np.array([3.0])
+    assert plant.has_input_derivatives(["force"], 1)
+    put = plant.derivative_setter(plant.handle(["force"], slope), 1)
+    assert put.run() == 0
+    plant.step(0.0, 0.1)
+    A = np.array([[0, 1, 0, 0], [-100, -0.5, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
+    exact = expm(0.1 * A) @ [0, 0, 1.0, 3.0]
+    assert plant.get(plant.handle(["position"]))[0] == pytest.approx(exact[0], rel=1e-12)
+
+
+@VERSIONS
 def test_derivatives(files, open_fmu, version):
     plant = open_fmu(files["Plant", version])
     plant.start(values={"force": 1.0})
@@ -184,6 +213,9 @@ def test_what_an_fmu_does_not_offer(foreign, open_fmu, version):
         it.jacobian(["y"], ["u"])
     with pytest.raises(StructureError, match="to get and set its state"):
         it.save()
+    assert not it.has_input_derivatives(["u"], 1)
+    with pytest.raises(StructureError, match="input derivatives of order 1 of u"):
+        it.derivative_setter(it.handle(["u"]), 1)
     with pytest.raises(StructureError, match="output derivatives"):
         it.output_derivatives(it.handle(["y"]))
     with pytest.raises(StructureError, match=r"it\.count is of type Int"):
