@@ -28,6 +28,7 @@ difference of an output at any time, relative to the output's peak.
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -41,11 +42,11 @@ from hfsa.cosim import build
 from hfsa.cosim._amplitude_effect import Effect, bending, measure_effect
 from hfsa.cosim._description import describe
 from hfsa.cosim._rig import Settings
+from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import Instance, open_instances
 from hfsa.cosim.linearize import entering, linearize, sinusoids, upstream
-from hfsa.cosim.stepping import make_master
 from hfsa.cosim.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector
 
@@ -254,16 +255,12 @@ class Motion:
         """Return the scene's outputs at every communication point, (points, outputs)."""
         scene = self._scene
         steps = max(round(scene.stop_time / scene.step_size), 1)
-        instances = open_instances(_checked_files(system))
-        try:
-            master = make_master(instances, system, scene.algorithm, scene.step_size, self._library)
+        files = _checked_files(system)
+        with closing(open_master(files, system, scene.algorithm, scene.step_size, self._library)) as master:
             recording = master.record(scene.outputs, rows=steps + 1)
             master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))
             master.advance(steps)
             return recording.values.copy()
-        finally:
-            for instance in instances.values():
-                instance.close()
 
 
 def filled(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,11 +15,11 @@ import numpy as np
 from hfsa.cosim._description import describe
 from hfsa.cosim._pool import is_stopping
 from hfsa.cosim._records import Point, Status
+from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
-from hfsa.cosim.instance import StepError, open_instances
+from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
-from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, Connector, StructureError, System, connector
 
 
@@ -100,13 +100,11 @@ class Rig:
 
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
-        instances = open_instances(bench.files)
-        parts = (instances, bench.system, settings.algorithm, settings.step_size)
-        self.master = make_master(*parts, bench.library)
+        self.master = open_master(bench.files, bench.system, settings.algorithm, settings.step_size, bench.library)
         outputs = [bench.connector(name) for name in bench.outputs]
         self.units = [output.unit or "" for output in outputs]
         self.nominal = np.array([output.nominal for output in outputs])
-        self._lock_in = instances[bench.lock_in]
+        self._lock_in = self.master.instances[bench.lock_in]
         count = range(1, len(outputs) + 1)
         members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
         self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
@@ -185,8 +183,7 @@ class Rig:
 
     def close(self) -> None:
         """Free the instances."""
-        for instance in self.master.instances.values():
-            instance.close()
+        self.master.close()
 
 
 _rigs: dict[str, Rig] = {}

@@ -262,6 +262,11 @@ class Master:
             instance.set(instance.handle([variable]), [value])
         self._run(self.point)
 
+    def close(self) -> None:
+        """Free the instances."""
+        for instance in self.instances.values():
+            instance.close()
+
     # Frame ------------------------------------------------------------------------------------------------------------
 
     def _connector(self, name: str):

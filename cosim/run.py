@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from hfsa.cosim._wiring import check_sample_times
-from hfsa.cosim.instance import StepError, open_instances
+from hfsa.cosim.algorithms import open_master
+from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
 from hfsa.cosim.results import RunFile, SystemRecord
-from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
 
 _BLOCK = 10_000
@@ -69,10 +69,8 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
     """
     steps, system = ready.steps, ready.system
     with contextlib.ExitStack() as stack:
-        instances = open_instances(ready.files)
-        for instance in instances.values():
-            stack.callback(instance.close)
-        master = make_master(instances, system, ready.algorithm, ready.step_size, ready.library)
+        master = open_master(ready.files, system, ready.algorithm, ready.step_size, ready.library)
+        stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, ready.step_size)
         limits = limit_signals(connectors)

@@ -1,0 +1,35 @@
+"""The ways to run one system, by name: which master steps it, and as what its FMUs are loaded.
+
+    with closing(open_master(files, system, "gauss_seidel", 50e-6, library)) as master:
+        recording = master.record(["robot.platform.position[3]"], rows=1001)
+        master.initialize()
+        master.advance(1000)
+
+Whatever the name, the master answers to the same words (`master.Master`), and what it records is the same.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from hfsa.cosim.instance import open_instances
+from hfsa.cosim.master import Master
+from hfsa.cosim.stepping import make_master
+from hfsa.cosim.system import System
+
+
+def open_master(
+    files: Mapping[str, Path], system: System, algorithm: str, step_size: float, library: Path | None
+) -> Master:
+    """Return a master of a system whose FMUs it has loaded; `close` frees them.
+
+    `files` are the FMUs by component, `algorithm` is one of `ALGORITHMS`, `step_size` [s] lies between two points at
+    which values are recorded, `library` is the stepping loop in C, `None` for Python's. Raises `StructureError` where
+    the wiring is wrong or an FMU does not offer what the algorithm takes; nothing is left loaded then.
+    """
+    instances = open_instances(files)
+    try:
+        return make_master(instances, system, algorithm, step_size, library)
+    except BaseException:
+        for instance in instances.values():
+            instance.close()
+        raise
