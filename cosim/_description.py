@@ -4,11 +4,15 @@ import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
 from lxml import etree
 
 from hfsa.cosim.system import Connector, StructureError
+
+Interface = Literal["co_simulation", "model_exchange"]
+"""As what an FMU is loaded."""
 
 SAMPLE_TIME = "sample_time"
 """Parameter [s] with which an FMU tells its period; its discrete outputs change at ticks only, and are held between."""
@@ -16,15 +20,21 @@ SAMPLE_TIME = "sample_time"
 NEXT = "next."
 """What the name of a sampled state's value after the next tick begins with."""
 
+_MISSING: dict[Interface, str] = {
+    "co_simulation": "Co-Simulation interface; expected one, of all algorithms only monolithic takes the other",
+    "model_exchange": "Model Exchange interface, which algorithm monolithic takes; the others co-simulate it",
+}
+
 _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 
 @dataclass(frozen=True)
 class Description:
-    """One FMU's Co-Simulation interface.
+    """One FMU through one of its interfaces.
 
     Attributes:
         file: the `.fmu` file.
+        interface: which one.
         name: name of the model; `identifier` names the binary, `token` is its instantiation token (FMI 2: guid).
         version: 2 or 3.
         variables: every variable by name.
@@ -34,9 +44,12 @@ class Description:
             that state into bytes, directional derivatives.
         can_interpolate: whether inputs take time derivatives by a function of their own (FMI 2).
         output_derivative_order: highest order of output derivatives it offers.
+        event_indicators: number of its event indicators.
+        awaits_steps: whether it wants to be told of each step that an integrator completes.
     """
 
     file: Path
+    interface: Interface
     name: str
     identifier: str
     token: str
@@ -49,6 +62,8 @@ class Description:
     has_derivatives: bool
     can_interpolate: bool
     output_derivative_order: int
+    event_indicators: int
+    awaits_steps: bool
 
     @property
     def is_sampled(self) -> bool:
@@ -77,8 +92,11 @@ class Description:
         return tuple(name for name in self.variables if f"{NEXT}{name}" in self.variables)
 
 
-def describe(file: Path) -> Description:
-    """Read an FMU's description; `StructureError` where it is no FMU that can be co-simulated, and why."""
+def describe(file: Path, interface: Interface | None = None) -> Description:
+    """Read an FMU's description; `StructureError` where it is no FMU that can be run, and why.
+
+    Without an `interface`, of that for Co-Simulation where there is one.
+    """
     try:
         with zipfile.ZipFile(file) as archive:
             root = etree.fromstring(archive.read("modelDescription.xml"))
@@ -92,25 +110,31 @@ def describe(file: Path) -> Description:
         raise
     except Exception as error:  # the parser raises many kinds for a file that is no FMU
         raise StructureError(f"{file} is not a readable FMU: {error}") from error
-    interface = model.coSimulation
-    if interface is None:
-        raise StructureError(f"{file} offers no Co-Simulation interface; expected one")
-    flags = {**root.find("CoSimulation").attrib}  # type: ignore[union-attr]
+    chosen = interface or ("co_simulation" if model.coSimulation or not model.modelExchange else "model_exchange")
+    offered, tag = (
+        (model.coSimulation, "CoSimulation") if chosen == "co_simulation" else (model.modelExchange, "ModelExchange")
+    )
+    if offered is None:
+        raise StructureError(f"{file} offers no {_MISSING[chosen]}")
+    flags = {**root.find(tag).attrib}  # type: ignore[union-attr]
     directional = ("providesDirectionalDerivative", "providesDirectionalDerivatives")  # FMI 2, FMI 3
     return Description(
         file=file,
+        interface=chosen,
         name=str(model.modelName),
-        identifier=str(interface.modelIdentifier),
+        identifier=str(offered.modelIdentifier),
         token=str(model.instantiationToken),
         version=int(version[0]),
         variables=_variables(model),
         states=_states(model),
         log_categories=tuple(str(category.name) for category in model.logCategories),
-        can_restore=interface.canGetAndSetFMUstate,
-        can_serialize=interface.canSerializeFMUstate,
+        can_restore=offered.canGetAndSetFMUstate,
+        can_serialize=offered.canSerializeFMUstate,
         has_derivatives=any(flags.get(name) in ("true", "1") for name in directional),
         can_interpolate=flags.get("canInterpolateInputs") in ("true", "1"),
-        output_derivative_order=interface.maxOutputDerivativeOrder,
+        output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
+        event_indicators=model.numberOfEventIndicators,
+        awaits_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
     )
 
 

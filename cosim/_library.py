@@ -1,6 +1,7 @@
 """An FMU's shared library: what differs between FMI 2 and FMI 3, behind one set of words.
 
-Only `instance.py` uses it; together they are all that knows fmpy.fmi2 and fmpy.fmi3. Functions are taken without
+Here is what both interfaces take; `_co_simulation.py` and `_model_exchange.py` have the rest of each. Only the files of
+instances use them; together they are all that knows fmpy.fmi2 and fmpy.fmi3. Functions are taken without
 argument types: every argument must be a ctypes object of the C type, and then a call converts nothing.
 """
 
@@ -10,19 +11,17 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import fmpy
 from fmpy.fmi2 import (
-    FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
-from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
+from fmpy.fmi3 import fmi3LogMessageCallback
 from fmpy.logging import addLoggerProxy
 
 from hfsa.cosim._description import Description
@@ -67,6 +66,10 @@ class Log:
             log.messages.append(message.decode(errors="replace").strip())
 
 
+LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
+"""What an FMI 3 instance is given."""
+
+
 class Library(ABC):
     """The loaded shared library of one FMU.
 
@@ -94,7 +97,7 @@ class Library(ABC):
 
     @abstractmethod
     def instantiate(self, name: str, log: Log) -> int | None:
-        """Return the address of a new Co-Simulation instance, or `None`."""
+        """Return the address of a new instance of the interface, or `None`."""
 
     @abstractmethod
     def enter(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
@@ -105,22 +108,8 @@ class Library(ABC):
         """Return the arguments of `get` and `set` after the component."""
 
     @abstractmethod
-    def derivatives(self, arguments: tuple, orders: ctypes.Array, values: c_void_p) -> tuple:
-        """Return the arguments of `output_derivatives` after the component, from those of the outputs' values."""
-
-    @abstractmethod
-    def input_derivatives(self, arguments: tuple, orders: ctypes.Array) -> tuple:
-        """Return the arguments of `input_derivatives` after the component, from those of the variables' values."""
-
-    @abstractmethod
     def directional(self, unknowns: tuple, knowns: tuple) -> tuple:
         """Return the arguments of `directional` after the component, from those of the unknowns' and knowns' values."""
-
-    @abstractmethod
-    def step(
-        self, function: Callable[..., int], component: c_void_p, time: c_double, size: c_double
-    ) -> tuple[tuple, Callable[[], int]]:
-        """Return (arguments, zero-argument call) of `step`."""
 
     def listen(self, component: c_void_p) -> None:
         """Switch on the log categories that tell why a call failed, where the FMU has them."""
@@ -152,7 +141,6 @@ class Library2(Library):
         "listen": "fmi2SetDebugLogging",
         "get": "fmi2GetReal",
         "set": "fmi2SetReal",
-        "step": "fmi2DoStep",
         "save": "fmi2GetFMUstate",
         "restore": "fmi2SetFMUstate",
         "release": "fmi2FreeFMUstate",
@@ -160,17 +148,15 @@ class Library2(Library):
         "serialize": "fmi2SerializeFMUstate",
         "deserialize": "fmi2DeSerializeFMUstate",
         "directional": "fmi2GetDirectionalDerivative",
-        "output_derivatives": "fmi2GetRealOutputDerivatives",
-        "input_derivatives": "fmi2SetRealInputDerivatives",
     }
-    _kind = FMU2Slave
+    _type: int
     _boolean = c_int
 
     def instantiate(self, name, log):
         """Instantiate with the project's logger and the C library's memory functions."""
         log.callbacks = fmi2CallbackFunctions(_logger2, _allocate, _release, componentEnvironment=log.environment)
         uri = self._resources.as_uri().encode()
-        return self._fmu.fmi2Instantiate(name.encode(), 1, self._token, uri, byref(log.callbacks), 0, 0)
+        return self._fmu.fmi2Instantiate(name.encode(), self._type, self._token, uri, byref(log.callbacks), 0, 0)
 
     def enter(self, component, start_time, stop_time):
         """Call fmi2SetupExperiment and fmi2EnterInitializationMode."""
@@ -182,22 +168,9 @@ class Library2(Library):
         """Value references, their number, values."""
         return references, count, values
 
-    def derivatives(self, arguments, orders, values):
-        """Value references, their number, orders, values."""
-        return *arguments[:2], orders, values
-
-    def input_derivatives(self, arguments, orders):
-        """Value references, their number, orders, values."""
-        return *arguments[:2], orders, arguments[2]
-
     def directional(self, unknowns, knowns):
         """Unknowns and knowns with their numbers, seed, sensitivity."""
         return *unknowns[:2], *knowns[:2], knowns[2], unknowns[2]
-
-    def step(self, function, component, time, size):
-        """No state before this point will be restored: fmi2True."""
-        arguments = (component, time, size, c_int(1))
-        return arguments, partial(function, *arguments)
 
 
 class Library3(Library):
@@ -211,7 +184,6 @@ class Library3(Library):
         "listen": "fmi3SetDebugLogging",
         "get": "fmi3GetFloat64",
         "set": "fmi3SetFloat64",
-        "step": "fmi3DoStep",
         "save": "fmi3GetFMUState",
         "restore": "fmi3SetFMUState",
         "release": "fmi3FreeFMUState",
@@ -219,19 +191,8 @@ class Library3(Library):
         "serialize": "fmi3SerializeFMUState",
         "deserialize": "fmi3DeserializeFMUState",
         "directional": "fmi3GetDirectionalDerivative",
-        "output_derivatives": "fmi3GetOutputDerivatives",
-        "input_derivatives": "fmi3SetFloat64",
     }
-    _kind = FMU3Slave
     _boolean = c_bool
-
-    def instantiate(self, name, log):
-        """Instantiate without event mode, early return and intermediate update."""
-        path = f"{self._resources}/".encode()
-        nothing = fmi3IntermediateUpdateCallback()
-        return self._fmu.fmi3InstantiateCoSimulation(
-            name.encode(), self._token, path, False, False, False, False, None, 0, log.environment, _logger3, nothing
-        )
 
     def enter(self, component, start_time, stop_time):
         """Call fmi3EnterInitializationMode."""
@@ -242,31 +203,13 @@ class Library3(Library):
         """Value references, their number, values, their number."""
         return references, count, values, count
 
-    def derivatives(self, arguments, orders, values):
-        """Value references, their number, orders, values, their number."""
-        return *arguments[:2], orders, values, arguments[1]
-
-    def input_derivatives(self, arguments, orders):  # noqa: ARG002
-        """As of `values`: the order is part of the variables' names."""
-        return arguments
-
     def directional(self, unknowns, knowns):
         """Unknowns and knowns with their numbers, seed and sensitivity with theirs."""
         return *unknowns[:2], *knowns[:2], knowns[2], knowns[1], unknowns[2], unknowns[1]
 
-    def step(self, function, component, time, size):
-        """A step that went well may still ask to end the run: the status is then `TERMINATED`."""
-        event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
-        arguments = (component, time, size, c_bool(True), byref(event), byref(terminate), byref(early), byref(last))
-        call = partial(function, *arguments)
-        return arguments, lambda: call() or (TERMINATED if terminate.value else 0)
-
-
-LIBRARIES: dict[int, type[Library]] = {2: Library2, 3: Library3}
 
 _allocate = ctypes.cast(fmpy.calloc, fmi2CallbackAllocateMemoryTYPE)
 _release = ctypes.cast(fmpy.free, fmi2CallbackFreeMemoryTYPE)
-_logger3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
 _python_logger2 = fmi2CallbackLoggerTYPE(
     lambda environment, _name, _status, _category, message: Log.write(environment, message)
 )
