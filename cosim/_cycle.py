@@ -1,13 +1,16 @@
 """A co-simulation algorithm run on linear maps instead of values: what one cycle of its actions does, exactly.
 
 All that moves between communication points is one vector: continuous states, sampled states, held outputs, inputs and
-the bus of connected outputs. In the linearised system each action of `Master.cycle` replaces some of its members by a
-matrix times others:
+their derivatives, the bus of connected outputs and what it was before. In the linearised system each action of
+`Master.cycle` replaces some of its members by a matrix times others:
 
-    Group       its part of the bus = output [x; v; u] of its FMU
-    Transfer    inputs of its target = its part of the bus
-    Stepper     [x; v] = step [x; v; u] of its FMU: the inputs are held, x moves by the matrix exponential, ticks that
-                fall into the step change v
+    Group           its part of the bus = output [x; v; u] of its FMU
+    AlgebraicLoop   the same for all its groups, its inner inputs being what they put out
+    Transfer        inputs of its target = its part of the bus
+    Remember        values at the last points = those before them
+    Extrapolate     [d1; d2] of its inputs = their weights times values at the last points
+    Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: the inputs are held, or move on their polynomials, x
+                    moves by the matrix exponential, ticks that fall into the step change v
 
 A sine source is an oscillator that its own step turns, and puts out value, rate and acceleration when it is fetched; a
 lock-in amplifier only listens.
@@ -19,10 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from hfsa.cosim._actions import Group, Stepper, Transfer
 from hfsa.cosim._blocks import Block
+from hfsa.cosim._extrapolation import Extrapolate, Remember
 from hfsa.cosim._sampled import grid
-from hfsa.cosim._wiring import Group, Transfer
-from hfsa.cosim.master import Action, Master
+from hfsa.cosim._schedule import Action
+from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.master import Master
 from hfsa.cosim.system import StructureError
 
 ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "sine": 0}
@@ -81,6 +87,16 @@ class Layout:
                 self.bus[id(transfer)] = np.arange(self.size, self.size + len(transfer.inputs))
                 self.size += len(transfer.inputs)
             self.bus[id(group)] = np.arange(first, self.size)
+        n = len(master.wiring.bus)
+        self._bus = np.arange(self.size - n, self.size)
+        self._past = self.size + np.arange(3 * n).reshape(3, n)
+        self.size += 3 * n
+        self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
+        for action in master.cycle:
+            if isinstance(action, Extrapolate):
+                inputs = [master.system.split(master.wiring.connections[i].end)[1] for i in action.places]
+                self._moving[action.instance] = inputs, self.size + np.arange(2 * len(inputs)).reshape(2, -1)
+                self.size += 2 * len(inputs)
 
     def at(self, component: str, names: Sequence[str]) -> np.ndarray:
         """Return the places of some members of a component."""
@@ -95,9 +111,55 @@ class Layout:
         columns = self.at(group.instance, (*block.values, *block.inputs))
         return Replace(self.bus[id(group)], columns, block.output[rows])
 
+    def solve(self, loop: AlgebraicLoop) -> Operation:
+        """Return what solving an algebraic loop does."""
+        bus = np.concatenate([self.bus[id(group)] for group in loop.groups])
+        fed = np.concatenate([self.at(t.target, t.inputs) for t in loop.inner])
+        feeding = np.concatenate([self.bus[id(transfer)] for transfer in loop.inner])
+        whole = np.zeros((len(bus), self.size))
+        for group in loop.groups:
+            found = self.fetch(group)
+            assert isinstance(found, Replace)
+            assert found.matrix is not None
+            whole[np.ix_(np.searchsorted(bus, found.rows), found.columns)] = found.matrix
+        through = np.zeros((len(bus), len(bus)))
+        np.add.at(through.T, np.searchsorted(bus, feeding), whole[:, fed].T)
+        whole[:, fed] = 0.0
+        columns = np.flatnonzero(whole.any(axis=0))
+        matrix = np.linalg.solve(np.eye(len(bus)) - through, whole[:, columns])
+        inner = matrix[np.searchsorted(bus, feeding)]
+        return Replace(np.concatenate([bus, fed]), columns, np.vstack([matrix, inner]))
+
     def hand_over(self, transfer: Transfer) -> Operation:
         """Return what setting the inputs of a transfer does."""
         return Replace(self.at(transfer.target, transfer.inputs), self.bus[id(transfer)], None)
+
+    def remember(self) -> Operation:
+        """Return what keeping the values at a point does."""
+        return Replace(self._past.ravel(), np.concatenate([self._bus, *self._past[:2]]), None)
+
+    def extrapolate(self, action: Extrapolate, step_size: float) -> Operation:
+        """Return what giving an instance the derivatives of its inputs does."""
+        _, derivatives = self._moving[action.instance]
+        nodes = np.vstack([self._bus[action.places], self._past[:, action.places]])
+        n, columns = len(action.places), np.unique(nodes)
+        matrix = np.zeros((2 * n, len(columns)))
+        for order in (0, 1):
+            for k in range(4):
+                weights = action.weights[order, k] / step_size ** (order + 1)
+                matrix[order * n + np.arange(n), np.searchsorted(columns, nodes[k])] += weights
+        return Replace(derivatives.ravel(), columns, matrix)
+
+    def step(self, component: str, step_size: float, ticks: int) -> Operation:
+        """Return what a step of a component with evenly spaced ticks, the first at once, does."""
+        block = self.blocks[component]
+        values, inputs = self.at(component, block.values), self.at(component, block.inputs)
+        if component not in self._moving:
+            return Replace(values, np.concatenate([values, inputs]), step_matrix(block, step_size, ticks))
+        moving, derivatives = self._moving[component]
+        whole = step_matrix(block, step_size, ticks, [block.inputs.index(name) for name in moving])
+        rows = np.concatenate([values, self.at(component, moving)])
+        return Replace(rows, np.concatenate([values, inputs, derivatives.ravel()]), whole)
 
 
 def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
@@ -109,7 +171,7 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
     intervals = {name: _ratio(sample_time, step_size) for name, sample_time in times.items()}
     longest = [max(1, interval) for interval in intervals.values()]
     steps = int(np.lcm.reduce(longest)) if longest else 1
-    known: dict[tuple[str, bool], Replace] = {}
+    known: dict[tuple[str, bool], Operation] = {}
 
     def step(component: str, k: int) -> Operation:
         """What a component does in step k of a period; the same matrix for all steps with as many ticks."""
@@ -117,38 +179,52 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
             return Turn()
         if component == layout.lock_in:
             return Listen()
-        block, interval = layout.blocks[component], intervals.get(component)
+        interval = intervals.get(component)
         ticks = 0 if interval is None or (interval > 0 and k % interval) else max(1, -interval)
         key = component, ticks > 0
         if key not in known:
-            matrix = step_matrix(block, step_size, ticks)
-            rows = layout.at(component, block.values)
-            known[key] = Replace(rows, layout.at(component, (*block.values, *block.inputs)), matrix)
+            known[key] = layout.step(component, step_size, ticks)
         return known[key]
 
     def operation(action: Action, k: int) -> Operation:
         """An action of the master, in step k, on matrices."""
-        if isinstance(action, Group):
-            return layout.fetch(action)
-        if isinstance(action, Transfer):
-            return layout.hand_over(action)
-        return step(action.instance, k)
+        match action:
+            case Group():
+                return layout.fetch(action)
+            case Transfer():
+                return layout.hand_over(action)
+            case AlgebraicLoop():
+                return layout.solve(action)
+            case Remember():
+                return layout.remember()
+            case Extrapolate():
+                return layout.extrapolate(action, step_size)
+            case Stepper():
+                return step(action.instance, k)
 
     return [[operation(action, k) for action in layout.master.cycle] for k in range(steps)]
 
 
-def step_matrix(block: Block, step_size: float, ticks: int) -> np.ndarray:
-    """Return [x; v] after a step from [x; v; u], (x + v, x + v + u), with evenly spaced ticks, the first at once."""
-    x, v = len(block.states), len(block.values) - len(block.states)
-    now = np.eye(block.rate.shape[1])
+def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int] = ()) -> np.ndarray:
+    """Return [x; v; moving inputs] after a step from [x; v; u; d1; d2], with evenly spaced ticks, the first at once.
+
+    `moving` are places among the inputs u, with first and second derivatives d1, d2.
+    """
+    x, v, u, m = len(block.states), len(block.values) - len(block.states), len(block.inputs), len(moving)
+    inputs = x + v + np.array(moving, dtype=int)
+    first, second = (x + v + u + k * m + np.arange(m) for k in (0, 1))
+    size = x + v + u + 2 * m
+    now = np.eye(size)
     tick = now.copy()
-    tick[x : x + v] = block.tick
-    generator = np.zeros_like(now)
-    generator[:x] = block.rate * (step_size / max(ticks, 1))
-    move = _exponential(generator) if x else np.eye(len(now))
+    tick[x : x + v, : x + v + u] = block.tick
+    generator = np.zeros((size, size))
+    generator[:x, : x + v + u] = block.rate
+    generator[inputs, first] = generator[first, second] = 1.0
+    generator *= step_size / max(ticks, 1)
+    move = _exponential(generator) if x or m else np.eye(size)
     for _ in range(max(ticks, 1)):
         now = move @ (tick @ now if ticks else now)
-    return now[: x + v]
+    return now[np.concatenate([np.arange(x + v), inputs])]
 
 
 def _exponential(generator: np.ndarray) -> np.ndarray:

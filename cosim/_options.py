@@ -31,9 +31,26 @@ Tolerance = Annotated[
         "without.",
     ),
 ]
-Algorithm = Literal["gauss_seidel", "jacobi", "jacobi_plain"]
+Algorithm = Literal[
+    "gauss_seidel",
+    "jacobi",
+    "jacobi_plain",
+    "gauss_seidel_linear",
+    "gauss_seidel_quadratic",
+    "jacobi_linear",
+    "jacobi_quadratic",
+]
 Loop = Annotated[
     Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
+]
+Fuse = Annotated[
+    list[str] | None,
+    Parameter(
+        "--fuse",
+        negative=(),
+        help="NAME,NAME,...: components of the scene that become one FMU, so that nothing between them waits for a "
+        "step; `drive[1..3]` or `drives` names all three. Again and again for several groups.",
+    ),
 ]
 Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
 Signals = Annotated[list[str] | None, Parameter(negative=())]

@@ -1,49 +1,22 @@
 """How the instances of a system are joined: prepared calls between arrays that an output and the inputs it feeds share.
 
 All connected outputs lie in one array, the bus. A `Group` fetches outputs of one instance into its part of the bus, a
-`Transfer` sets inputs of one instance from part of a group, and a `Stepper` steps one instance: nothing else happens
-between instances, so that an algorithm is an order of these three.
+`Transfer` sets inputs of one instance from part of a group, and a `Stepper` steps one instance. Where outputs follow
+each other without a step between, an `AlgebraicLoop` takes the place of their groups.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from ctypes import c_double
-from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
 
+from hfsa.cosim._actions import Group, Stepper, Transfer
 from hfsa.cosim._description import SAMPLE_TIME
-from hfsa.cosim.instance import Call, Instance
-from hfsa.cosim.system import Connection, Connector, StructureError, System, check, feedthrough_levels
-
-
-@dataclass(eq=False)
-class Group:
-    """Connected outputs of one instance at one feedthrough level, fetched by one call."""
-
-    instance: str
-    outputs: list[str]
-    call: Call
-    transfers: list["Transfer"] = field(default_factory=list)
-
-
-@dataclass(eq=False)
-class Transfer:
-    """Inputs of instance `target` that one group feeds, set by one call; `affected` groups follow them directly."""
-
-    target: str
-    inputs: list[str]
-    call: Call
-    affected: list[Group] = field(default_factory=list)
-
-
-@dataclass(eq=False)
-class Stepper:
-    """One step of one instance; afterwards all its `groups` may have changed."""
-
-    instance: str
-    call: Call
-    groups: list[Group]
+from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.feedthrough import feedthrough, spelt
+from hfsa.cosim.instance import Instance
+from hfsa.cosim.system import Connection, Connector, StructureError, System, check
 
 
 class Wiring:
@@ -52,20 +25,21 @@ class Wiring:
     Attributes:
         bus: values of the connected outputs, (n,); `connections` says which, in that order (an output that feeds two
             inputs is there twice).
-        groups: all groups, lowest feedthrough level first.
+        groups: all groups, lowest feedthrough level first; `loops` are the algebraic loops among them.
         sampled, others: steppers of the sampled instances and of the others, each in the system's order.
     """
 
     def __init__(self, system: System, instances: Mapping[str, Instance]):
+        self.system, self.instances = system, instances
         self.connectors = {component.name: instances[component.name].fmu.variables for component in system.components}
         check(system, self.connectors)
         self.time, self.step_size = c_double(), c_double()
-        levels = feedthrough_levels(system, self.connectors)
+        found = feedthrough(system, self.connectors)
         order = {component.name: i for i, component in enumerate(system.components)}
 
         def place(connection: Connection) -> tuple[int, int, int]:
             source, target = (system.split(end)[0] for end in (connection.start, connection.end))
-            return levels[connection.start], order[source], order[target]
+            return found.levels[connection.start], order[source], order[target]
 
         self.connections = sorted(system.connections, key=place)
         self.bus = np.zeros(len(self.connections))
@@ -75,12 +49,81 @@ class Wiring:
         for group in self.groups:
             for transfer in group.transfers:
                 transfer.affected = [other for other in self.groups if self._follows(other, transfer)]
+        self.loops = [self._loop(number, loop) for number, loop in enumerate(found.loops)]
         self.sampled: list[Stepper] = []
         self.others: list[Stepper] = []
         for name in order:
             call = instances[name].stepper(self.time, self.step_size)
             stepper = Stepper(name, call, [group for group in self.groups if group.instance == name])
             (self.sampled if instances[name].fmu.description.is_sampled else self.others).append(stepper)
+
+    def stages(self) -> Iterator[Group | AlgebraicLoop]:
+        """Yield all groups in feedthrough order, those on an algebraic loop as that loop."""
+        entered = set()
+        for group in self.groups:
+            if group.loop is None:
+                yield group
+            elif group.loop not in entered:
+                entered.add(group.loop)
+                yield self.loops[group.loop]
+
+    def places(self, group: Group) -> list[int]:
+        """Return the places of a group on the bus."""
+        before = 0
+        for other in self.groups:
+            if other is group:
+                break
+            before += len(other.outputs)
+        return list(range(before, before + len(group.outputs)))
+
+    def split(self, name: str) -> tuple[str, str]:
+        """Return (component, variable) of a full name."""
+        return self.system.split(name)
+
+    def is_sampled(self, output: str) -> bool:
+        """Whether an output (full name) changes at ticks only."""
+        component, variable = self.split(output)
+        return self.connectors[component][variable].variability == "discrete"
+
+    def jumping(self) -> set[str]:
+        """Return the connected outputs (full names) that change at ticks without a step between."""
+        found = {connection.start for connection in self.connections if self.is_sampled(connection.start)}
+        before = -1
+        while len(found) > before:
+            before = len(found)
+            fed = [connection.end for connection in self.connections if connection.start in found]
+            found |= {f"{g.instance}.{name}" for g in self.groups for name in g.outputs if self._is_led(g, name, fed)}
+        return found
+
+    def _is_led(self, group: Group, output: str, ends: Iterable[str]) -> bool:
+        """Whether an output follows one of the inputs (full names) without a step between."""
+        followed = self.connectors[group.instance][output].dependencies
+        own = [variable for component, variable in map(self.split, ends) if component == group.instance]
+        return any(followed is None or name in followed for name in own)
+
+    def _loop(self, number: int, connections: tuple[Connection, ...]) -> AlgebraicLoop:
+        """Return the action that solves an algebraic loop, and mark its groups."""
+        starts, ends = {c.start for c in connections}, {c.end for c in connections}
+        groups = [g for g in self.groups if any(f"{g.instance}.{name}" in starts for name in g.outputs)]
+        for group in groups:
+            group.loop = number
+        transfers = [transfer for group in groups for transfer in group.transfers]
+        inner = [t for t in transfers if any(f"{t.target}.{name}" in ends for name in t.inputs)]
+        places = [i for i, connection in enumerate(self.connections) if connection in connections]
+        own = [self.connections[i] for i in places]
+        variables = [(self.split(c.start), self.split(c.end)) for c in own]
+        return AlgebraicLoop(
+            number,
+            groups,
+            inner,
+            [transfer for transfer in transfers if transfer not in inner],
+            np.array(places),
+            [(*start, *end) for start, end in variables],
+            self.bus,
+            np.array([abs(self.connectors[component][name].nominal) for (component, name), _ in variables]),
+            spelt(self.system, self.connectors, connections),
+            dict(self.instances),
+        )
 
     def _group(self, system, instances, source: str, connections: list[Connection]) -> Group:
         """Return the group of connections that follow one another on the bus, with one transfer per target."""
@@ -99,35 +142,8 @@ class Wiring:
 
     def _follows(self, group: Group, transfer: Transfer) -> bool:
         """Whether an output of the group follows an input of the transfer without a step between."""
-        if group.instance != transfer.target:
-            return False
-        followed = (self.connectors[group.instance][name].dependencies for name in group.outputs)
-        return any(names is None or set(names) & set(transfer.inputs) for names in followed)
-
-
-def without_repetition(cycle: Iterable[Group | Transfer | Stepper]) -> list[Group | Transfer | Stepper]:
-    """Leave out fetching what cannot have changed since it was fetched, and setting what has not been fetched anew.
-
-    The cycle begins after a complete exchange and ends with one, so what is left out is the same in every cycle.
-    """
-    stale_groups: set[Group] = set()
-    stale_transfers: set[Transfer] = set()
-    kept = []
-    for action in cycle:
-        if isinstance(action, Stepper):
-            stale_groups.update(action.groups)
-        elif isinstance(action, Group):
-            if action not in stale_groups:
-                continue
-            stale_groups.discard(action)
-            stale_transfers.update(action.transfers)
-        else:
-            if action not in stale_transfers:
-                continue
-            stale_transfers.discard(action)
-            stale_groups.update(action.affected)
-        kept.append(action)
-    return kept
+        ends = [f"{transfer.target}.{name}" for name in transfer.inputs]
+        return any(self._is_led(group, name, ends) for name in group.outputs)
 
 
 def check_sample_times(

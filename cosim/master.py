@@ -15,7 +15,9 @@ exchanged in feedthrough order, so that an output is fetched after the inputs it
 2. The others step, from the same values (`jacobi`), or one after the other in the system's order, each passing its new
    outputs on to those that wait (`gauss_seidel`).
 
-`jacobi_plain` is what other masters do: get all outputs, set all inputs, step all instances.
+`jacobi_plain` is what other masters do: get all outputs, set all inputs, step all instances. Inputs are held over a
+step, or with `_linear` and `_quadratic` behind the name they move (`_extrapolation.py`). Algebraic loops are solved at
+every point (`algebraic_loop.py`).
 
 After `initialize` and after `advance` the exchange at the current point has been done: what is read is consistent.
 """
@@ -24,8 +26,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from hfsa.cosim._actions import Stepper, Transfer
+from hfsa.cosim._extrapolation import Extrapolate, Extrapolation, Remember
 from hfsa.cosim._recording import Recording, Watch
-from hfsa.cosim._wiring import Group, Stepper, Transfer, Wiring, check_sample_times, without_repetition
+from hfsa.cosim._schedule import Action, without_repetition
+from hfsa.cosim._wiring import Wiring, check_sample_times
+from hfsa.cosim.algebraic_loop import STALE, AlgebraicLoop
 from hfsa.cosim.instance import Call, Instance, StepError
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector, nearest
 
@@ -35,24 +41,22 @@ SETTLING_PASSES = 100
 SETTLING_TOLERANCE = 1e-12
 """Largest change between two such exchanges, relative to the value or its nominal."""
 
-Action = Group | Transfer | Stepper
-
 
 # The algorithms -------------------------------------------------------------------------------------------------------
 
 
 def exchange(wiring: Wiring) -> Iterator[Action]:
-    """One pass in feedthrough order: fetch a group of outputs, set the inputs it feeds."""
-    for group in wiring.groups:
-        yield group
-        yield from group.transfers
+    """One pass in feedthrough order: fetch a group of outputs, or solve a loop of them, and set the inputs it feeds."""
+    for stage in wiring.stages():
+        yield stage
+        yield from stage.transfers
 
 
 def exchange_plain(wiring: Wiring) -> Iterator[Action]:
     """Fetch all outputs, then set all inputs."""
-    yield from wiring.groups
-    for group in wiring.groups:
-        yield from group.transfers
+    yield from wiring.stages()
+    for stage in wiring.stages():
+        yield from stage.transfers
 
 
 def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
@@ -79,6 +83,31 @@ def jacobi_plain(wiring: Wiring) -> Iterator[Action]:
     yield from wiring.others
 
 
+def gauss_seidel_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
+    """Each steps with inputs that move: to the newest outputs of those before it, with the past of those behind it."""
+    yield from sampled_first(wiring)
+    yield extrapolation.remember
+    waiting, stepped = [stepper.instance for stepper in wiring.others], []
+    for stepper in wiring.others:
+        waiting.remove(stepper.instance)
+        yield from extrapolation.of(stepper.instance, stepped)
+        yield stepper
+        stepped.append(stepper.instance)
+        for group in stepper.groups:
+            if any(transfer.target in waiting for transfer in group.transfers):
+                yield group
+                yield from (t for t in group.transfers if t.target in waiting and t.target in extrapolation.unable)
+
+
+def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
+    """All step with inputs that go on as they have come."""
+    yield from sampled_first(wiring)
+    yield extrapolation.remember
+    for stepper in wiring.others:
+        yield from extrapolation.of(stepper.instance)
+        yield stepper
+
+
 def sampled_first(wiring: Wiring) -> Iterator[Action]:
     """Sampled instances step one after the other, each passing on what its tick changed to those that wait."""
     stepped = set()
@@ -90,8 +119,9 @@ def sampled_first(wiring: Wiring) -> Iterator[Action]:
                 yield action
 
 
-_STEP = {"gauss_seidel": gauss_seidel, "jacobi": jacobi, "jacobi_plain": jacobi_plain}
-_POINT = {"gauss_seidel": exchange, "jacobi": exchange, "jacobi_plain": exchange_plain}
+_HELD = {"gauss_seidel": gauss_seidel, "jacobi": jacobi, "jacobi_plain": jacobi_plain}
+_EXTRAPOLATED = {"gauss_seidel": gauss_seidel_extrapolated, "jacobi": jacobi_extrapolated}
+_ORDERS = {"linear": 1, "quadratic": 2}
 
 
 # The master -----------------------------------------------------------------------------------------------------------
@@ -118,11 +148,15 @@ class Master:
         self.system, self.instances, self.algorithm, self.step_size = system, instances, algorithm, step_size
         self.wiring = Wiring(system, instances)
         self.wiring.step_size.value = step_size
-        self.point = list(_POINT[algorithm](self.wiring))
-        self.cycle = without_repetition([*_STEP[algorithm](self.wiring), *self.point])
+        self.point = list(exchange_plain(self.wiring) if algorithm == "jacobi_plain" else exchange(self.wiring))
+        self.cycle = without_repetition([*self._step(), *self.point])
         steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper)]
         self._first_of_point = steppers[-1] + 1 if steppers else 0
-        self.warnings: dict[str, str] = {}
+        self.warnings: dict[str, str] = {
+            name: f"{name}: {self.instances[name].fmu.description.file.name} takes no derivatives of its inputs, which "
+            "are held instead"
+            for name in (self.extrapolation.unable if self.extrapolation else ())
+        }
         starts = [connection.start for connection in self.wiring.connections]
         self._watch = Watch(starts, [self._connector(name) for name in starts], self.wiring.bus)
         self._zeros = np.zeros_like(self.wiring.bus)
@@ -150,6 +184,8 @@ class Master:
             self.instances[component.name].exit()
         self._run(self.point)
         self._watch.check(self.time)
+        if self.extrapolation is not None:
+            self.extrapolation.begin()
         self._is_ready = True
         if self._recording is not None:
             self._recording.clear()
@@ -165,7 +201,7 @@ class Master:
         self._start_time, self._count, self._is_ready = start_time, 0, False
         self.wiring.time.value = start_time
         for component in self.system.components:
-            own = {n.partition(".")[2]: v for n, v in starts.items() if self.system.split(n)[0] == component.name}
+            own = {self.system.split(n)[1]: v for n, v in starts.items() if self.system.split(n)[0] == component.name}
             self.instances[component.name].enter(start_time, stop_time, {**component.start, **own})
         self.settle()
 
@@ -269,6 +305,15 @@ class Master:
 
     # Frame ------------------------------------------------------------------------------------------------------------
 
+    def _step(self) -> Iterable[Action]:
+        """Return the algorithm's actions before the exchange at the next point."""
+        base, _, extrapolated = self.algorithm.rpartition("_")
+        self.extrapolation: Extrapolation | None = None
+        if extrapolated not in _ORDERS:
+            return _HELD[self.algorithm](self.wiring)
+        self.extrapolation = Extrapolation(self.wiring, _ORDERS[extrapolated])
+        return _EXTRAPOLATED[base](self.wiring, self.extrapolation)
+
     def _connector(self, name: str):
         return connector(self.system, self.wiring.connectors, name)
 
@@ -297,8 +342,13 @@ class Master:
                 self._report(call, status)
         self._recording.take(self.time)
 
-    def _report(self, call: Call, status: int) -> None:
-        """Raise what a status says, or note the first warning of an instance."""
-        call.instance.time = self.time
-        call.instance.check(call, status)
-        self.warnings.setdefault(call.instance.name, call.instance.warning(call))
+    def _report(self, call: Call | AlgebraicLoop | Remember | Extrapolate, status: int) -> None:
+        """Raise what a status says, note the first warning of an instance, or solve a loop anew."""
+        if isinstance(call, AlgebraicLoop) and status == STALE:
+            call.solve(self.time)
+            return
+        failing = call if isinstance(call, Call) else getattr(call, "failing", None)
+        assert isinstance(failing, Call)
+        failing.instance.time = self.time
+        failing.instance.check(failing, status)
+        self.warnings.setdefault(failing.instance.name, failing.instance.warning(failing))

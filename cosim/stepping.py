@@ -14,15 +14,15 @@ that a library of another source is never taken.
 import ctypes
 import hashlib
 from collections.abc import Iterable, Mapping
-from ctypes import POINTER, Structure, addressof, c_double, c_int, c_longlong, c_size_t, c_void_p
+from ctypes import POINTER, c_longlong
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from time import perf_counter
-from typing import ClassVar
 
-from hfsa.cosim._recording import Recording, Watch
-from hfsa.cosim.instance import Call, Instance
+from hfsa.cosim._program import Cycle, Program, Run, watched
+from hfsa.cosim._recording import Recording
+from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, System
 
@@ -69,8 +69,8 @@ class CompiledMaster(Master):
     ):
         super().__init__(instances, system, algorithm, step_size)
         self._advance = ctypes.CDLL(str(library)).hfsa_advance
-        self._advance.argtypes = [POINTER(_Cycle), POINTER(_Run), c_longlong]
-        self._run_in_c = _Run()
+        self._advance.argtypes = [POINTER(Cycle), POINTER(Run), c_longlong]
+        self._run_in_c = Run()
         self._spell = 1
         self._prepare()
 
@@ -83,17 +83,17 @@ class CompiledMaster(Master):
     def _prepare(self) -> None:
         """Lay out the cycle for C: to the next point, the exchange at it, what is recorded there."""
         recording = self._recording
-        self._calls = [*(action.call for action in self.cycle), *self._record_calls]
-        self._cycle = _Cycle(
-            calls=(_Call * len(self._calls))(*map(_call, self._calls)),
+        self._program = Program([*(action.call for action in self.cycle), *self._record_calls])
+        self._cycle = Cycle(
+            calls=self._program.calls,
             exchange=self._first_of_point,
             record=len(self.cycle),
-            end=len(self._calls),
-            bus=_watch(self._watch),
+            end=len(self._program.calls),
+            bus=watched(self._watch),
             step_size=self.step_size,
         )
         if recording is not None:
-            self._cycle.row, self._cycle.every = _watch(recording.watch), recording.every
+            self._cycle.row, self._cycle.every = watched(recording.watch), recording.every
 
     def _take(self, steps: int) -> None:
         cycle, run, recording = self._cycle, self._run_in_c, self._recording
@@ -115,7 +115,7 @@ class CompiledMaster(Master):
                     fitting = int((self._count - before) * _SPELL / (perf_counter() - begin))
                     self._spell = max(1, min(fitting, 100 * self._spell))
             elif outcome == _CALL_NOT_OK:
-                self._report(self._calls[run.next - 1], run.status)
+                self._report(self._program.failed(run.next - 1), run.status)
             elif outcome == _BUS_WRONG:
                 self._watch.check(self.time)
             elif recording is not None and outcome == _ROW_WRONG:
@@ -131,66 +131,3 @@ class CompiledMaster(Master):
             run = self._run_in_c
             run.time, run.values = time.ctypes.data, values.ctypes.data
             run.rows, run.capacity = self._recording.rows, len(time)
-
-
-# The structures of step.c ---------------------------------------------------------------------------------------------
-
-
-class _Call(Structure):
-    _fields_: ClassVar = [
-        ("kind", c_int),
-        ("function", c_void_p),
-        ("component", c_void_p),
-        ("references", c_void_p),
-        ("n", c_size_t),
-        ("values", c_void_p),
-    ]
-
-
-class _Watch(Structure):
-    _fields_: ClassVar = [("values", c_void_p), ("low", c_void_p), ("high", c_void_p), ("n", c_size_t)]
-
-
-class _Cycle(Structure):
-    _fields_: ClassVar = [
-        ("calls", POINTER(_Call)),
-        ("exchange", c_size_t),
-        ("record", c_size_t),
-        ("end", c_size_t),
-        ("bus", _Watch),
-        ("row", _Watch),
-        ("start_time", c_double),
-        ("step_size", c_double),
-        ("every", c_longlong),
-    ]
-
-
-class _Run(Structure):
-    _fields_: ClassVar = [
-        ("count", c_longlong),
-        ("next", c_size_t),
-        ("phase", c_int),
-        ("status", c_int),
-        ("time", c_void_p),
-        ("values", c_void_p),
-        ("rows", c_size_t),
-        ("capacity", c_size_t),
-    ]
-
-
-_KINDS = {("get", 2): 0, ("set", 2): 0, ("get", 3): 1, ("set", 3): 1, ("step", 2): 2, ("step", 3): 3}
-
-
-def _call(call: Call) -> _Call:
-    """Return a prepared call for C; what it points to is kept alive by the call."""
-    function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
-    prepared = _Call(_KINDS[call.role, call.instance.fmu.version], function, addressof(call.arguments[0]))
-    if call.role != "step":
-        references, n, values = call.arguments[1:4]
-        prepared.references, prepared.n, prepared.values = addressof(references), n.value, values.value
-    return prepared
-
-
-def _watch(watch: Watch) -> _Watch:
-    """Return a watch for C, which must not outlive it."""
-    return _Watch(*(array.ctypes.data for array in (watch.values, watch.low, watch.high)), len(watch.values))

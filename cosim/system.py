@@ -17,11 +17,14 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
-ALGORITHMS = ("gauss_seidel", "jacobi", "jacobi_plain")
-"""Co-simulation algorithms of `master.py`; the first is the default."""
+HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
+"""Algorithms that hold inputs over a communication step."""
+EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear", "jacobi_quadratic")
+"""Algorithms that let inputs move over a step, on lines or parabolas."""
+ALGORITHMS = (*HELD, *EXTRAPOLATED)
+"""Ways to run a system, see `algorithms.py`; the first is the default."""
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
@@ -78,6 +81,9 @@ class Component:
 
     `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
     variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`.
+
+    One FMU may be made of several parts (`_fuse.py`): it has `members` then, and `connections` between them, its
+    variables are named `member.variable`, and `part` only says what it is made of.
     """
 
     name: str
@@ -85,6 +91,8 @@ class Component:
     level: str | None = None
     arguments: Mapping[str, Any] = field(default_factory=dict)
     start: Mapping[str, Any] = field(default_factory=dict)
+    members: Sequence["Component"] = ()
+    connections: Sequence["Connection"] = ()
 
     def __post_init__(self):
         if not _COMPONENT.match(self.name):
@@ -92,6 +100,10 @@ class Component:
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in self.arguments.items()}
         object.__setattr__(self, "arguments", arguments)
         object.__setattr__(self, "start", _members(self.name, self.start))
+
+    def variable(self, member: str, name: str) -> str:
+        """Return what the variable `name` of a member is called in the FMU; the clock and the solver are common."""
+        return name if name == "sample_time" or name.startswith("solver.") else f"{member}.{name}"
 
 
 @dataclass(frozen=True)
@@ -137,11 +149,23 @@ class System:
         raise StructureError(f"no component is called {name!r}{nearest(name, (c.name for c in self.components))}")
 
     def split(self, name: str) -> tuple[str, str]:
-        """Return (component, variable) of a full name; `StructureError` if there is no such component."""
+        """Return (component, variable) of a full name; `StructureError` if there is no such component.
+
+        `member.variable` is a full name as well, of a variable of the component that the member is fused into.
+        """
         component, dot, variable = name.partition(".")
         if not dot:
             raise StructureError(f"{name!r} is not a full name; expected component.variable")
+        for whole in self.components:
+            if any(member.name == component for member in whole.members):
+                return whole.name, whole.variable(component, variable)
         return self[component].name, variable
+
+    def own_name(self, name: str) -> str:
+        """Return a full name as it was before components were fused: `fused.robot.angle` -> `robot.angle`."""
+        component, variable = self.split(name)
+        is_of_member = any(variable.startswith(f"{member.name}.") for member in self[component].members)
+        return variable if is_of_member else name
 
 
 @dataclass(frozen=True)
@@ -160,6 +184,7 @@ class Scene:
         algorithm: one of `ALGORITHMS`.
         source: the sine source; it is given the excited input's unit as argument `unit`.
         marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.
+        fuse: groups of components that become one FMU each (`_fuse.py`), by name.
     """
 
     system: System
@@ -174,8 +199,10 @@ class Scene:
     algorithm: str = ALGORITHMS[0]
     source: Component = field(default_factory=lambda: Component("source", "sine_source"))
     marks: Mapping[str, float] = field(default_factory=dict)
+    fuse: Sequence[Sequence[str]] = ()
 
     def __post_init__(self):
+        object.__setattr__(self, "fuse", tuple(tuple(group) for group in self.fuse))
         for label in ("inputs", "outputs"):
             names = tuple(member for name in getattr(self, label) for member in expand(name))
             for name in names:
@@ -237,7 +264,7 @@ def companions(name: str) -> tuple[str, str]:
 
 
 def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:
-    """Raise `StructureError` unless every connection joins an output to an input of the same unit, without a loop.
+    """Raise `StructureError` unless every connection joins an output to an input of the same unit.
 
     `connectors` holds the variables of each component's FMU by name.
     """
@@ -260,7 +287,6 @@ def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> 
     for component in system.components:
         for name, value in component.start.items():
             _check_start(connector(system, connectors, full := f"{component.name}.{name}"), full, value)
-    feedthrough_levels(system, connectors)
 
 
 def _check_start(variable: Connector, name: str, value: Any) -> None:
@@ -281,55 +307,6 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
             f"{nearest(variable, connectors[component])}"
         )
     return connectors[component][variable]
-
-
-def feedthrough_levels(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> dict[str, int]:
-    """Return a level for each connected output (full name), above those of the outputs it follows without a step.
-
-    Fetched level by level, each passed on at once, every output is fetched after the inputs it depends on were set.
-    Outputs of one component share a level where nothing waits for the earlier one. An algebraic loop is a
-    `StructureError` that spells it out.
-    """
-    feeder = {connection.end: connection.start for connection in system.connections}
-    direct = _direct_inputs(system, connectors, feeder)
-    followers: dict[str, list[str]] = {name: [] for name in direct}
-    for name, ends in direct.items():
-        for end in ends:
-            followers[feeder[end]].append(name)
-    try:
-        order = list(TopologicalSorter({**direct, **{end: [start] for end, start in feeder.items()}}).static_order())
-    except CycleError as error:
-        raise StructureError(
-            f"algebraic loop: {' -> '.join(error.args[1])}; each follows the one before it without a step between, so "
-            "no order of exchange gives consistent values. Break it with a state or a sampled part"
-        ) from None
-    levels: dict[str, int] = {}
-    highest: dict[str, int] = {}
-    for name in (name for name in order if name in direct):
-        component = system.split(name)[0]
-        levels[name] = 1 + max((levels[feeder[end]] for end in direct[name]), default=-1)
-        highest[component] = max(highest.get(component, 0), levels[name])
-    for name in levels:
-        top = highest[system.split(name)[0]]
-        if all(levels[follower] > top for follower in followers[name]):
-            levels[name] = top
-    return levels
-
-
-def _direct_inputs(
-    system: System, connectors: Mapping[str, Mapping[str, Connector]], feeder: Mapping[str, str]
-) -> dict[str, list[str]]:
-    """Return for each connected output the fed inputs of its component that it follows directly (full names)."""
-    inputs: dict[str, list[str]] = {component.name: [] for component in system.components}
-    for end in feeder:
-        component, variable = system.split(end)
-        inputs[component].append(variable)
-    direct = {}
-    for name in feeder.values():
-        component, variable = system.split(name)
-        dependencies = connectors[component][variable].dependencies
-        direct[name] = [f"{component}.{u}" for u in inputs[component] if dependencies is None or u in dependencies]
-    return direct
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from hfsa.cosim._scene_text import read_scene_text, scene_text
 from hfsa.cosim.build import build, instrument, load_scene, scenes
 from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.master import Master
-from hfsa.cosim.system import ALGORITHMS, check, connector
+from hfsa.cosim.system import HELD, check, connector
 
 SCENES = pytest.mark.parametrize("name", list(scenes()))
 
@@ -29,7 +29,7 @@ def test_a_scene_fits_its_fmus(name, opened):
 
 
 @SCENES
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("algorithm", HELD)
 def test_a_scene_runs_with_its_instruments_or_its_own_motion(name, opened, algorithm):
     scene = load_scene(name)
     system, starts = scene.system, {}

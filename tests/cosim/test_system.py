@@ -3,6 +3,7 @@
 import pytest
 
 from hfsa.cosim._scene_text import read_scene, read_scene_text, scene_text
+from hfsa.cosim.feedthrough import feedthrough, refuse_loops
 from hfsa.cosim.system import (
     Component,
     Connection,
@@ -13,7 +14,6 @@ from hfsa.cosim.system import (
     check,
     companions,
     expand,
-    feedthrough_levels,
 )
 
 
@@ -114,18 +114,29 @@ def test_unknown_variables():
 
 def test_an_algebraic_loop_is_spelt_out():
     with pytest.raises(StructureError, match=r"a\.y -> b\.u -> b\.y -> a\.u|b\.y -> a\.u -> a\.y -> b\.u"):
-        check(*ring("output m u", "output m u"))
+        refuse_loops(*ring("output m u", "output m u"))
 
 
 def test_unstated_dependencies_count_as_all():
     with pytest.raises(StructureError, match="algebraic loop"):
-        check(*ring("output m *", "output m u"))
+        refuse_loops(*ring("output m *", "output m u"))
 
 
 def test_a_state_breaks_the_loop():
     system, connectors = ring("output m u", "output m")
-    check(system, connectors)
-    assert feedthrough_levels(system, connectors) == {"b.y": 0, "a.y": 1}
+    refuse_loops(system, connectors)
+    assert feedthrough(system, connectors).levels == {"b.y": 0, "a.y": 1}
+
+
+def test_a_loop_shares_its_level_with_nothing_else():
+    system, connectors = ring("output m u", "output m u")
+    more = System(
+        [*system.components, Component("c", "x"), Component("d", "x")],
+        [*system.connections, Connection("c.y", "d.u"), Connection("d.y", "c.u")],
+    )
+    found = feedthrough(more, {**connectors, "c": ports(u="input m", y="output m"), "d": connectors["b"]})
+    assert found.levels == {"a.y": 1, "b.y": 1, "c.y": 0, "d.y": 2}
+    assert [{str(connection) for connection in loop} for loop in found.loops] == [{"a.y -> b.u", "b.y -> a.u"}]
 
 
 def test_two_instances_may_pass_values_back_and_forth():
@@ -140,7 +151,7 @@ def test_two_instances_may_pass_values_back_and_forth():
         "c": ports(acc="input m/s2"),
     }
     check(system, connectors)
-    levels = feedthrough_levels(system, connectors)
+    levels = feedthrough(system, connectors).levels
     assert levels["a.pose"] < levels["b.force"] < levels["a.acc"]
 
 
@@ -155,7 +166,7 @@ def test_outputs_share_a_level_where_nothing_waits():
         "a": ports(u="input m", follows="output m u", holds="output m"),
         "b": ports(u="input m", v="input m"),
     }
-    assert feedthrough_levels(system, connectors) == {"s.y": 0, "a.follows": 1, "a.holds": 1}
+    assert feedthrough(system, connectors).levels == {"s.y": 0, "a.follows": 1, "a.holds": 1}
 
 
 # Scenes ---------------------------------------------------------------------------------------------------------------

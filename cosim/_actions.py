@@ -1,0 +1,44 @@
+"""What a master does between two communication points: fetch outputs, set inputs, step.
+
+All connected outputs lie in one array, the bus. An algorithm is an order of actions; each has a `call`, whose `run`
+returns the status of what it did.
+"""
+
+from dataclasses import dataclass, field
+
+from hfsa.cosim.instance import Call
+
+
+@dataclass(eq=False)
+class Group:
+    """Connected outputs of one instance at one feedthrough level, fetched by one call.
+
+    Attributes:
+        transfers: what it feeds.
+        loop: number of the algebraic loop that it is on.
+    """
+
+    instance: str
+    outputs: list[str]
+    call: Call
+    transfers: list["Transfer"] = field(default_factory=list)
+    loop: int | None = None
+
+
+@dataclass(eq=False)
+class Transfer:
+    """Inputs of instance `target` that one group feeds, set by one call; `affected` groups follow them directly."""
+
+    target: str
+    inputs: list[str]
+    call: Call
+    affected: list[Group] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Stepper:
+    """One step of one instance; afterwards all its `groups` may have changed."""
+
+    instance: str
+    call: Call
+    groups: list[Group]

@@ -1,0 +1,50 @@
+"""The order of actions between two communication points, made shorter where an action would change nothing."""
+
+from collections.abc import Iterable
+
+from hfsa.cosim._actions import Group, Stepper, Transfer
+from hfsa.cosim._extrapolation import Extrapolate, Remember
+from hfsa.cosim.algebraic_loop import AlgebraicLoop
+
+Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate
+
+
+def without_repetition(cycle: Iterable[Action]) -> list[Action]:
+    """Leave out fetching what cannot have changed since it was fetched, and setting what has not been fetched anew.
+
+    The cycle begins after a complete exchange and ends with one, so what is left out is the same in every cycle.
+    """
+    stale_groups: set[Group] = set()
+    stale_transfers: set[Transfer] = set()
+    stale_loops: set[int] = set()
+
+    def touch(groups: Iterable[Group]) -> None:
+        """What has changed is to be fetched, and a loop that it is on to be solved."""
+        for group in groups:
+            stale_groups.add(group)
+            if group.loop is not None:
+                stale_loops.add(group.loop)
+
+    kept: list[Action] = []
+    for action in cycle:
+        if isinstance(action, Stepper):
+            touch(action.groups)
+        elif isinstance(action, Group):
+            if action not in stale_groups:
+                continue
+            stale_groups.discard(action)
+            stale_transfers.update(action.transfers)
+        elif isinstance(action, Transfer):
+            if action not in stale_transfers:
+                continue
+            stale_transfers.discard(action)
+            touch(action.affected)
+        elif isinstance(action, AlgebraicLoop):
+            if action.number not in stale_loops:
+                continue
+            stale_transfers.update(action.transfers)
+            touch(group for transfer in action.inner for group in transfer.affected)
+            stale_groups.difference_update(action.groups)
+            stale_loops.discard(action.number)
+        kept.append(action)
+    return kept

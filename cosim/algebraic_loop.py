@@ -1,0 +1,170 @@
+"""Algebraic loops across FMUs: outputs that follow each other without a step between, solved by Newton's method.
+
+The values w on the connections of a loop are set, and the outputs that they lead to fetched: y(w). Wanted is w = y(w):
+
+    w <- w + (1 - dy/dw)^-1 (y(w) - w)
+
+until the last change is at most `TOLERANCE` of the value, or of its nominal where that is more. dy/dw is made of the
+FMUs' directional derivatives, of differences where an FMU has none; it is kept as long as it serves, and made anew
+where `PASSES` do not suffice. A loop of linear parts takes two passes, whatever its gain.
+
+`run` is what the stepping loop in C does as well, with the same bits; `solve` is called where that does not suffice.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hfsa.cosim._actions import Group, Transfer
+from hfsa.cosim.instance import Call, Instance, StepError
+
+TOLERANCE = 1e-10
+"""Largest last change of a value on a loop, relative to the value or its nominal."""
+
+PASSES = 8
+"""Passes with one inverse, after which it is made anew."""
+
+REFRESHES = 20
+"""Inverses after which a loop must be solved."""
+
+STALE = 101
+"""Status of a run whose inverse does not suffice, beside those of FMI."""
+
+_DIFFERENCE = 1e-6
+"""Relative size of the differences that stand in for directional derivatives."""
+
+
+@dataclass(eq=False)
+class AlgebraicLoop:
+    """One algebraic loop: an action of the master like fetching a group.
+
+    Attributes:
+        number: among the loops of its system.
+        groups: outputs on the loop; `inner` are the transfers that close it, `transfers` those to other inputs.
+        places: of the loop's connections on the `bus`, (n,); `ends` are (source instance, output, target instance,
+            input) of each.
+        scale: nominals of the values, (n,); `words` spell the loop out.
+        inverse: (1 - dy/dw)^-1, (n, n).
+        failing: the call that the last status is of.
+    """
+
+    number: int
+    groups: Sequence[Group]
+    inner: Sequence[Transfer]
+    transfers: Sequence[Transfer]
+    places: np.ndarray
+    ends: Sequence[tuple[str, str, str, str]]
+    bus: np.ndarray
+    scale: np.ndarray
+    words: str
+    instances: dict[str, Instance]
+    inverse: np.ndarray = field(init=False)
+    failing: Call | None = field(init=False, default=None)
+
+    def __post_init__(self):
+        n = len(self.places)
+        self.inverse, self.guess, self.change = np.full((n, n), np.nan), np.zeros(n), np.zeros(n)
+
+    @property
+    def call(self) -> "AlgebraicLoop":
+        """What a master runs."""
+        return self
+
+    def run(self) -> int:
+        """Correct the values until they agree; return the status of a call that was not ok, or `STALE`."""
+        warning = 0
+        for _ in range(PASSES):
+            status = self._evaluate()
+            if status > 1:
+                return status
+            warning = warning or status
+            if self._correct():
+                return warning
+        return STALE
+
+    def solve(self, time: float) -> None:
+        """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps."""
+        for _ in range(REFRESHES):
+            with np.errstate(all="ignore"):
+                self._refresh(time)
+                status = self.run()
+            if status != STALE:
+                if status > 1:
+                    assert self.failing is not None
+                    self.failing.instance.check(self.failing, status)
+                return
+        i = int(np.argmax(np.abs(self.change) / self._size()))
+        source, output, _, _ = self.ends[i]
+        residual = float(self.bus[self.places][i] - self.change[i] - self.guess[i])
+        raise StepError(
+            source,
+            output,
+            "does not converge",
+            time,
+            f"the algebraic loop {self.words} is not solved after {REFRESHES * PASSES} passes of Newton's method; "
+            f"residual {residual:.3g} at value {self.guess[i]:.6g}",
+        )
+
+    def _evaluate(self) -> int:
+        """Set the loop's inputs and fetch its outputs; return the first status that is not ok."""
+        warning = 0
+        for transfer in self.inner:
+            if status := transfer.call.run():
+                self.failing, warning = transfer.call, warning or status
+                if status > 1:
+                    return status
+        self.guess[:] = self.bus[self.places]
+        for group in self.groups:
+            if status := group.call.run():
+                self.failing, warning = group.call, warning or status
+                if status > 1:
+                    return status
+        return warning
+
+    def _correct(self) -> bool:
+        """Take the step to better values; whether it was small."""
+        residual = self.bus[self.places] - self.guess
+        self.change[:] = 0.0
+        for column, value in zip(self.inverse.T, residual, strict=True):  # in C the sums have this order
+            self.change += column * value
+        self.bus[self.places] = self.guess + self.change
+        return bool(np.all(np.abs(self.change) <= TOLERANCE * self._size()))
+
+    def _size(self) -> np.ndarray:
+        return np.maximum(np.abs(self.guess), self.scale)
+
+    def _refresh(self, time: float) -> None:
+        """Make the inverse at the present values."""
+        n = len(self.places)
+        gradient = np.zeros((n, n))
+        for name in dict.fromkeys(source for source, *_ in self.ends):
+            rows = [i for i, (source, *_) in enumerate(self.ends) if source == name]
+            columns = [i for i, (*_, target, _) in enumerate(self.ends) if target == name]
+            outputs, inputs = [self.ends[i][1] for i in rows], [self.ends[i][3] for i in columns]
+            gradient[np.ix_(rows, columns)] = direct_gain(self.instances[name], outputs, inputs)
+        try:
+            self.inverse[:] = np.linalg.inv(np.eye(n) - gradient)
+        except np.linalg.LinAlgError:
+            source, output, _, _ = self.ends[0]
+            message = f"the algebraic loop {self.words} has loop gain 1, and so no solution or any number of them"
+            raise StepError(source, output, "does not converge", time, message) from None
+
+
+def direct_gain(instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:
+    """Return d output / d input without a step between, (outputs, inputs), by differences where the FMU has no own."""
+    if instance.fmu.description.has_derivatives:
+        distinct = list(dict.fromkeys(outputs))
+        return instance.jacobian(distinct, inputs)[[distinct.index(name) for name in outputs]]
+    found, at = instance.handle(outputs), instance.handle(inputs)
+    values = instance.get(at).copy()
+    result = np.zeros((len(outputs), len(inputs)))
+    for j, name in enumerate(inputs):
+        step = _DIFFERENCE * max(abs(values[j]), abs(instance.fmu.variables[name].nominal))
+        for sign in (1.0, -1.0):
+            moved = values.copy()
+            moved[j] += sign * step
+            instance.set(at, moved)
+            result[:, j] += sign * instance.get(found) / (2 * step)
+    instance.set(at, values)
+    return result
