@@ -53,6 +53,12 @@ LIMITS: Mapping[str, Limit] = {
         "take a smaller motion",
         spoils_response=False,
     ),
+    "displacement_warning": Limit(
+        "displaced too far",
+        "its equations are those of small displacements, and this one is none",
+        "take a smaller motion",
+        spoils_response=False,
+    ),
 }
 """Kinds of limits by the last part of their signals' names."""
 

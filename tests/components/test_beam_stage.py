@@ -11,12 +11,13 @@ from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, Model, ModelError
 from hfsa.components._parts import find
-from hfsa.components.beam_stage import Platform, analyze, beam_stage
+from hfsa.components._rigid_body import Body
+from hfsa.components.beam_stage import analyze, beam_stage
 
 PART = find([hfsa.components])["beam_stage"]
 KIND = pytest.mark.parametrize("kind", KINDS)
 E, G, LENGTH, DIAMETER, RADIUS = 69e9, 26e9, 0.05, 2e-3, 0.03
-OFF_CENTRE = Platform(0.3, (2e-4, 1e-4, 3e-4), (0.01, -0.02, 0.03))
+OFF_CENTRE = Body(0.3, (2e-4, 1e-4, 3e-4), (0.01, -0.02, 0.03))
 
 
 def response(system, frequency: float, input_name: str, output_name: str) -> complex:
