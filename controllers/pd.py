@@ -1,38 +1,45 @@
-"""Sampled proportional-derivative (PD) control of any number of axes.
+"""Proportional-derivative (PD) control of any number of axes.
 
     command_i = limit_i( feed_forward_i + Kp_i (reference_i - measured_i) + Kd_i (reference_rate_i - measured_rate_i) )
 
-evaluated at each tick from the inputs before it and held until the next; with `delay` it is put out one tick later, as
-by a computer that needs the whole sample time. `saturation` is 1 while the limit acts, otherwise 0.
+    continuous    at every instant, a map without memory
+    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` put out one
+                  tick later, as by a computer that needs the whole sample time
+
+`sampled` tends to `continuous` with the sample time, at first order. `saturation` is 1 while the limit acts, otherwise
+0.
 
 Ports of axis i: in `axis[i].reference`, `.measured` in `unit`, `.reference_rate`, `.measured_rate`, `.feed_forward` in
 `effort`; out `axis[i].command` in `effort`, `axis[i].saturation`.
 
-Bode plot, measured to command below the limit, from tick to tick: flat at Kp with 180 degrees, at Kd from the rate;
-`delay` turns both by 360 degrees times frequency times sample time. Between ticks the hold adds sin(pi f T) / (pi f T)
-and a delay of T / 2.
+Bode plot, measured to command below the limit: flat at Kp with 180 degrees, at Kd from the rate. So it is at level
+`sampled` from tick to tick; `delay` turns both by 360 degrees times frequency times sample time, and between ticks the
+hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
 """
 
 from hfsa.components._model import Model, ModelError
-from hfsa.controllers._command import clipped, late
+from hfsa.controllers._command import Level, execution
 
 
-def pd(*, axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = False) -> Model:
+def pd(
+    *, level: Level = "sampled", axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = False
+) -> Model:
     """One controller for all axes.
 
     Args:
+        level: `continuous` or `sampled`.
         axes: number of axes.
         unit: unit of reference and measured value.
         effort: unit of the command.
-        delay: whether the command is put out one sample time late.
+        delay: whether the command is put out one sample time late; at level `sampled` only.
 
     Raises:
-        ModelError: less than one axis, an unknown unit.
+        ModelError: less than one axis, an unknown unit or level, a delay at level `continuous`.
     """
     if axes < 1:
         raise ModelError(f"pd: axes is {axes}, expected 1 or more")
-    m = Model("Pd", "Sampled proportional-derivative controller")
-    m.sample_time(0.25e-3)
+    m = Model("Pd", "Proportional-derivative controller")
+    executed = execution(m, "pd", level, 0.25e-3, delay)
     each = f"axis[1..{axes}]"
     kp = m.parameter(f"{each}.proportional_gain", 1.0, f"{effort}/{unit}", "Proportional gain Kp", min=0)
     kd = m.parameter(f"{each}.derivative_gain", 0.0, f"{effort}.s/{unit}", "Derivative gain Kd", min=0, nominal=1.0)
@@ -44,7 +51,5 @@ def pd(*, axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = F
     feed_forward = m.input(f"{each}.feed_forward", effort, "Added to the command before the limit")
 
     wanted = feed_forward + kp * (reference - measured) + kd * (reference_rate - measured_rate)
-    command, saturation = clipped(wanted, -limit, limit)
-    m.sampled_output(f"{each}.command", late(m, each, command, effort) if delay else command, effort, "Command")
-    m.sampled_output(f"{each}.saturation", saturation, "1", "1 while the limit acts, otherwise 0")
+    executed.put_out(each, wanted, limit, effort, "Command")
     return m

@@ -1,4 +1,4 @@
-"""Sampled computed-torque control (CTC) of the 3-RRR stage: its dynamics cancelled, a linear error left over.
+"""Computed-torque control (CTC) of the 3-RRR stage: its dynamics cancelled, a linear error left over.
 
     Q = limit( M(p) a + c(p, l') + D l' + H(p) ),   a_i = r_i'' + Kv_i (r_i' - l_i') + Kp_i (r_i - l_i),   p = l + h l'
 
@@ -7,15 +7,18 @@ on, D = beta K0 its damping and K0 = dH/dl(0). Where the model is the stage, e''
 e = r - l: with Kp = w^2 and Kv = 2 w a critically damped one, in which the start of a ramp of speed v makes an error of
 v / (exp(1) w) at most.
 
-The force is held for a sample time T and acts h = T / 2 late on average, with `delay` 3 T / 2, so the model is taken
-where the stage will be by then; taken at l, a ramp would leave an error of K v h / (M Kp).
+    continuous    at every instant, a map without memory; h = 0
+    sampled       evaluated at each tick and held until the next, a sample time T later; h = T / 2, with `delay` 3 T / 2
+
+Held, the force acts h late on average, so the model is taken where the stage will be by then; taken at l, a ramp would
+leave an error of K v h / (M Kp). `sampled` tends to `continuous` with T, at first order.
 
 Ports of axis i: in `axis[i].reference` [m], `.reference_rate`, `.reference_acceleration`, `.measured`,
-`.measured_rate`; out `axis[i].command` [N], evaluated at each tick and held until the next, and `axis[i].saturation`, 1
-while the limit acts. The default gains are those of w = 2 pi 300 rad/s.
+`.measured_rate`; out `axis[i].command` [N] and `axis[i].saturation`, 1 while the limit acts. Default gains: those of
+w = 2 pi 300 rad/s.
 
-Bode plot about rest, from tick to tick, below the limit: measured to command K0 - Kp M0, its rate to command
-D + h K0 - Kv M0. Between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
+Bode plot about rest, below the limit: measured to command K0 - Kp M0, its rate to command D + h K0 - Kv M0. So it is at
+level `sampled` from tick to tick; between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
 
 Source: thesis of 2000 on the 3-RRR stage, eq (5.8), which prints the states in place of their errors.
 """
@@ -26,29 +29,30 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._model import Model
-from hfsa.controllers._command import clipped, late
+from hfsa.controllers._command import Level, execution
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
 
 _BANDWIDTH = 2 * np.pi * 300
 
 
-def stage_computed_torque(*, model: StageModel = "exact", delay: bool = False) -> Model:
+def stage_computed_torque(*, level: Level = "sampled", model: StageModel = "exact", delay: bool = False) -> Model:
     """One controller for the three stacks.
 
     Args:
+        level: `continuous` or `sampled`.
         model: what the controller takes the stage for.
-        delay: whether the command is put out one sample time late.
+        delay: whether the command is put out one sample time late; at level `sampled` only.
 
     Raises:
-        ModelError: an unknown model.
+        ModelError: an unknown model or level, a delay at level `continuous`.
     """
-    return controller(stack_forces(model), delay)
+    return controller(stack_forces(model), level, delay)
 
 
-def controller(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX], delay: bool = False) -> Model:
+def controller(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX], level: Level = "sampled", delay: bool = False) -> Model:
     """Return the controller on any inverse dynamics: elongations, their rates and accelerations to forces, (3, 1)."""
-    m = Model("StageComputedTorque", "Sampled computed-torque controller of the 3-RRR stage")
-    sample_time = m.sample_time(50e-6)
+    m = Model("StageComputedTorque", "Computed-torque controller of the 3-RRR stage")
+    executed = execution(m, "stage_computed_torque", level, 50e-6, delay)
     each = "axis[1..3]"
     kp = m.parameter(f"{each}.proportional_gain", _BANDWIDTH**2, "1/s2", "Gain Kp", min=0, nominal=1e6)
     kv = m.parameter(f"{each}.derivative_gain", 2 * _BANDWIDTH, "1/s", "Gain Kv", min=0, nominal=1e3)
@@ -61,11 +65,9 @@ def controller(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX], delay: bool = Fal
     measured_rate = m.input(f"{each}.measured_rate", "m/s", "Rate of the measured elongation", nominal=1e-3)
 
     demanded = reference_acceleration + kv * (reference_rate - measured_rate) + kp * (reference - measured)
-    ahead = measured + (1.5 if delay else 0.5) * sample_time * measured_rate
+    ahead = measured + executed.lateness * measured_rate
     damping = beta * _rest_stiffness(forces) @ measured_rate
-    command, saturation = clipped(forces(ahead, measured_rate, demanded) + damping, -limit, limit)
-    m.sampled_output(f"{each}.command", late(m, each, command, "N") if delay else command, "N", "Force of the stack")
-    m.sampled_output(f"{each}.saturation", saturation, "1", "1 while the limit acts, otherwise 0")
+    executed.put_out(each, forces(ahead, measured_rate, demanded) + damping, limit, "N", "Force of the stack")
     return m
 
 

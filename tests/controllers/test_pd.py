@@ -59,6 +59,26 @@ def test_bode_sentence(delay):
         assert H[system.input_labels.index("axis[1]/measured_rate")] == pytest.approx(-0.5 * turn, rel=1e-12)
 
 
+def test_bode_sentence_without_sampling():
+    """The same at every instant, with no state that could remember."""
+    gains = {"axis[1].proportional_gain": 3.0, "axis[1].derivative_gain": 0.5}
+    system = linearize(pd(level="continuous"), gains)
+    row = system.output_labels.index("axis[1]/command")
+    assert system.nstates == 0
+    for signal, gain in (("measured", -3.0), ("measured_rate", -0.5), ("reference", 3.0), ("feed_forward", 1.0)):
+        assert system.D[row, system.input_labels.index(f"axis[1]/{signal}")] == gain
+
+
+def test_the_law_is_the_same_at_both_levels():
+    continuous = pd(level="continuous", axes=2)
+    inputs = np.random.default_rng(0).standard_normal(10)
+    parameters = [0.7, 1.1, 0.2, 0.4, 0.5, 0.6]
+    _, held = TICK(0.0, [], [], inputs, [1.0, *parameters])
+    out = functions(continuous).out(0.0, [], [], inputs, parameters)
+    np.testing.assert_array_equal(np.array(out), np.array(held))
+    assert np.array(out)[2:].any()  # the limit acts
+
+
 def test_units_follow_the_arguments():
     model = pd(unit="m", effort="N")
     assert model["axis[1].proportional_gain"].unit == "N/m"
@@ -70,6 +90,12 @@ def test_refusals():
         pd(axes=0)
     with pytest.raises(ModelError, match=r"proportional_gain is -1 N\.m/rad, expected 0 to inf"):
         pd().set_start("axis[1].proportional_gain", -1.0)
+    with pytest.raises(
+        ModelError, match="pd: delay is one sample time, and level continuous has none; take level samp"
+    ):
+        pd(level="continuous", delay=True)
+    with pytest.raises(ModelError, match="pd: level is 'sample'; did you mean sampled"):
+        pd(level="sample")  # type: ignore[arg-type]
 
 
 def test_tuning_follows_its_law():

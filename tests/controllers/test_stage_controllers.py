@@ -165,6 +165,19 @@ def test_bode_sentence_of_computed_torque(delay):
         assert by_rate == pytest.approx(((6.02e-6 + ahead) * K - kv * M) * turn, rel=1e-9)
 
 
+def test_bode_sentence_of_computed_torque_without_sampling():
+    """The same, taken where the stage is."""
+    rest = rrr_stage.analyze(level="constant_jacobian")
+    kp, kv = (2 * np.pi * 300) ** 2, 2 * 2 * np.pi * 300
+    controller = stage_computed_torque(level="continuous", model="constant_jacobian")
+    for i, j in ((1, 1), (1, 2), (3, 2)):
+        K, M = rest["stiffness"][i - 1, j - 1], rest["inertia"][i - 1, j - 1]
+        by_place = entry(controller, f"axis[{i}].command", f"axis[{j}].measured", 1j)
+        by_rate = entry(controller, f"axis[{i}].command", f"axis[{j}].measured_rate", 1j)
+        assert by_place == pytest.approx(K - kp * M, rel=1e-9)
+        assert by_rate == pytest.approx(6.02e-6 * K - kv * M, rel=1e-9)
+
+
 def test_bode_sentences_of_the_others():
     z = np.exp(2j * np.pi * 3 * 50e-6)
     assert entry(force_to_voltage(), "axis[2].command", "axis[2].force", z) == pytest.approx(150 / 833)
@@ -182,6 +195,8 @@ def test_bode_sentences_of_the_others():
 def test_mistakes_are_named():
     with pytest.raises(ModelError, match="model of the stage is 'exakt'; did you mean exact"):
         stage_computed_torque(model="exakt")  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="stage_computed_torque: delay is one sample time, and level continuous has"):
+        stage_computed_torque(level="continuous", delay=True)
     with pytest.raises(ModelError, match="axes is 0, expected 1 or more"):
         force_to_voltage(axes=0)
     with pytest.raises(ModelError, match=r"axis\[1\].proportional_gain is -1 1/s2, expected 0 to inf"):
