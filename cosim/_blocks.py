@@ -160,6 +160,7 @@ class Blocks:
         variables = {name: instance.fmu.variables for name, instance in self.instances.items()}
         self.connections = system.connections
         feeder = {connection.end: connection.start for connection in system.connections}
+        inputs, outputs = ([".".join(system.split(name)) for name in names] for names in (inputs, outputs))
         for full_names, causality in ((inputs, "input"), (outputs, "output")):
             for name in full_names:
                 found = connector(system, variables, name).causality

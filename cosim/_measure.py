@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from hfsa.cosim import build, excitation, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
+from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
@@ -81,9 +82,12 @@ class Loaded:
     title: str
 
 
-def load(name: str, arguments: Mapping[str, str], **changes: Any) -> Loaded:
-    """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`."""
-    scene = build.load_scene(name, arguments)
+def load(name: str, arguments: Mapping[str, str], fuse: Sequence[str] = (), **changes: Any) -> Loaded:
+    """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`.
+
+    `fuse` are groups of components that become one FMU each, as typed.
+    """
+    scene = with_fusion(build.load_scene(name, arguments), fuse)
     scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
     known = build.scenes().get(name)
     return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
@@ -106,15 +110,17 @@ def sweep_scene(
     scene, choices = with_levels(scene, library, inputs=inputs, outputs=outputs, band=_band(scene, request))
     for name, choice in choices.items():
         warn(choice.sentence(name))
-    files = build.build(scene.system)
-    draft = _draft(scene, files, inputs, outputs, request)
-    theory = _theory(scene, files, draft, request, warn)
+    system = fused(scene.system, scene.fuse)
+    files = build.build(system)
+    draft = _draft(system, files, inputs, outputs, scene, request)
+    theory = _theory(system, files, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
     plan = dataclasses.replace(draft, frequency=_frequencies(draft, dense, request))
     text = scene_text(scene)
     opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
     if theory is not None and settings.method == "linear":
-        record = system_record(loaded.title, text, (scene.system, files), operating_point=theory.operating_point)
+        point = {system.own_name(name): value for name, value in theory.operating_point.items()}
+        record = system_record(loaded.title, text, (system, files), operating_point=point)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(finished(theory.response(plan.frequency)))
         return
@@ -211,19 +217,21 @@ def _free_inputs(system: System, variables: Mapping[str, Mapping[str, Connector]
     return free
 
 
-def _draft(scene: Scene, files: Mapping[str, Path], inputs: list[str], outputs: list[str], request: Request) -> Plan:
+def _draft(
+    system: System, files: Mapping[str, Path], inputs: list[str], outputs: list[str], scene: Scene, request: Request
+) -> Plan:
     """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
     with usage_errors():
         frequency = excitation.logarithmic(*_band(scene, request), _DENSE)
-        return plan_sweep(scene.system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
+        return plan_sweep(system, files, inputs, outputs, frequency, scene.amplitude, request.settings)
 
 
 def _theory(
-    scene: Scene, files: Mapping[str, Path], draft: Plan, request: Request, warn: Callable[[str], None]
+    system: System, files: Mapping[str, Path], draft: Plan, request: Request, warn: Callable[[str], None]
 ) -> LinearSweep | None:
-    """Return the linearised scene; `None`, with a warning, where a stepped sweep has none."""
+    """Return the linearised system; `None`, with a warning, where a stepped sweep has none."""
     try:
-        found = linear(scene.system, files, draft)
+        found = linear(system, files, draft)
     except StructureError as error:
         if request.settings.method == "linear":
             raise
@@ -250,7 +258,7 @@ def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[n
 
 
 def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:
-    system = build.instrument(scene, excited, outputs)
+    system = fused(build.instrument(scene, excited, outputs), scene.fuse)
     return Bench(system, build.build(system), tuple(outputs), scene.source.name, build.LOCK_IN, library)
 
 

@@ -109,7 +109,7 @@ class Rig:
         members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
         self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
         self._windows = self._lock_in.handle(["windows"])
-        limits = limit_signals(self.master.wiring.connectors)
+        limits = [bench.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
         self._limits = self.master.record(limits, rows=1000) if limits else None
 
     def measure(self, task: Task) -> Point:

@@ -15,6 +15,7 @@ from pathlib import Path
 from hfsa.cosim import build, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
+from hfsa.cosim._fuse import fused
 from hfsa.cosim._measure import Loaded, find_signals, with_amplitude, with_levels
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim._wiring import check_sample_times
@@ -56,6 +57,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     else:
         scene, choices = with_levels(scene, library)
         system, names = scene.system, tuple(scene.outputs)
+    system = fused(system, scene.fuse)
     files = build.build(system)
     variables = _variables(files)
     check(system, variables)

@@ -32,6 +32,7 @@ def scene_text(scene: Scene) -> str:
     lines = [f"{key} = {_value(getattr(scene, key))}" for key in ("inputs", "outputs", "band", *_NUMBERS, "algorithm")]
     lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
     lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
+    lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
@@ -74,6 +75,9 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
     for key, size in (("inputs", None), ("outputs", None), ("band", 2)):
         if key in table and (not isinstance(table[key], list) or size not in (None, len(table[key]))):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected an array{f' of {size}' if size else ''}")
+    groups = table.get("fuse", [])
+    if not isinstance(groups, list) or not all(isinstance(group, list) for group in groups):
+        raise StructureError(f"{where}: fuse is {groups!r}, expected an array of arrays of names")
     for key in ("amplitude", "marks"):
         if not isinstance(table.get(key, {}), dict):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected a table of numbers")
@@ -84,7 +88,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
 
 
 def _component(where: str, table: Any) -> Component:
-    fields = [f.name for f in dataclasses.fields(Component)]
+    fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections")]
     _check_keys(f"{where}: component", table, fields, ("name", "part"))
     return Component(**table)
 
@@ -109,7 +113,7 @@ def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable
 def _table(component: Component) -> dict[str, Any]:
     """Return the fields that say something: neither `None` nor empty."""
     fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component)}
-    return {key: value for key, value in fields.items() if value is not None and value != {}}
+    return {key: value for key, value in fields.items() if value not in (None, {}, ())}
 
 
 def _value(value: Any) -> str:

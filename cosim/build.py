@@ -33,12 +33,14 @@ import hfsa.components
 import hfsa.controllers
 import hfsa.cosim.scenes
 import hfsa.fmus
+from hfsa.components._compose import compose
 from hfsa.components._model import Model
 from hfsa.components._parts import Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
 from hfsa.cosim._scene_text import read_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import (
+    DERIVATIVES,
     Analysis,
     Component,
     Connection,
@@ -143,7 +145,7 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
 
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
     the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
-    have without it: its start value, the scene's or else the FMU's own. The source's rate and acceleration go to the
+    have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the
     input's companions where the FMU has them.
     """
     outputs = scene.outputs if outputs is None else outputs
@@ -165,7 +167,7 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     joined = [("value", excited)]
     joined += [
         (port, f"{component}.{companion}")
-        for port, companion in zip(("rate", "acceleration"), companions(variable), strict=True)
+        for port, companion in zip(DERIVATIVES, companions(variable), strict=True)
         if companion in variables[component] and f"{component}.{companion}" not in fed
     ]
     connections = [
@@ -194,21 +196,30 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
             message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
             raise StepError(component.name, file.name, "cannot be run", None, message)
         return file
-    part = part_named(component.part, parts())
-    if component.level == AUTO:
-        raise StructureError(
-            f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
-            f"{_list(part.levels)}"
-        )
-    folder = cache_folder() / "fmus" / _key(part, component, fmi)
+    folder = cache_folder() / "fmus" / _key(component, fmi)
     if not folder.is_dir():
-        _export(part, component, fmi, folder)
+        _export(model_of(component), fmi, folder)
     (file,) = folder.glob("*.fmu")
     return file
 
 
+def model_of(component: Component) -> Model:
+    """Return the model of a component: its part's, or those of its members as one, named after them."""
+    if component.members:
+        members = {member.name: model_of(member) for member in component.members}
+        for member in component.members:
+            if "sample_time" in member.start and "sample_time" in members[member.name]:
+                members[member.name].set_start("sample_time", member.start["sample_time"])
+        name = "".join(dict.fromkeys(model.name for model in members.values()))
+        return compose(name, members, [(c.start, c.end) for c in component.connections])
+    return _part_of(component).model(component.level, **component.arguments)
+
+
 def check_levels(system: System) -> None:
-    """Raise `StructureError` where `RULES` forbid that two components are joined."""
+    """Raise `StructureError` where `RULES` forbid that two components are joined, also within one FMU."""
+    inside = [connection for whole in system.components for connection in whole.connections]
+    between = [Connection(*map(system.own_name, (c.start, c.end))) for c in system.connections]
+    system = System([part for whole in system.components for part in whole.members or (whole,)], [*inside, *between])
     for connection in system.connections:
         (target, variable), (source, _) = system.split(connection.end), system.split(connection.start)
         for rule in RULES:
@@ -326,17 +337,37 @@ def _level(component: Component) -> str | None:
     return component.level or component.arguments.get("level") or (default.default if default else None)
 
 
-def _key(part: Part, component: Component, fmi: int) -> str:
+def _key(component: Component, fmi: int) -> str:
     """Return a hash of all that the FMU file depends on."""
+    words = [_ingredients(component), fmi, sources(), version("casadi"), sysconfig.get_platform()]
+    return hashlib.sha256(json.dumps([*words, os.environ.get("CC", "")]).encode()).hexdigest()[:32]
+
+
+def _ingredients(component: Component) -> list:
+    """Return in words what a component's model is made from."""
+    if component.members:
+        times = [member.start.get("sample_time") for member in component.members]
+        members = [[member.name, *_ingredients(member)] for member in component.members]
+        return [members, times, list(map(str, component.connections))]
+    part = _part_of(component)
     assert part.build is not None
     structural = {name: value for name, value in component.arguments.items() if name in part.arguments}
     if component.level is not None:
         structural["level"] = component.level
     read = read_arguments(part.name, part.build, structural)
     rest = {name: float(value) for name, value in component.arguments.items() if name not in part.arguments}
-    words = [part.name, repr(sorted(read.items())), repr(sorted(rest.items())), fmi, sources(), version("casadi")]
-    words += [sysconfig.get_platform(), os.environ.get("CC", "")]
-    return hashlib.sha256(json.dumps(words).encode()).hexdigest()[:32]
+    return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
+
+
+def _part_of(component: Component) -> Part:
+    """Return a component's part; `StructureError` where its level is still to be chosen."""
+    part = part_named(component.part, parts())
+    if component.level == AUTO:
+        raise StructureError(
+            f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
+            f"{_list(part.levels)}"
+        )
+    return part
 
 
 @cache
@@ -359,9 +390,8 @@ def _files(package: ModuleType) -> list[Path]:
     return [f for folder in folders for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")]
 
 
-def _export(part: Part, component: Component, fmi: Literal[2, 3], folder: Path) -> None:
+def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
     """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
-    model = part.model(component.level, **component.arguments)
     folder.parent.mkdir(parents=True, exist_ok=True)
     for left in folder.parent.glob(".unfinished-*"):
         with contextlib.suppress(FileNotFoundError):  # its owner has just finished

@@ -16,6 +16,7 @@ from hfsa.cosim._options import (
     DESIGN_STUDY,
     Algorithm,
     Arguments,
+    Fuse,
     Jobs,
     Json,
     Level,
@@ -109,6 +110,7 @@ def export(
     *,
     level: Level = None,
     parameter: Arguments = None,
+    fuse: Fuse = None,
     fmi: Literal[2, 3] | None = None,
     output: Output = None,
     json: Json = False,
@@ -118,18 +120,19 @@ def export(
     Parameters
     ----------
     name
-        A component or controller, as in `hfsa list`.
+        A component or controller, as in `hfsa list`; with `--fuse` a scene, of whose groups the FMUs are written, with
+        the scene's start values.
     fmi
         Version of FMI; both without.
     output
         Folder; `fmus/built` in a checkout, else the working folder.
     """
-    from hfsa.components._parts import part_named
-    from hfsa.cosim.build import parts
+    from hfsa.cosim._fuse import models_to_export
     from hfsa.fmus.export import export as export_model
 
-    model = part_named(name, parts()).model(level, **_shell.named_values(parameter))
-    files = export_model(model, output or _export_folder(), (fmi,) if fmi else (2, 3))
+    models = models_to_export(name, level, _shell.named_values(parameter), fuse or ())
+    folder = output or _export_folder()
+    files = [file for model in models for file in export_model(model, folder, (fmi,) if fmi else (2, 3))]
     _shell.answer({"files": files}, "\n".join(map(str, files)), json)
     return _shell.DONE
 
@@ -171,6 +174,7 @@ def run(
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
+    fuse: Fuse = None,
     tolerance: Tolerance = None,
     loop: Loop = "c",
     output: Output = None,
@@ -204,7 +208,7 @@ def run(
     from hfsa.cosim._runs import Drive, run_scene
 
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, _shell.named_values(parameter), **changes)
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with _shell.progress("run") as show:
         show(0.0, "building FMUs")
@@ -316,6 +320,7 @@ def sweep(
     amplitude: Positive = None,
     step: Positive = None,
     algorithm: Algorithm | None = None,
+    fuse: Fuse = None,
     tolerance: Tolerance = None,
     settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
     settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
@@ -371,7 +376,8 @@ def sweep(
     from hfsa.cosim._measure import Request, Settings, load, sweep_scene
     from hfsa.cosim._reports import sweep_report
 
-    loaded = load(scene, _shell.named_values(parameter), step_size=step, algorithm=algorithm, tolerance=tolerance)
+    changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), **changes)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._loops import sweep_loop

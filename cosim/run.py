@@ -73,7 +73,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, ready.step_size)
-        limits = limit_signals(connectors)
+        limits = [system.own_name(name) for name in limit_signals(connectors)]
         names = list(dict.fromkeys([*ready.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
