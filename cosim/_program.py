@@ -64,6 +64,7 @@ class _Loop(Structure):
         ("n_calls", c_size_t),
         ("failing", c_size_t),
         ("tolerance", c_double),
+        ("rounding", c_double),
         ("passes", c_int),
     ]
 
@@ -189,6 +190,7 @@ class Program:
             n_inner=len(call.inner),
             n_calls=len(inner),
             tolerance=algebraic_loop.TOLERANCE,
+            rounding=algebraic_loop.ROUNDING,
             passes=algebraic_loop.PASSES,
         )
         return self._keep(call, structure, inner)

@@ -4,7 +4,8 @@ The values w on the connections of a loop are set, and the outputs that they lea
 
     w <- w + (1 - dy/dw)^-1 (y(w) - w)
 
-until the last change is at most `TOLERANCE` of the value, or of its nominal where that is more. dy/dw is made of the
+until the change is at most `TOLERANCE` of the value, or of its nominal where that is more; then once more, so that what
+is left is rounding and does not grow from point to point. dy/dw is made of the
 FMUs' directional derivatives, of differences where an FMU has none; it is kept as long as it serves, and made anew
 where `PASSES` do not suffice. A loop of linear parts takes two passes, whatever its gain.
 
@@ -20,7 +21,10 @@ from hfsa.cosim._actions import Group, Transfer
 from hfsa.cosim.instance import Call, Instance, StepError
 
 TOLERANCE = 1e-10
-"""Largest last change of a value on a loop, relative to the value or its nominal."""
+"""Largest last change but one of a value on a loop, relative to the value or its nominal."""
+
+ROUNDING = 1e-15
+"""Relative change after which nothing is left to change."""
 
 PASSES = 8
 """Passes with one inverse, after which it is made anew."""
@@ -64,7 +68,12 @@ class AlgebraicLoop:
 
     def __post_init__(self):
         n = len(self.places)
-        self.inverse, self.guess, self.change = np.full((n, n), np.nan), np.zeros(n), np.zeros(n)
+        self.inverse, self.guess, self.change = np.empty((n, n)), np.zeros(n), np.zeros(n)
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew: the next run starts from what the outputs are then."""
+        self.inverse[:] = np.nan
 
     @property
     def call(self) -> "AlgebraicLoop":
@@ -73,26 +82,27 @@ class AlgebraicLoop:
 
     def run(self) -> int:
         """Correct the values until they agree; return the status of a call that was not ok, or `STALE`."""
-        warning = 0
-        for _ in range(PASSES):
+        warning, was_close = 0, False
+        for _ in range(PASSES if self._is_begun() else 0):
             status = self._evaluate()
             if status > 1:
                 return status
             warning = warning or status
-            if self._correct():
+            change = self._correct()
+            if change <= ROUNDING or (was_close and change <= TOLERANCE):
                 return warning
+            was_close = change <= TOLERANCE
         return STALE
 
     def solve(self, time: float) -> None:
         """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps."""
+        if not self._is_begun():
+            self._told(self._run(self.groups))
         for _ in range(REFRESHES):
-            with np.errstate(all="ignore"):
-                self._refresh(time)
-                status = self.run()
+            self._refresh(time)
+            status = self.run()
             if status != STALE:
-                if status > 1:
-                    assert self.failing is not None
-                    self.failing.instance.check(self.failing, status)
+                self._told(status)
                 return
         i = int(np.argmax(np.abs(self.change) / self._size()))
         source, output, _, _ = self.ends[i]
@@ -108,28 +118,40 @@ class AlgebraicLoop:
 
     def _evaluate(self) -> int:
         """Set the loop's inputs and fetch its outputs; return the first status that is not ok."""
-        warning = 0
-        for transfer in self.inner:
-            if status := transfer.call.run():
-                self.failing, warning = transfer.call, warning or status
-                if status > 1:
-                    return status
+        set_ = self._run(self.inner)
         self.guess[:] = self.bus[self.places]
-        for group in self.groups:
-            if status := group.call.run():
-                self.failing, warning = group.call, warning or status
+        if set_ > 1:
+            return set_
+        got = self._run(self.groups)
+        return got if got > 1 else set_ or got
+
+    def _run(self, actions: Sequence[Group | Transfer]) -> int:
+        """Run actions; return the first status that is worse than a warning, else a warning's."""
+        warning = 0
+        for action in actions:
+            if status := action.call.run():
+                self.failing, warning = action.call, warning or status
                 if status > 1:
                     return status
         return warning
 
-    def _correct(self) -> bool:
-        """Take the step to better values; whether it was small."""
+    def _told(self, status: int) -> None:
+        """Raise `StepError` for a status that is worse than a warning."""
+        if status > 1:
+            assert self.failing is not None
+            self.failing.instance.check(self.failing, status)
+
+    def _is_begun(self) -> bool:
+        return not np.isnan(self.inverse[0, 0])
+
+    def _correct(self) -> float:
+        """Take the step to better values; return the largest change relative to its size."""
         residual = self.bus[self.places] - self.guess
         self.change[:] = 0.0
         for column, value in zip(self.inverse.T, residual, strict=True):  # in C the sums have this order
             self.change += column * value
         self.bus[self.places] = self.guess + self.change
-        return bool(np.all(np.abs(self.change) <= TOLERANCE * self._size()))
+        return float(np.max(np.abs(self.change) / self._size()))
 
     def _size(self) -> np.ndarray:
         return np.maximum(np.abs(self.guess), self.scale)

@@ -200,6 +200,9 @@ class Master:
             self._connector(name)
         self._start_time, self._count, self._is_ready = start_time, 0, False
         self.wiring.time.value = start_time
+        self.wiring.bus[:] = 0.0
+        for loop in self.wiring.loops:
+            loop.forget()
         for component in self.system.components:
             own = {self.system.split(n)[1]: v for n, v in starts.items() if self.system.split(n)[0] == component.name}
             self.instances[component.name].enter(start_time, stop_time, {**component.start, **own})

@@ -69,7 +69,7 @@ typedef struct {
   size_t n;
   const Call* calls;
   size_t n_inner, n_calls, failing;
-  double tolerance;
+  double tolerance, rounding;
   int passes;
 } Loop;
 
@@ -153,24 +153,26 @@ static int extrapolate(Extrapolate* e, double step_size) {
   return make_all(e->setters, 0, e->n_setters, &e->failing);
 }
 
-/* One step of Newton's method with the inverse there is; whether it was small. */
-static bool correct(Loop* l) {
-  bool is_small = true;
+/* One step of Newton's method with the inverse there is; the largest change relative to its size, or not a number. */
+static double correct(Loop* l) {
+  double largest = 0.0;
   for (size_t i = 0; i < l->n; i++) l->change[i] = 0.0;
   for (size_t j = 0; j < l->n; j++) {
     double residual = l->bus[l->places[j]] - l->guess[j];
     for (size_t i = 0; i < l->n; i++) l->change[i] += l->inverse[i * l->n + j] * residual;
   }
   for (size_t i = 0; i < l->n; i++) {
-    double size = fmax(fabs(l->guess[i]), l->scale[i]);
+    double change = fabs(l->change[i]) / fmax(fabs(l->guess[i]), l->scale[i]);
     l->bus[l->places[i]] = l->guess[i] + l->change[i];
-    if (!(fabs(l->change[i]) <= l->tolerance * size)) is_small = false;
+    if (!(change <= largest)) largest = change;
   }
-  return is_small;
+  return largest;
 }
 
 static int solve(Loop* l) {
   int warning = FMI_OK;
+  bool was_close = false;
+  if (isnan(l->inverse[0])) return STALE;
   for (int pass = 0; pass < l->passes; pass++) {
     int status = make_all(l->calls, 0, l->n_inner, &l->failing);
     if (status > FMI_WARNING) return status;
@@ -179,7 +181,9 @@ static int solve(Loop* l) {
     status = make_all(l->calls, l->n_inner, l->n_calls, &l->failing);
     if (status > FMI_WARNING) return status;
     warning = warning ? warning : status;
-    if (correct(l)) return warning;
+    double change = correct(l);
+    if (change <= l->rounding || (was_close && change <= l->tolerance)) return warning;
+    was_close = change <= l->tolerance;
   }
   return STALE;
 }
