@@ -5,6 +5,7 @@ from lxml import etree
 from hfsa.components._model import Model
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
+from hfsa.fmus.model_description import Version
 
 _TABLES = (
     ("Inputs", (Role.INPUT,), "Real numbers; an input may be set at any communication point."),
@@ -16,6 +17,11 @@ _TABLES = (
     ("Sampled outputs", (Role.SAMPLED_OUTPUT,), "Evaluated at each tick and held until the next."),
     ("Parameters", (Role.PARAMETER,), "Tunable at any communication point unless fixed."),
     ("Solver", (Role.SOLVER,), "Settings of Co-Simulation, fixed after initialization."),
+    (
+        "Input derivatives",
+        (Role.INPUT_DERIVATIVE,),
+        "Tunable at any communication point: in a step from t an input is u(t + s) = u + u' s + u'' s^2/2.",
+    ),
     ("States", (Role.STATE, Role.SAMPLED_STATE), "Their start values may be set before initialization."),
     ("Structure", (Role.CONSTANT, Role.TEXT), "Arguments that this FMU was made with; they cannot be set."),
 )
@@ -29,8 +35,8 @@ _SOLVERS = {
 _STYLE = "body{font:15px sans-serif;margin:2em;max-width:70em}td,th{text-align:left;padding:.2em 1em .2em 0}"
 
 
-def documentation(model: Model, sources: Sources) -> bytes:
-    """Return an HTML page with the model's description and a table of its variables."""
+def documentation(model: Model, sources: Sources, version: Version) -> bytes:
+    """Return an HTML page with the model's description and a table of its variables in that version of FMI."""
     html = etree.Element("html", {"lang": "en"})
     head = etree.SubElement(html, "head")
     etree.SubElement(head, "meta", {"charset": "utf-8"})
@@ -48,7 +54,7 @@ def documentation(model: Model, sources: Sources) -> bytes:
             "Ticks are at the start time and every sample_time after it; one at a step's end belongs to the next.",
         )
     for title, roles, remark in _TABLES:
-        rows = [v for v in sources.variables if v.role in roles]
+        rows = [v for v in sources.listed(version) if v.role in roles]
         if rows:
             _text(body, "h2", title)
             _text(body, "p", remark)

@@ -2,7 +2,8 @@
 
 Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities
 an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings
-of its Co-Simulation solver, and the structural arguments the model was built with.
+of its Co-Simulation solver, the structural arguments the model was built with, and last, in FMI 3, the derivatives of
+its inputs within a communication step, which FMI 2 sets with a function instead.
 """
 
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ class Role(StrEnum):
     SOLVER = "solver"
     CONSTANT = "constant"
     TEXT = "text"
+    INPUT_DERIVATIVE = "input_derivative"
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,7 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
     for name, value in model.information.items():
         role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
         rows.append((name, role, "1", f"Structural argument {name}", value, {}))
+    rows += _input_derivatives(model.of(Kind.INPUT))
     counts: dict[Role, int] = {}
     result = []
     for reference, (name, role, unit, description, start, more) in enumerate(rows):
@@ -90,6 +93,17 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
         counts[role] = index + 1
         result.append(Variable(reference, name, role, index, unit, description, start, **more))
     return result
+
+
+def _input_derivatives(inputs: list[Quantity]) -> list[tuple]:
+    """First derivatives of all inputs, then second ones, as the runtime's column has them."""
+    rows, units = [], {q.name: q.unit for q in inputs}
+    for order, word in ((1, "First"), (2, "Second")):
+        units = {name: rate_unit(unit) for name, unit in units.items()}
+        for name, unit in units.items():
+            text = f"{word} derivative of {name} in every communication step of Co-Simulation until it is changed"
+            rows.append((f"input_derivative[{order}].{name}", Role.INPUT_DERIVATIVE, unit, text, 0.0, {}))
+    return rows
 
 
 def _row(q: Quantity, role: Role):

@@ -51,6 +51,14 @@ class Sources:
     solver: str
     functions: Functions
 
+    def listed(self, version: int) -> list[Variable]:
+        """Return the variables that a version's model description has.
+
+        FMI 2 sets derivatives of inputs with a function; FMI 3, which has none, shows them as parameters, behind all
+        other variables.
+        """
+        return [v for v in self.variables if version == 3 or v.role is not Role.INPUT_DERIVATIVE]
+
 
 def generate(model: Model) -> Sources:
     """Return the C sources of a complete model.

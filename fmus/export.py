@@ -51,7 +51,7 @@ def members(model: Model, sources: Sources, library: bytes, version: Version) ->
     files = {
         "modelDescription.xml": model_description(model, sources, version),
         binary_path(Path(), version, sources.name).as_posix(): library,
-        "documentation/index.html": documentation(model, sources),
+        "documentation/index.html": documentation(model, sources, version),
         "documentation/licenses/license.txt": _LICENSE.read_bytes(),
         **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},
     }

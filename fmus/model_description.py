@@ -1,8 +1,9 @@
 """modelDescription.xml of an exported model, for FMI 2 and FMI 3, from one list of variables.
 
-The two versions differ in spelling, not in content: FMI 2 counts variables from 1 in `derivative` and ModelStructure,
-FMI 3 names their value references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 writes `<Float64>`. The same model
-and the same version of this package give the same bytes: there is no date in them.
+The two versions differ in spelling: FMI 2 counts variables from 1 in `derivative` and ModelStructure, FMI 3 names
+their value references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 writes `<Float64>`. FMI 3 alone lists the
+derivatives of inputs, behind all other variables. The same model and the same version of this package give the same
+bytes: there is no date in them.
 """
 
 from importlib.metadata import version as package_version
@@ -32,6 +33,7 @@ _FACTS = {
     Role.SAMPLED_OUTPUT: ("output", "discrete", "exact"),
     Role.PARAMETER: ("parameter", "tunable", None),
     Role.SOLVER: ("parameter", "fixed", None),
+    Role.INPUT_DERIVATIVE: ("parameter", "tunable", None),
     Role.CONSTANT: ("local", "constant", None),
     Role.TEXT: ("local", "constant", None),
 }
@@ -47,12 +49,12 @@ def model_description(model: Model, sources: Sources, version: Version) -> bytes
     """Return modelDescription.xml of `model` as UTF-8; `sources` gives variables, token and the C files to list."""
     root = etree.Element("fmiModelDescription", _head(model, sources.token, version))
     _interfaces(root, sources, version)
-    _units(root, sources.variables)
+    _units(root, sources.listed(version))
     _log_categories(root)
     experiment = default_experiment(model, sources.functions)
     step, stop = _number(experiment.step_size), _number(experiment.stop_time)
     etree.SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stopTime": stop, "stepSize": step})
-    _model_variables(root, sources.variables, version)
+    _model_variables(root, sources.listed(version), version)
     _model_structure(root, sources, version)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 

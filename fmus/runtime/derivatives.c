@@ -63,12 +63,12 @@ Status hfsa_adjoint_derivative(const Model* m, Instance* in, const Reference* un
   return status ? status : propagate(m, in, 1, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
 }
 
-static Status check_order(const Instance* in, const char* call, const Variable* v, int order) {
-  if (order == 1) return OK;
-  return hfsa_report(in, ERROR, "%s: order %d of %s is not known; only order 1 is", call, order, v->name);
+static Status check_order(const Instance* in, const char* call, const Variable* v, int order, int highest) {
+  if (order >= 1 && order <= highest) return OK;
+  return hfsa_report(in, ERROR, "%s: order %d of %s is not known; the highest is %d", call, order, v->name, highest);
 }
 
-/* d output / d time along the motion: time, states and sloped inputs move, all else is held. */
+/* d output / d time along the motion: time, states and inputs that have derivatives move, all else is held. */
 Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* references, size_t n, const int* orders,
                                double* values) {
   static const char call[] = "GetOutputDerivatives";
@@ -78,12 +78,10 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
     if (!v) return ERROR;
     if (v->role != ROLE_OUTPUT && v->role != ROLE_SAMPLED_OUTPUT)
       return hfsa_report(in, ERROR, "%s: %s is not an output", call, v->name);
-    status = check_order(in, call, v, orders[i]);
+    status = check_order(in, call, v, orders[i], 1);
   }
   if (status) return status;
-  memset(in->seeds, 0, in->seeds_size);
-  in->seed[ROLE_TIME][0] = 1.0;
-  memcpy(in->seed[ROLE_INPUT], in->slope, (size_t)m->size[ROLE_INPUT] * sizeof(double));
+  hfsa_seed_motion(m, in, 0.0);
   int failed = hfsa_evaluate(m, in, DERIVATIVES_VALID);
   memcpy(in->seed[ROLE_STATE], in->der, (size_t)m->size[ROLE_STATE] * sizeof(double));
   if (failed || hfsa_forward(m, in, in->state->time, in->x, in->u))
@@ -95,7 +93,7 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
   return check_finite(m, in, references, n, values);
 }
 
-/* Slopes of inputs, for the next step only. */
+/* Derivatives of inputs, for the next step only. */
 Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
                                   const int* orders, const double* values) {
   static const char call[] = "SetRealInputDerivatives";
@@ -104,11 +102,11 @@ Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference*
     const Variable* v = hfsa_variable(m, in, call, references[i]);
     if (!v) return ERROR;
     if (v->role != ROLE_INPUT) return hfsa_report(in, ERROR, "%s: %s is not an input", call, v->name);
-    if (!isfinite(values[i])) return hfsa_report(in, ERROR, "%s: the slope of %s is %g", call, v->name, values[i]);
-    status = check_order(in, call, v, orders[i]);
+    if (!isfinite(values[i])) return hfsa_report(in, ERROR, "%s: the derivative of %s is %g", call, v->name, values[i]);
+    status = check_order(in, call, v, orders[i], 2);
     if (status) return status;
-    in->slope[v->index] = values[i];
-    in->state->ramped = 1;
+    in->rates[(orders[i] - 1) * m->size[ROLE_INPUT] + v->index] = values[i];
+    in->state->once = 1;
   }
   return status;
 }

@@ -92,11 +92,21 @@ int hfsa_tick(const Model* m, Instance* in, double t, const double* u) {
   return call(in, m->tick);
 }
 
-/* Inputs `offset` seconds behind the beginning of the step: held, or on their slopes. */
+/* Inputs `offset` seconds behind the beginning of the step: held, or on u + u' s + u'' s^2 / 2. */
 const double* hfsa_inputs(const Model* m, Instance* in, double offset) {
-  if (!in->state->ramped || offset == 0.0) return in->u;
-  for (int i = 0; i < m->size[ROLE_INPUT]; i++) in->u_now[i] = in->u[i] + in->slope[i] * offset;
+  int n = m->size[ROLE_INPUT];
+  const double *first = in->rates, *second = in->rates + n;
+  if (!in->degree || offset == 0.0) return in->u;
+  for (int i = 0; i < n; i++) in->u_now[i] = in->u[i] + (first[i] + 0.5 * second[i] * offset) * offset;
   return in->u_now;
+}
+
+/* `seed` = how time and inputs move there; all else rests. */
+void hfsa_seed_motion(const Model* m, Instance* in, double offset) {
+  int n = m->size[ROLE_INPUT];
+  memset(in->seeds, 0, in->seeds_size);
+  in->seed[ROLE_TIME][0] = 1.0;
+  for (int i = 0; i < n; i++) in->seed[ROLE_INPUT][i] = in->rates[i] + in->rates[n + i] * offset;
 }
 
 /* A number times 0 is 0 unless it is infinite or no number. */

@@ -1,9 +1,9 @@
-/* The exact step of a linear model with inputs on straight lines:
+/* The exact step of a linear model with inputs on polynomials of degree 2:
 
-     x(t + h) = x + h phi1(h A) f + h^2 phi2(h A) g        f = der(x) at the beginning, g = d f / d u * slope
+     x(t + h) = x + h phi1(h A) f + h^2 phi2(h A) B u' + h^3 phi3(h A) B u''
 
-   A depends on parameters alone, so the two matrices are remembered for the last few lengths h; what is remembered is a
-   function of h and the parameters, and so never changes a result. */
+   with f = der(x) and u' at the beginning. A and B depend on parameters alone, so the three matrices are remembered for
+   the last few lengths h; what is remembered is a function of h and the parameters, and so never changes a result. */
 
 #include "instance.h"
 #include "matrix.h"
@@ -16,17 +16,17 @@ enum { REMEMBERED = 8 };
 typedef struct {
   int filled, oldest;
   double h[REMEMBERED];
-  double* phi[REMEMBERED]; /* h phi1, h^2 phi2 */
+  double* phi[REMEMBERED]; /* h phi1, h^2 phi2, h^3 phi3 */
   double* parameters;      /* that all of it was made from */
   double *a, *scratch, *f;
 } Exact;
 
 static void* create(const Model* m) {
   size_t n = (size_t)m->size[ROLE_STATE], np = (size_t)m->size[ROLE_PARAMETER];
-  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 2 * n * n + np + 4 * n * n + 2 * n) * sizeof(double));
+  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 3 * n * n + np + 4 * n * n + 2 * n) * sizeof(double));
   if (!e) return NULL;
   double* cursor = (double*)(e + 1);
-  for (int k = 0; k < REMEMBERED; k++, cursor += 2 * n * n) e->phi[k] = cursor;
+  for (int k = 0; k < REMEMBERED; k++, cursor += 3 * n * n) e->phi[k] = cursor;
   e->parameters = cursor;
   e->a = e->parameters + np;
   e->scratch = e->a + n * n;
@@ -47,11 +47,19 @@ static const double* matrices(const Model* m, Instance* in, Exact* e, double h) 
     if (e->h[k] == h) return e->phi[k];
   int k = e->oldest;
   e->h[k] = 0.0;
-  if (hfsa_phi(n, e->a, h, e->phi[k], e->phi[k] + n * n, e->scratch)) return NULL;
+  if (hfsa_phi(n, e->a, h, e->phi[k], e->scratch)) return NULL;
   e->h[k] = h;
   e->oldest = (k + 1) % REMEMBERED;
   if (e->filled < REMEMBERED) e->filled++;
   return e->phi[k];
+}
+
+/* The result for der(x) = B u' or B u'', `offset` behind the beginning; time itself moves nothing in a linear model. */
+static int along_inputs(const Model* m, Instance* in, int order, double offset, const double* u) {
+  int n = m->size[ROLE_INPUT];
+  hfsa_seed_motion(m, in, offset);
+  if (order == 2) memcpy(in->seed[ROLE_INPUT], in->rates + n, (size_t)n * sizeof(double));
+  return hfsa_forward(m, in, in->state->time + offset, in->x, u);
 }
 
 static int advance(const Model* m, Instance* in, double offset, double h) {
@@ -62,11 +70,10 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   const double* phi = matrices(m, in, e, h);
   if (!phi || hfsa_rhs(m, in, t, in->x, u, e->f))
     return hfsa_report(in, ERROR, "the step from %.15g by %g has no finite matrices", t, h);
-  if (in->state->ramped) {
-    memset(in->seeds, 0, in->seeds_size);
-    memcpy(in->seed[ROLE_INPUT], in->slope, (size_t)m->size[ROLE_INPUT] * sizeof(double));
-    if (hfsa_forward(m, in, t, in->x, u)) return hfsa_report(in, ERROR, "the slopes at %.15g cannot be evaluated", t);
-    hfsa_add_product(n, phi + n * n, in->result[ROLE_DERIVATIVE], in->x);
+  for (int order = in->degree; order > 0; order--) {
+    if (along_inputs(m, in, order, offset, u))
+      return hfsa_report(in, ERROR, "the motion of the inputs at %.15g cannot be evaluated", t);
+    hfsa_add_product(n, phi + order * n * n, in->result[ROLE_DERIVATIVE], in->x);
   }
   hfsa_add_product(n, phi, e->f, in->x);
   return OK;

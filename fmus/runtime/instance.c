@@ -14,8 +14,8 @@ static double* take(double** cursor, int n) {
 
 /* The state block: its head, then the columns, those that only initialization or the user changes last. */
 static int lay_out_state(const Model* m, Instance* in) {
-  int moving =
-      2 * m->size[ROLE_INPUT] + m->size[ROLE_STATE] + m->size[ROLE_SAMPLED_STATE] + m->size[ROLE_SAMPLED_OUTPUT];
+  int moving = m->size[ROLE_INPUT] + m->size[ROLE_INPUT_DERIVATIVE] + m->size[ROLE_STATE] +
+               m->size[ROLE_SAMPLED_STATE] + m->size[ROLE_SAMPLED_OUTPUT];
   int still = m->size[ROLE_PARAMETER] + m->size[ROLE_SOLVER];
   in->moving_size = sizeof(State) + (size_t)moving * sizeof(double);
   in->state_size = in->moving_size + (size_t)still * sizeof(double);
@@ -24,7 +24,7 @@ static int lay_out_state(const Model* m, Instance* in) {
   if (!in->state || !in->before) return 0;
   double* cursor = (double*)(in->state + 1);
   in->u = take(&cursor, m->size[ROLE_INPUT]);
-  in->slope = take(&cursor, m->size[ROLE_INPUT]);
+  in->rates = take(&cursor, m->size[ROLE_INPUT_DERIVATIVE]);
   in->x = take(&cursor, m->size[ROLE_STATE]);
   in->z = take(&cursor, m->size[ROLE_SAMPLED_STATE]);
   in->held = take(&cursor, m->size[ROLE_SAMPLED_OUTPUT]);
@@ -82,6 +82,7 @@ static void point_columns(Instance* in) {
   in->column[ROLE_SAMPLED_STATE] = in->z;
   in->column[ROLE_NEXT] = in->next;
   in->column[ROLE_INPUT] = in->u;
+  in->column[ROLE_INPUT_DERIVATIVE] = in->rates;
   in->column[ROLE_OUTPUT] = in->out;
   in->column[ROLE_SAMPLED_OUTPUT] = in->held;
   in->column[ROLE_PARAMETER] = in->p;

@@ -35,7 +35,8 @@ struct Log {
   unsigned categories;
 };
 
-/* Behind it lie the columns [u | slope | x | z | held | p | settings]; those up to `held` change while stepping. */
+/* Behind it lie the columns [u | rates | x | z | held | p | settings]; those up to `held` change while stepping.
+   `rates` are the first time derivatives of the inputs, then the second ones. */
 typedef struct {
   double time;       /* communication point, or the time that Model Exchange has set [s] */
   double start_time; /* ticks are counted from it [s] */
@@ -43,7 +44,7 @@ typedef struct {
   double step;       /* step that an error-controlled solver tries next, 0 at first [s] */
   long long ticks;   /* ticks that have been */
   int mode;
-  int ramped; /* whether any input has a slope */
+  int once; /* whether `rates` count for the next step only, and not until they are changed */
 } State;
 
 /* Results that may be kept: a bit is set while the result belongs to the present state block. */
@@ -57,7 +58,7 @@ struct Instance {
   State* state;
   size_t state_size, moving_size;                  /* of the whole block, and up to the end of `held` [bytes] */
   void* before;                                    /* the moving part as it was before the step */
-  double *u, *slope, *x, *z, *held, *p, *settings; /* columns of the block */
+  double *u, *rates, *x, *z, *held, *p, *settings; /* columns of the block */
 
   unsigned valid;
   double *der, *out, *next, *next_held; /* last results, held as of a tick now */
@@ -68,6 +69,7 @@ struct Instance {
   double *seeds, *results;
   size_t seeds_size, results_size; /* [bytes] */
 
+  int degree;       /* of the polynomials that the inputs are on in the present step */
   double* u_now;    /* inputs inside a step */
   double* nominal;  /* of the continuous states */
   double* jacobian; /* entries of the sparse Jacobian */
@@ -99,6 +101,7 @@ int hfsa_adjoint(const Model* m, Instance* in);
 int hfsa_evaluate(const Model* m, Instance* in, unsigned results);
 int hfsa_tick(const Model* m, Instance* in, double t, const double* u);
 const double* hfsa_inputs(const Model* m, Instance* in, double offset);
+void hfsa_seed_motion(const Model* m, Instance* in, double offset);
 int hfsa_all_finite(const double* column, int n);
 
 #endif

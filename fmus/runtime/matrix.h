@@ -9,6 +9,6 @@ double hfsa_norm(int n, const double* a);
 void hfsa_balance(int n, double* a, double* scale);
 int hfsa_factorize(int n, double* a, int* pivot);
 void hfsa_solve(int n, const double* factors, const int* pivot, double* x);
-int hfsa_phi(int n, const double* a, double h, double* phi1, double* phi2, double* scratch);
+int hfsa_phi(int n, const double* a, double h, double* phi, double* scratch);
 
 #endif

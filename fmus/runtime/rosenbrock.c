@@ -80,18 +80,16 @@ static void* create(const Model* m) {
   return work;
 }
 
-/* f_t, the derivative of f along time and the slopes of the inputs. */
-static int along_time(const Model* m, Instance* in, double t, const double* u) {
+/* f_t, the derivative of f along time and the motion of the inputs. */
+static int along_time(const Model* m, Instance* in, double offset, const double* u) {
   const Work* work = in->work;
   size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
-  if (!m->time_varying && !in->state->ramped) {
+  if (!m->time_varying && !in->degree) {
     memset(work->f_t, 0, bytes);
     return 0;
   }
-  memset(in->seeds, 0, in->seeds_size);
-  in->seed[ROLE_TIME][0] = 1.0;
-  memcpy(in->seed[ROLE_INPUT], in->slope, (size_t)m->size[ROLE_INPUT] * sizeof(double));
-  int failed = hfsa_forward(m, in, t, in->x, u);
+  hfsa_seed_motion(m, in, offset);
+  int failed = hfsa_forward(m, in, in->state->time + offset, in->x, u);
   memcpy(work->f_t, in->result[ROLE_DERIVATIVE], bytes);
   return failed;
 }
@@ -101,7 +99,7 @@ static int linearize(const Model* m, Instance* in, double offset) {
   const Work* work = in->work;
   double t = in->state->time + offset;
   const double* u = hfsa_inputs(m, in, offset);
-  return along_time(m, in, t, u) || hfsa_rhs(m, in, t, in->x, u, work->f) ||
+  return along_time(m, in, offset, u) || hfsa_rhs(m, in, t, in->x, u, work->f) ||
          hfsa_jacobian(m, in, t, in->x, u, work->jacobian);
 }
 

@@ -50,13 +50,21 @@ static Status advance_with_ticks(const Model* m, Instance* in, double h) {
   return status ? status : advance(m, in, done * part, (0x1p40 - done) * part);
 }
 
-/* From communication point t to t + h. Behind it, inputs hold what their slopes have made of them. */
+/* The highest order of a derivative of an input that is not 0. */
+static int degree(const Model* m, const Instance* in) {
+  for (int k = m->size[ROLE_INPUT_DERIVATIVE]; k > 0; k--)
+    if (in->rates[k - 1] != 0.0) return k > m->size[ROLE_INPUT] ? 2 : 1;
+  return 0;
+}
+
+/* From communication point t to t + h. Behind it, inputs hold what their derivatives have made of them. */
 Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
   Status status = hfsa_permit(in, "DoStep", STEP);
   if (!status) status = check_step(m, in, t, h);
   if (status) return status;
   memcpy(in->before, in->state, in->moving_size);
   in->state->time = t;
+  in->degree = degree(m, in);
   in->valid = 0;
   status = m->sample_time >= 0 ? advance_with_ticks(m, in, h) : advance(m, in, 0.0, h);
   if (status) {
@@ -64,11 +72,9 @@ Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
     in->valid = 0;
     return status;
   }
-  if (in->state->ramped) {
-    for (int i = 0; i < m->size[ROLE_INPUT]; i++) in->u[i] += in->slope[i] * h;
-    memset(in->slope, 0, (size_t)m->size[ROLE_INPUT] * sizeof(double));
-    in->state->ramped = 0;
-  }
+  if (in->degree) memcpy(in->u, hfsa_inputs(m, in, h), (size_t)m->size[ROLE_INPUT] * sizeof(double));
+  if (in->state->once) memset(in->rates, 0, (size_t)m->size[ROLE_INPUT_DERIVATIVE] * sizeof(double));
+  in->state->once = 0;
   in->state->time = t + h;
   in->valid = 0;
   return OK;

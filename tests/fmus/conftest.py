@@ -183,6 +183,15 @@ class Instance:
         write = self.fmu.setReal if self.version == 2 else self.fmu.setFloat64
         write(self.references(*values), list(values.values()))
 
+    def move(self, derivatives: dict[str, tuple[float, ...]]) -> None:
+        """Set first, or first and second, derivatives of inputs: for the next step in FMI 2, until changed in FMI 3."""
+        rows = [(name, k, value) for name, values in derivatives.items() for k, value in enumerate(values, 1)]
+        if self.version == 3:
+            self.set({f"input_derivative[{order}].{name}": value for name, order, value in rows})
+            return
+        names, orders, values = zip(*rows, strict=True)
+        self.fmu.setRealInputDerivatives(self.references(*names), list(orders), list(values))
+
     def step(self, time: float, step_size: float, count: int = 1) -> None:
         for k in range(count):
             self.fmu.doStep(time + k * step_size, step_size)

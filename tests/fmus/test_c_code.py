@@ -57,7 +57,7 @@ def test_texts_survive_as_c_strings(compiled, models):
     text = 'a "quoted" \\n, ??/ and µm'
     model.information["remark"] = text
     sources, _ = compiled(model)
-    assert (sources.variables[-1].role, sources.variables[-1].start) == (Role.TEXT, text)
+    assert [v.start for v in sources.variables if v.role is Role.TEXT] == [text]
     literal = re.search(r'"remark", ROLE_TEXT.*, "(.*)"\}', sources.files["model_table.h"])[1]
     assert re.sub(rb"\\(\d{3})", lambda m: bytes([int(m[1], 8)]), literal.encode()).decode() == text
 

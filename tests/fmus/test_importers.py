@@ -131,7 +131,8 @@ def test_casadi_imports_what_casadi_wrote(part_model, part_files, version, tmp_p
     x, u, p = point(part_model)
     z = [q.start for q in part_model.of(Kind.SAMPLED_STATE)]
     tunable = np.array([not q.fixed for q in part_model.of(Kind.PARAMETER)], dtype=bool)
-    here = [0.1, x, u, p[tunable]]
+    rates = np.zeros(2 * len(u) if version == 3 else 0)
+    here = [0.1, x, u, np.concatenate([p[tunable], rates])]
     found = dae.create("f", ["t", "x", "u", "p"], ["ode", "y"])(*here)
     close(found[0], made.rhs(0.1, x, z, u, p))
     close(found[1][: len(part_model.of(Kind.OUTPUT))], made.out(0.1, x, z, u, p))

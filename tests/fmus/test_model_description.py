@@ -104,7 +104,23 @@ def test_a_derivative_names_its_state(parsed):
 
 def test_value_references_are_those_of_the_c_table(parsed, sources):
     found = {v.name: v.valueReference for v in parsed.modelVariables}
-    assert found == {v.name: v.reference for v in sources.variables}
+    assert found == {v.name: v.reference for v in sources.listed(parsed.fmiMajorVersion)}
+
+
+def test_derivatives_of_inputs_are_parameters_behind_all_others_in_fmi_3(parsed, sources):
+    """So the two descriptions count the same: FMI 2, which has a function for them, lists none."""
+    names = [v.name for v in parsed.modelVariables]
+    inputs = ["held", "force[1]", "force[2]"]
+    expected = [f"input_derivative[{order}].{name}" for order in (1, 2) for name in inputs]
+    if parsed.fmiMajorVersion == 2:
+        assert not set(names) & set(expected)
+        return
+    assert names[-6:] == expected
+    for name, unit in (("input_derivative[1].force[2]", "N/s"), ("input_derivative[2].held", "m/s2")):
+        found = variable(parsed, name)
+        assert (found.causality, found.variability, found.start) == ("parameter", "tunable", "0.0")
+        assert found.unit == unit
+        assert "until it is changed" in found.description
 
 
 def test_bounds_nominals_and_texts(parsed):

@@ -87,12 +87,12 @@ MATRICES = {
 }
 
 
-def hold(A, b, x, u, slope, h) -> np.ndarray:
-    """x(t + h) by one exponential of the system with its input and slope as states."""
+def hold(A, b, x, u, h, slope=0.0, curvature=0.0) -> np.ndarray:
+    """x(t + h) by one exponential of the system with its input and the derivatives of it as states."""
     n = len(x)
-    big = np.zeros((n + 2, n + 2))
-    big[:n, :n], big[:n, n], big[n, n + 1] = A, b, 1.0
-    return expm(big * h)[:n] @ np.concatenate([x, [u, slope]])
+    big = np.zeros((n + 3, n + 3))
+    big[:n, :n], big[:n, n], big[n, n + 1], big[n + 1, n + 2] = A, b, 1.0, 1.0
+    return expm(big * h)[:n] @ np.concatenate([x, [u, slope, curvature]])
 
 
 # exact ----------------------------------------------------------------------------------------------------------------
@@ -100,18 +100,18 @@ def hold(A, b, x, u, slope, h) -> np.ndarray:
 
 @pytest.mark.parametrize("name", MATRICES)
 @pytest.mark.parametrize("h", [1e-3, 0.02])
-@pytest.mark.parametrize("slope", [0.0, -3.0])
-def test_exact_equals_the_matrix_exponential(instance, name, h, slope):
-    """Held and sloped inputs, ten steps, every kind of matrix."""
+@pytest.mark.parametrize("derivatives", [(), (-3.0,), (-3.0, 500.0)])
+def test_exact_equals_the_matrix_exponential(instance, version, name, h, derivatives):
+    """Inputs held, on lines and on parabolas, ten steps, every kind of matrix."""
     A, b = MATRICES[name], np.array([1.0, -2.0, 0.5, 3.0])
     x, u = np.array([1.0, 0.3, -0.7, 0.2]), 0.7
-    it = start_linear(instance(linear()), A, b, x, u)
+    it = start_linear(instance(linear(), version), A, b, x, u)
     for k in range(10):
-        if slope:
-            it.fmu.setRealInputDerivatives(it.references("u"), [1], [slope])
+        if derivatives:
+            it.move({"u": derivatives})
         it.step(k * h, h)
-        x = hold(A, b, x, u, slope, h)
-        u += slope * h
+        x = hold(A, b, x, u, h, *derivatives)
+        u += sum(d * h**n / n for n, d in enumerate(derivatives, 1))
         scale = max(np.abs(x).max(), 1.0)
         np.testing.assert_allclose(states(it) / scale, x / scale, atol=1e-12)
     assert it.get("u") == pytest.approx([u])
@@ -205,9 +205,58 @@ def test_a_mixed_model_equals_its_discretisation(instance, version):
     for _ in range(25):
         seen.append(x[0] + 0.3)
         z = 0.9 * z - 0.2 * x[1] + 3 * 0.3
-        x = hold(A, np.array([0.0, 1.0]), x, z + 0.3, 0.0, T)
+        x = hold(A, np.array([0.0, 1.0]), x, z + 0.3, T)
     it.step(0.0, 5e-3, 10)
     np.testing.assert_allclose(it.get("position", "velocity", "force", "seen"), [*x, z, seen[-1]], rtol=1e-12)
+
+
+# inputs within a step -------------------------------------------------------------------------------------------------
+
+
+def driven() -> Model:
+    """An oscillator x'' = u - x, from rest."""
+    m = Model("Driven", "Driven oscillator")
+    u = m.input("u", "m/s2", "Drive")
+    x = m.state("x", "m", "Displacement")
+    v = m.state("v", "m/s", "Velocity")
+    m.der[x] = v
+    m.der[v] = u - x
+    m.output("y", x, "m", "Displacement")
+    return m
+
+
+def test_exact_is_exact_for_a_quadratic_input(instance, version):
+    """With u = t^2, whose response from rest is t^2 - 2 (1 - cos t)."""
+    it, h = instance(driven(), version).initialize(), 0.4
+    for k in range(25):
+        it.set({"u": (k * h) ** 2})
+        it.move({"u": (2 * k * h, 2.0)})
+        it.step(k * h, h)
+        t = (k + 1) * h
+        expected = [t**2, t**2 - 2 * (1 - math.cos(t)), 2 * t - 2 * math.sin(t)]
+        np.testing.assert_allclose(it.get("u", "x", "v"), expected, rtol=0, atol=1e-12 * t**2)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+@pytest.mark.parametrize("solver", ["exact", "rosenbrock", "rk4"])
+def test_an_input_of_degree_k_has_order_k_plus_1(instance, version, solver, degree):
+    """With u = cos(2 t), held or with its derivatives at each communication point; x = (cos t - cos 2 t) / 3."""
+    model, errors = driven(), []
+    model.solver = solver
+    finest = {"exact": {}, "rosenbrock": {"solver.relative_tolerance": 1e-12}, "rk4": {"solver.maximum_step": 1e-3}}
+    for h in (0.05, 0.025):
+        it = instance(model, version)
+        it.set(finest[solver])
+        it.initialize()
+        for k in range(round(2.0 / h)):
+            phase = 2 * k * h
+            it.set({"u": math.cos(phase)})
+            if degree:
+                it.move({"u": (-2 * math.sin(phase), -4 * math.cos(phase))[:degree]})
+            it.step(k * h, h)
+        expected = (math.cos(2.0) - math.cos(4.0)) / 3, (2 * math.sin(4.0) - math.sin(2.0)) / 3
+        errors.append(math.dist(it.get("x", "v"), expected))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(degree + 1, abs=0.1)
 
 
 # rosenbrock -----------------------------------------------------------------------------------------------------------
@@ -240,9 +289,9 @@ def reference(model_name: str, inputs, time: float) -> np.ndarray:
 
 @pytest.mark.parametrize("model_name", ["pendulum", "two_link"])
 def test_rosenbrock_has_order_5(instance, model_name):
-    """Tolerance out of the way, one step per communication step, time and input slope in the derivative."""
-    slopes, errors, steps = [3.0, -2.0], [], [0.1, 0.05, 0.025, 0.0125]
-    inputs = [lambda t, s=s: 0.5 + s * t for s in slopes]
+    """Tolerance out of the way, equal steps in one communication step, time and moving inputs in the derivative."""
+    derivatives, errors, steps = [(3.0, 10.0), (-2.0, 15.0)], [], [0.1, 0.05, 0.025, 0.0125]
+    inputs = [lambda t, s=s, c=c: 0.5 + s * t + c * t**2 / 2 for s, c in derivatives]
     for step in steps:
         it = instance(model_name)
         names = it.names("input")
@@ -250,7 +299,7 @@ def test_rosenbrock_has_order_5(instance, model_name):
         it.set({"solver.relative_tolerance": 1e6, "solver.maximum_step": step})
         it.set(dict.fromkeys(names, 0.5))
         it.initialize()
-        it.fmu.setRealInputDerivatives(it.references(*names), [1] * len(names), slopes[: len(names)])
+        it.move(dict(zip(names, derivatives, strict=False)))
         it.step(0.0, 0.4)
         errors.append(np.abs(states(it) - expected).max())
     orders = np.diff(np.log(errors)) / np.diff(np.log(steps))
@@ -258,16 +307,18 @@ def test_rosenbrock_has_order_5(instance, model_name):
     assert orders[-1] == pytest.approx(5.0, abs=0.35)
 
 
-def test_rosenbrock_has_order_5_along_a_slope_that_alone_depends_on_time(instance, models):
-    """Without the slope in the derivative it is of order 2."""
+def test_rosenbrock_has_order_5_along_an_input_that_alone_depends_on_time(instance, models):
+    """Without its motion in the derivative it is of order 2."""
     model, errors = models["van_der_pol"](), []
     model.solver = "rosenbrock"
-    expected = solve_ivp(lambda t, x: [x[1], (1 - x[0] ** 2) * x[1] - x[0] + 3 * t], (0, 0.4), [2, 0], "DOP853", **FINE)
+    expected = solve_ivp(
+        lambda t, x: [x[1], (1 - x[0] ** 2) * x[1] - x[0] + 3 * t + 9 * t**2], (0, 0.4), [2, 0], "DOP853", **FINE
+    )
     for step in (0.05, 0.025):
         it = instance(model)
         it.set({"solver.relative_tolerance": 1e6, "solver.maximum_step": step})
         it.initialize()
-        it.fmu.setRealInputDerivatives(it.references("u"), [1], [3.0])
+        it.move({"u": (3.0, 18.0)})
         it.step(0.0, 0.4)
         errors.append(np.abs(np.array(it.get("x", "v")) - expected.y[:, -1]).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(5.0, abs=0.35)
@@ -349,14 +400,14 @@ def test_rk4_has_order_4(instance):
     errors, steps = [], [0.02, 0.01, 0.005]
 
     def f(t, x):
-        return [x[1], (1 - x[0] ** 2) * x[1] - x[0] + 0.3 + 2.0 * t]
+        return [x[1], (1 - x[0] ** 2) * x[1] - x[0] + 0.3 + 2.0 * t + 3.0 * t**2]
 
     expected = solve_ivp(f, (0, 1), [2.0, 0.0], method="DOP853", **FINE).y[:, -1]
     for step in steps:
         it = instance("van_der_pol")
         it.set({"solver.maximum_step": step, "u": 0.3})
         it.initialize()
-        it.fmu.setRealInputDerivatives(it.references("u"), [1], [2.0])
+        it.move({"u": (2.0, 6.0)})
         it.step(0.0, 1.0)
         errors.append(np.abs(states(it) - expected).max())
     orders = np.diff(np.log(errors)) / np.diff(np.log(steps))

@@ -75,18 +75,20 @@ int main(int count, char** arguments) {
 
   before = calls;
   const double step = 1e-3, one = 1.0;
-  const int order = 1;
-  double u, y, slope = 0.5, sum = 0.0;
+  const unsigned inputs[] = {input, input};
+  const int orders[] = {1, 2};
+  const double rates[] = {0.5, 30.0};
+  double u, y, sum = 0.0;
   for (long k = 0; k < 1000000; k++) {
     u = sin(1e-2 * (double)k);
     status |= fmi2SetReal(c, &input, 1, &u);
-    if (k % 3 == 0) status |= fmi2SetRealInputDerivatives(c, &input, 1, &order, &slope);
+    if (k % 3 == 0) status |= fmi2SetRealInputDerivatives(c, inputs, 2, orders, rates);
     status |= fmi2DoStep(c, (double)k * step, step, 1) | fmi2GetReal(c, &output, 1, &y);
     sum += y;
     if (k % 100) continue;
     status |= fmi2GetFMUstate(c, &state) | fmi2SetFMUstate(c, state);
     status |= fmi2GetDirectionalDerivative(c, &output, 1, &input, 1, &one, &y);
-    status |= fmi2GetRealOutputDerivatives(c, &output, 1, &order, &y);
+    status |= fmi2GetRealOutputDerivatives(c, &output, 1, orders, &y);
   }
   long made = calls - before;
   fmi2FreeInstance(c);

@@ -35,8 +35,9 @@ static size_t count_of(Role role) { return (size_t)M->size[role]; }
 
 /* All that can be seen of an instance, inputs driven to be different at each step. */
 static size_t see(const Api* api, void* c, double* seen) {
-  static const Role roles[] = {ROLE_TIME,   ROLE_STATE,          ROLE_DERIVATIVE, ROLE_SAMPLED_STATE, ROLE_NEXT,
-                               ROLE_OUTPUT, ROLE_SAMPLED_OUTPUT, ROLE_PARAMETER,  ROLE_SOLVER,        ROLE_CONSTANT};
+  static const Role roles[] = {ROLE_TIME,   ROLE_STATE,    ROLE_DERIVATIVE,     ROLE_SAMPLED_STATE,
+                               ROLE_NEXT,   ROLE_OUTPUT,   ROLE_SAMPLED_OUTPUT, ROLE_PARAMETER,
+                               ROLE_SOLVER, ROLE_CONSTANT, ROLE_INPUT};
   size_t n = 0;
   for (size_t r = 0; r < sizeof roles / sizeof *roles; r++) {
     CHECK(api->get(c, references[roles[r]], count_of(roles[r]), seen + n) == 0);
@@ -159,19 +160,24 @@ static void exercise_derivatives(const Api* api, Interface interface) {
   api->destroy(c);
 }
 
-/* Set slopes of all inputs for the next step, in FMI 2, which alone has them. */
-static void slope(const Api* api, void* c) {
+/* Set derivatives of all inputs as they are `time` behind the point where they were 3, 2 ...; the second is 500. */
+static void move(const Api* api, void* c, double time) {
   int orders[MAX];
-  double slopes[MAX];
-  for (size_t i = 0; i < count_of(ROLE_INPUT); i++) {
-    orders[i] = 1;
-    slopes[i] = 3.0 - (double)i;
+  unsigned inputs[MAX];
+  double rates[MAX];
+  size_t n = count_of(ROLE_INPUT);
+  for (size_t i = 0; i < 2 * n; i++) {
+    inputs[i] = references[ROLE_INPUT][i % n];
+    orders[i] = i < n ? 1 : 2;
+    rates[i] = i < n ? 3.0 - (double)i + 500.0 * time : 500.0;
   }
   if (api == &apis[0])
-    CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], count_of(ROLE_INPUT), orders, slopes) == fmi2OK);
+    CHECK(fmi2SetRealInputDerivatives(c, inputs, 2 * n, orders, rates) == fmi2OK);
+  else
+    CHECK(api->set(c, references[ROLE_INPUT_DERIVATIVE], 2 * n, rates) == 0);
 }
 
-/* Steps of different sizes, with sloped inputs: one step equals its parts. */
+/* Steps of different sizes, with moving inputs: one step equals its parts. */
 static void exercise_steps(const Api* api) {
   static const double parts[3][3] = {{5.3e-3, 0.0, 0.0}, {1.1e-3, 4.2e-3, 0.0}, {2e-3, 2.5e-3, 8e-4}};
   double seen[3][MAX];
@@ -182,7 +188,7 @@ static void exercise_steps(const Api* api) {
     drive(api, c, 0, 1, 0.0);
     double time = 7e-4;
     for (int k = 0; k < 3 && parts[trial][k] > 0.0; k++) {
-      slope(api, c);
+      move(api, c, time - 7e-4);
       CHECK(api->step(c, time, parts[trial][k]) == 0);
       time += parts[trial][k];
     }
@@ -197,13 +203,13 @@ static void exercise_steps(const Api* api) {
 static void exercise_output_derivatives(const Api* api) {
   const double step = 1e-8;
   double rates[MAX], before[MAX], after[MAX], one = 1.0;
-  int orders[MAX], two = 2;
+  int orders[MAX], two = 2, three = 3;
   size_t n = count_of(ROLE_OUTPUT), n_held = count_of(ROLE_SAMPLED_OUTPUT);
   for (int i = 0; i < MAX; i++) orders[i] = 1;
   void* c = api->create(CO_SIMULATION, M->token);
   CHECK(api->initialize(c, 0.0) == 0);
   drive(api, c, 0, 5, 0.0);
-  slope(api, c);
+  move(api, c, 0.0);
   CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], n, orders, rates) == 0);
   CHECK(api->get(c, references[ROLE_OUTPUT], n, before) == 0 && api->step(c, 5 * 7e-4, step) == 0);
   CHECK(api->get(c, references[ROLE_OUTPUT], n, after) == 0);
@@ -214,7 +220,7 @@ static void exercise_output_derivatives(const Api* api) {
   CHECK(api->output_derivatives(c, references[ROLE_OUTPUT], 1, &two, rates) == ERROR);
   CHECK(api->output_derivatives(c, references[ROLE_TIME], 1, orders, rates) == ERROR);
   if (api == &apis[0]) CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_TIME], 1, orders, &one) == fmi2Error);
-  if (api == &apis[0]) CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], 1, &two, &one) == fmi2Error);
+  if (api == &apis[0]) CHECK(fmi2SetRealInputDerivatives(c, references[ROLE_INPUT], 1, &three, &one) == fmi2Error);
   api->destroy(c);
 }
 
