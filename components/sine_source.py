@@ -1,9 +1,9 @@
-"""A sinusoid with its exact rate and acceleration: the excitation of a frequency sweep, as a part.
+"""A sinusoid with its exact derivatives: the excitation of a frequency sweep, as a part.
 
     value = offset + amplitude w(t) sin(omega t),  omega = 2 pi frequency
     w(t) = (1 - cos(pi t / T)) / 2 for t < T, then 1,  T = max(2 / frequency, 0.5 s)
 
-`rate` and `acceleration` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase
+`rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase
 reference for a lock-in amplifier, without ramp and amplitude. There is no input, so there is no Bode plot: it draws one
 line in a spectrum.
 """
@@ -16,7 +16,7 @@ from hfsa.components._units import rate_unit
 
 def sine_source(*, unit: str = "1") -> Model:
     """One sinusoid; `unit` is the unit of `value` and must be that of the input it feeds."""
-    m = Model("SineSource", "Sinusoid with its rate and acceleration, ramped up smoothly")
+    m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)
     offset = m.parameter("offset", 0.0, unit, "Mean of value, about which the sinusoid swings")
@@ -27,6 +27,7 @@ def sine_source(*, unit: str = "1") -> Model:
     w = ca.if_else(ramping, (1 - ca.cos(turn * m.time)) / 2, 1)
     w1 = ca.if_else(ramping, turn * ca.sin(turn * m.time) / 2, 0)
     w2 = ca.if_else(ramping, turn**2 * ca.cos(turn * m.time) / 2, 0)
+    w3 = ca.if_else(ramping, -(turn**3) * ca.sin(turn * m.time) / 2, 0)
     sine, cosine = ca.sin(phase), ca.cos(phase)
     m.output("value", offset + amplitude * w * sine, unit, "Sinusoid")
     m.output("rate", amplitude * (w1 * sine + w * omega * cosine), rate_unit(unit), "Derivative of value")
@@ -35,6 +36,12 @@ def sine_source(*, unit: str = "1") -> Model:
         amplitude * (w2 * sine + 2 * w1 * omega * cosine - w * omega**2 * sine),
         rate_unit(rate_unit(unit)),
         "Second derivative of value",
+    )
+    m.output(
+        "jerk",
+        amplitude * ((w3 - 3 * w1 * omega**2) * sine + (3 * w2 * omega - w * omega**3) * cosine),
+        rate_unit(rate_unit(rate_unit(unit))),
+        "Third derivative of value",
     )
     m.output("sine", sine, "1", "Phase reference, sine")
     m.output("cosine", cosine, "1", "Phase reference, cosine")

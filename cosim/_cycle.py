@@ -31,7 +31,7 @@ from hfsa.cosim.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import StructureError
 
-ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "sine": 0}
+ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
 """Outputs of a sine source by the derivative that they are; what else it puts out has no part in a response."""
 
 

@@ -10,9 +10,9 @@ u = L y + e close them:
     u = (1 - L D)^-1 (L C x + e)
 
 The operating point is an equilibrium, found by Newton's method in initialization mode, where states may be set. A
-sinusoid e enters with its rate and acceleration wherever the FMU has inputs for them, as a sine source would feed it:
+sinusoid e enters with its derivatives wherever the FMU has inputs for them, as a sine source would feed it:
 
-    H = H_value + j omega H_rate - omega^2 H_acceleration
+    H = H_value + j omega H_rate - omega^2 H_acceleration - j omega^3 H_jerk
 
 Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly: `_sampled.py`.
 Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees what those before it have
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 FORGOTTEN = 1e-9
 """Multiplier per period below which a mode is memory that is written over, not motion that decays."""
 
-Orders = Sequence[tuple[int, int, int]]
-"""Sinusoids: for each the inputs at which its value, rate and acceleration enter, by index, -1 for none."""
+Orders = Sequence[tuple[int, ...]]
+"""Sinusoids: for each the inputs at which its value and its derivatives enter, by order, as indices; -1 for none."""
 
 
 class Linearization:
@@ -124,9 +124,9 @@ def entering(omega: float, orders: Orders, inputs: int) -> np.ndarray:
     """Return the complex amplitudes of inputs, (inputs, sinusoids), for sinusoids of amplitude 1 at omega [rad/s]."""
     enters = np.zeros((inputs, len(orders)), complex)
     for j, indices in enumerate(orders):
-        for index, factor in zip(indices, (1, 1j * omega, -(omega**2)), strict=True):
+        for order, index in enumerate(indices):
             if index >= 0:
-                enters[index, j] += factor
+                enters[index, j] += (1j * omega) ** order
     return enters
 
 
@@ -156,10 +156,7 @@ def sinusoids(system: System, instances: Mapping[str, Instance], inputs: Sequenc
         component, variable = system.split(name)
         known = instances[component].fmu.variables
         companion = [f"{component}.{c}" if c in known else "" for c in companions(variable)]
-        value, rate, acceleration = (
-            _place(columns, c) for c in (name, *(c if c not in fed else "" for c in companion))
-        )
-        orders.append((value, rate, acceleration))
+        orders.append(tuple(_place(columns, c) for c in (name, *(c if c not in fed else "" for c in companion))))
     return columns, orders
 
 

@@ -26,6 +26,9 @@ EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear"
 ALGORITHMS = (*HELD, *EXTRAPOLATED)
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
+DERIVATIVES = ("rate", "acceleration", "jerk")
+"""First to third derivative of a signal: outputs of a sine source, and inputs beside that of the signal."""
+
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
 
@@ -257,10 +260,10 @@ def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
     return members
 
 
-def companions(name: str) -> tuple[str, str]:
-    """Return the names of an input's rate and acceleration: `command.position[3]` -> `command.position_rate[3]`, ..."""
+def companions(name: str) -> tuple[str, ...]:
+    """Return the names of an input's `DERIVATIVES`: `command.position[3]` -> `command.position_rate[3]`, ..."""
     stem, bracket, index = name.rpartition("[") if name.endswith("]") else (name, "", "")
-    return f"{stem}_rate{bracket}{index}", f"{stem}_acceleration{bracket}{index}"
+    return tuple(f"{stem}_{derivative}{bracket}{index}" for derivative in DERIVATIVES)
 
 
 def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:

@@ -104,6 +104,7 @@ def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
         slope = (at(t - 2 * h) - 8 * at(t - h) + 8 * at(t + h) - at(t + 2 * h)) / (12 * h)
         assert at(t)[1] == pytest.approx(slope[0], abs=1e-9 * 2e-3 * omega)
         assert at(t)[2] == pytest.approx(slope[1], abs=1e-9 * 2e-3 * omega**2)
+        assert at(t)[3] == pytest.approx(slope[2], abs=1e-9 * 2e-3 * omega**3)
     assert at(0.0)[:2] == pytest.approx([0, 0])
     assert at(1.5 * ramp)[0] == pytest.approx(2e-3 * np.sin(2 * np.pi * frequency * 1.5 * ramp))
 

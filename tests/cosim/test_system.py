@@ -49,8 +49,12 @@ def test_a_range_joins_pairwise():
 
 
 def test_companions():
-    assert companions("command.position[3]") == ("command.position_rate[3]", "command.position_acceleration[3]")
-    assert companions("base.position") == ("base.position_rate", "base.position_acceleration")
+    assert companions("command.position[3]") == (
+        "command.position_rate[3]",
+        "command.position_acceleration[3]",
+        "command.position_jerk[3]",
+    )
+    assert companions("base.position") == ("base.position_rate", "base.position_acceleration", "base.position_jerk")
 
 
 # Refused at once ------------------------------------------------------------------------------------------------------
