@@ -12,7 +12,8 @@ lead under `gauss_seidel` and a lag under `jacobi`, 0.36 degrees at 2 kHz with t
 With `suspension=massless` the beams are a part beside a rigid body, and their wrench, held over a step, acts as a
 negative damper: a mode loses the part H omega / (4 damping_ratio) of its damping. With 1 us that makes the resonances
 1.34 dB (908.1 Hz) and 0.92 dB (641.9 Hz) too high, 4.85 and 3.13 dB under `jacobi_plain`, whose wrench is a step older;
-above 7.01 us (`jacobi_plain`: 2.34 us) it diverges, `-p suspension=massless --step 20e-6` shows how.
+above 7.01 us (`jacobi_plain`: 2.34 us) it diverges, `-p suspension=massless --step 20e-6` shows how. In one FMU,
+`--fuse suspension,payload`, it is the merged one again.
 """
 
 from typing import Literal

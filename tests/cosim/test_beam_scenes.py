@@ -9,13 +9,14 @@ import scipy.linalg
 from hfsa.components import beam_stage, beam_suspension
 from hfsa.components._rigid_body import Body
 from hfsa.cosim import build
+from hfsa.cosim._fuse import fused
 from hfsa.cosim._records import Status
 from hfsa.cosim._rig import Rig, Settings, Task
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.stability import Cycle, OneStep
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.sweep import Bench
-from hfsa.cosim.system import Scene
+from hfsa.cosim.system import Scene, System
 
 DECIBELS, DEGREES = 0.05, 0.5
 RATIO = 0.01
@@ -206,9 +207,16 @@ def growth(step: OneStep, frequency: float) -> float:
     return max(mode.rate for mode in step.modes if mode.frequency == pytest.approx(frequency, rel=0.02))
 
 
+def suspended(way: str) -> System:
+    """Return the scene's system, or that of the massless suspension with both parts in one FMU."""
+    if way == "fused":
+        return fused(suspended("massless"), [["suspension", "payload"]])
+    return scene("beam_payload", suspension=way).system
+
+
 def simulated(opened, library, way: str, step_size: float, steps: int, algorithm: str = "gauss_seidel", **starts):
     """Return the payload's states over time, (steps + 1, 12), from starts by full name."""
-    system = scene("beam_payload", suspension=way).system
+    system = suspended(way)
     master = make_master(opened(build.build(system)), system, algorithm, step_size, library)
     recording = master.record(STATES, steps + 1)
     master.initialize(starts=starts)
@@ -274,6 +282,12 @@ def test_the_merged_one_diverges_at_no_step(opened, library):
         assert np.abs(end).max() < 1e-3 * np.abs(fine).max()
     end = simulated(opened, library, "massless", 20e-6, 20_000, **starts)[-1]
     assert np.abs(end).max() > 1e6 * np.abs(fine).max()
+
+
+def test_in_one_fmu_with_the_payload_the_massless_one_is_the_merged_one(opened, library):
+    starts = {name: 1e-6 * (i + 1) for i, name in enumerate(STATES[:6])} | {SHAKEN[1]: 0.1}
+    merged, one = (simulated(opened, library, way, 1e-3, 100, **starts) for way in ("merged", "fused"))
+    assert np.all(np.abs(one - merged) < 1e-9 * np.abs(merged).max(axis=0))
 
 
 def test_the_massless_one_tends_to_the_merged_one_with_first_order(opened, library):
