@@ -49,6 +49,7 @@ def beam_payload(
     if suspension == "merged":
         system = System([Component("payload", "beam_stage", None, beams, start)])
     else:
+        # Poses are relative to the base, whose own at the suspension therefore stays 0
         system = System(
             [
                 Component("suspension", "beam_suspension", None, beams, start),

@@ -16,12 +16,10 @@ from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.stability import Cycle, OneStep
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.sweep import Bench
-from hfsa.cosim.system import Scene, System
+from hfsa.cosim.system import HELD, Component, Connection, Scene, System
 
 DECIBELS, DEGREES = 0.05, 0.5
 RATIO = 0.01
-HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
-"""Algorithms that hold what is exchanged."""
 SHAKEN = [f"payload.base.acceleration[{i}]" for i in (1, 2, 3)]
 POSITION = [f"payload.platform.position[{i}]" for i in (1, 2, 3)]
 ROTATION = [f"payload.platform.rotation[{i}]" for i in (1, 2, 3)]
@@ -300,6 +298,42 @@ def test_the_massless_one_tends_to_the_merged_one_with_first_order(opened, libra
         off.append(np.linalg.norm(end - exact))
     assert off[0] > 1e-4 * np.linalg.norm(exact)
     np.testing.assert_allclose(np.divide(off[:-1], off[1:]), 2, rtol=0.1)
+
+
+def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(opened, library):
+    """Damping and stiffness belong to the beams: 2 c / k along them is the same whatever the bodies' masses."""
+    ends = {"base": (1.0, (1e-3, 8e-4, 8e-4)), "platform": (0.1, (4.5e-5, 2.25e-5, 2.25e-5))}
+    bodies = [
+        Component(end, "rigid_body", None, {"body.mass": mass, "body.inertia": inertia})
+        for end, (mass, inertia) in ends.items()
+    ]
+    beams = Component("beams", "beam_suspension", None, {"from_base": (0.05, 0.0, 0.0)}, {"damping_ratio": RATIO})
+    pose, wrench = ("position", "rotation", "velocity", "angular_velocity"), ("force", "torque")
+    system = System(
+        [*bodies, beams],
+        [
+            *(Connection(f"{end}.platform.{name}[1..3]", f"beams.{end}.{name}[1..3]") for end in ends for name in pose),
+            *(Connection(f"beams.{end}.{name}[1..3]", f"{end}.wrench.{name}[1..3]") for end in ends for name in wrench),
+        ],
+    )
+    found = beam_suspension.analyze()
+    stiffness, limit = found["stiffness"][0, 0], 2 * found["damping"][0, 0] / found["stiffness"][0, 0]
+    assert limit == pytest.approx(found["step_limits"][3])
+    frequency = np.sqrt(stiffness * (1 / 1.0 + 1 / 0.1)) / (2 * np.pi)
+    made = Cycle(system, opened(build.build(system)))
+    assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
+    names = [f"{end}.center.{name}[{i}]" for end in ends for name in pose[2:] for i in (1, 2, 3)]
+    master = make_master(opened(build.build(system)), system, "gauss_seidel", 1e-6, library)
+    recording = master.record(names, 1001)
+    starts = {f"platform.center.position[{i}]": 1e-6 * i for i in (1, 2, 3)}
+    master.initialize(starts=starts | {f"platform.center.rotation[{i}]": -1e-5 * i for i in (1, 2, 3)})
+    master.advance(1000)
+    base, base_turn, platform, turn = np.split(np.column_stack([recording[name] for name in names]), 4, axis=1)
+    momentum = 0.1 * platform
+    assert np.abs(momentum + 1.0 * base).max() < 1e-12 * np.abs(momentum).max()
+    spins = [np.array(inertia) * rate for (_, inertia), rate in zip(ends.values(), (base_turn, turn), strict=True)]
+    about_base = np.cross([0.05, 0.0, 0.0], momentum)
+    assert np.abs(sum(spins) + about_base).max() < 1e-11 * np.abs(spins[0]).max()
 
 
 # On the command line --------------------------------------------------------------------------------------------------
