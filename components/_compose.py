@@ -5,7 +5,8 @@
 
 A quantity of the whole is called `member.quantity`. A fed input is gone: the expression of the output that feeds it
 stands in its place. Mass-matrix equations stay as they are; only where an acceleration enters the force of another
-member it is solved for by itself. The whole chooses its solver anew.
+member it is solved for by itself. The whole has the solver that members ask for, else its own choice; `exact` is none
+to ask for, because what is joined may be linear no more.
 
 Sampled members share one parameter, `sample_time`. At a tick they act one after the other, those first that are sampled
 alone, then in the order of the members, and each sees what those before it have just put out. What a sampled output
@@ -83,6 +84,7 @@ class _Composition:
 
     def model(self) -> Model:
         """Declare everything, feed the inputs in feedthrough order, then state the equations."""
+        self.whole.solver = self._solver()
         self._declare()
         for node in self._order():
             if isinstance(node, str):
@@ -119,6 +121,15 @@ class _Composition:
                 self.held[str(start)] = self.whole.sampled_state(
                     f"held.{start}", q.unit, q.description, start=q.start, min=q.min, max=q.max, nominal=q.nominal
                 )
+
+    def _solver(self) -> str | None:
+        """Return the solver that members ask for; `ModelError` where they ask for several."""
+        asked = {name: joined.model.solver for name, joined in self.members.items()}
+        asked = {name: solver for name, solver in asked.items() if solver not in (None, "exact")}
+        if len(set(asked.values())) > 1:
+            found = ", ".join(f"{name} {solver}" for name, solver in asked.items())
+            raise ModelError(f"{self.whole.name}: one model has one solver; found {found}")
+        return next(iter(asked.values()), None)
 
     def _share_sample_time(self) -> None:
         """Declare the one sample time of the sampled members; `ModelError` where they have several."""

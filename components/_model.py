@@ -254,6 +254,19 @@ class Model:
             raise ModelError(f"{self.name}: {name} is an output; its value follows from the others and has no start")
         self._quantities[name] = _checked(replace(quantity, start=float(start)))
 
+    def substitute(self, symbols: ca.SX, expressions: ca.SX) -> None:
+        """Put expressions in the place of symbols, columns of one length, wherever states and outputs use them."""
+
+        def new(expression: ca.SX) -> ca.SX:
+            """An expression with the symbols replaced."""
+            return ca.substitute(expression, symbols, expressions)
+
+        for equations in (self.der, self.next):
+            equations.update({name: new(expression) for name, expression in equations.items()})
+        self.motions = [replace(m, mass=new(m.mass), force=new(m.force)) for m in self.motions]
+        for q in self.of(Kind.OUTPUT, Kind.SAMPLED_OUTPUT):
+            self._quantities[q.name] = replace(q, expression=new(q.expression))
+
     def check(self) -> None:
         """Raise `ModelError` unless every state has its equation and every equation uses only this model's symbols."""
         for equations in (self.der, self.next):

@@ -79,6 +79,18 @@ def rate_unit(unit: str) -> str:
     return f"{unit}/s"
 
 
+def quotient_unit(above: str, below: str) -> str:
+    """Return the unit of a quotient in Modelica spelling: `N` over `m/s` -> `N.s/m`, `m` over `m` -> `1`."""
+    if above == below:
+        return "1"
+    (numerator, *divisors), (divisor, *factors) = _split(above), _split(below)
+    head = ".".join(factor for factor in (numerator, *factors) if factor != "1") or "1"
+    under = [factor for factor in (*divisors, divisor) if factor != "1"]
+    if not under:
+        return head
+    return f"{head}/({'.'.join(under)})" if "." in "".join(under) or len(under) > 1 else f"{head}/{under[0]}"
+
+
 def _split(name: str) -> list[str]:
     """Split at `/`, taking off the parentheses of a divisor."""
     head, *divisors = name.split("/")

@@ -34,9 +34,11 @@ import hfsa.controllers
 import hfsa.cosim.scenes
 import hfsa.fmus
 from hfsa.components._compose import compose
+from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
 from hfsa.components._parts import Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
+from hfsa.cosim._feedback_loops import feedback_loops
 from hfsa.cosim._scene_text import read_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import (
@@ -178,10 +180,25 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     return System([source, *scene.system.components, lock_in], [*scene.system.connections, *connections])
 
 
-def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
+def build_with_feedback(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
+    """Return the FMU files as `build`, those on a loop that can be fed back within a step with ports for that.
+
+    A finished `.fmu` stays without.
+    """
+    files = build(system, fmi)
+    loops = feedback_loops(system, {name: describe(file).variables for name, file in files.items()})
+    for name in {loop.plant for loop in loops}:
+        if not system[name].part.endswith(".fmu"):
+            pairs = dict.fromkeys((loop.input, loop.output) for loop in loops if loop.plant == name)
+            files[name] = fmu_file(system[name], fmi, tuple(pairs))
+    return files
+
+
+def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> Path:
     """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it.
 
-    A `.fmu` of another maker is first tried in a process of its own: `StepError` where that does not survive it.
+    `feedback` are inputs that can be made to follow outputs, (input, output) each. A `.fmu` of another maker is first
+    tried in a process of its own: `StepError` where that does not survive it.
     """
     if component.part.endswith(".fmu"):
         file = Path(component.part).resolve()
@@ -196,9 +213,9 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
             message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
             raise StepError(component.name, file.name, "cannot be run", None, message)
         return file
-    folder = cache_folder() / "fmus" / _key(component, fmi)
+    folder = cache_folder() / "fmus" / _key(component, fmi, feedback)
     if not folder.is_dir():
-        _export(model_of(component), fmi, folder)
+        _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
     (file,) = folder.glob("*.fmu")
     return file
 
@@ -337,9 +354,9 @@ def _level(component: Component) -> str | None:
     return component.level or component.arguments.get("level") or (default.default if default else None)
 
 
-def _key(component: Component, fmi: int) -> str:
+def _key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:
     """Return a hash of all that the FMU file depends on."""
-    words = [_ingredients(component), fmi, sources(), version("casadi"), sysconfig.get_platform()]
+    words = [_ingredients(component), list(feedback), fmi, sources(), version("casadi"), sysconfig.get_platform()]
     return hashlib.sha256(json.dumps([*words, os.environ.get("CC", "")]).encode()).hexdigest()[:32]
 
 

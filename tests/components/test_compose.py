@@ -237,6 +237,17 @@ def test_misuse_names_the_connection(connections, message):
         compose("Whole", {"a": gain(), "b": gain(), "robot": ROBOT["robot"]}, connections)
 
 
+def test_the_whole_has_the_solver_of_its_members():
+    asking, exact = gain(), gain()
+    asking.solver, exact.solver = "rk4", "exact"
+    parts = {"a": asking, "b": gain(), "c": exact}
+    assert compose("Whole", parts, []).solver == "rk4"
+    assert compose("Whole", {"b": gain(), "c": exact}, []).solver is None
+    parts["b"].solver = "rosenbrock"
+    with pytest.raises(ModelError, match="one model has one solver; found a rk4, b rosenbrock"):
+        compose("Whole", parts, [])
+
+
 def test_two_sample_times_are_refused():
     with pytest.raises(ModelError, match=r"one model has one sample time; found a 0.01 s, b 0.02 s"):
         compose("Whole", {"a": counter(), "b": counter(0.02)}, [])

@@ -1,0 +1,196 @@
+"""Linearised feedback: second order, and stable where held inputs explode in two steps."""
+
+import dataclasses
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from hfsa.components._feedback_ports import with_linear_feedback
+from hfsa.components._model import Model
+from hfsa.cosim._fuse import fused
+from hfsa.cosim.build import build, build_with_feedback, load_scene
+from hfsa.cosim.instance import StepError
+from hfsa.cosim.linearized_feedback import LinearizedFeedback
+from hfsa.cosim.master import Master
+from hfsa.cosim.system import Component, Connection, StructureError, System
+from hfsa.fmus.export import export
+
+AXES, STACKS = "axis[1..3]", "stack[1..3]"
+ERROR, ACCELERATION = "tracking.axis[1].error", "reference.stack[1].elongation_acceleration"
+FREQUENCY = 77.0
+"""Of the first axis [Hz]: it turns at 0.94 m/s2."""
+
+
+def stage(kp: float, kv: float, **start: float) -> System:
+    """The undamped stage under continuous computed torque, on a motion of all axes."""
+    gains = {f"{AXES}.proportional_gain": kp, f"{AXES}.derivative_gain": kv, f"{AXES}.limit": 1e15}
+    components = [
+        Component("reference", "stage_reference", None, {"motion": "three_axis"}, {"frequency": FREQUENCY}),
+        Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
+        Component(
+            "controller",
+            "stage_computed_torque",
+            "continuous",
+            {"model": "constant_jacobian"},
+            {**gains, "damping_time": 0.0},
+        ),
+        Component("stage", "rrr_stage", None, {"causality": "force"}, {"damping_time": 0.0, **start}),
+    ]
+    orders = ("", "_rate", "_acceleration")
+    connections = [
+        *(Connection(f"reference.{STACKS}.elongation{o}", f"controller.{AXES}.reference{o}") for o in orders),
+        *(Connection(f"stage.{STACKS}.elongation{o}", f"controller.{AXES}.measured{o}") for o in orders[:2]),
+        Connection(f"controller.{AXES}.command", f"stage.{STACKS}.force"),
+        Connection(f"reference.{STACKS}.elongation", f"tracking.{AXES}.reference"),
+        Connection(f"stage.{STACKS}.elongation", f"tracking.{AXES}.measured"),
+    ]
+    return System(components, connections)
+
+
+def robot() -> System:
+    """The robot under continuous PD control."""
+    system = load_scene("sdelta_hfsa").system
+    components = []
+    for c in system.components:
+        start = {name: value for name, value in c.start.items() if name != "sample_time"}
+        components.append(dataclasses.replace(c, level="continuous", start=start) if c.name == "controller" else c)
+    return System(components, system.connections)
+
+
+@pytest.fixture
+def run(opened):
+    """Run a system; the recording of `names`."""
+
+    def recorded(system: System, step_size: float, until: float, names: list[str], **starts: float):
+        master = LinearizedFeedback(opened(build_with_feedback(system)), system, step_size)
+        steps = round(until / step_size)
+        recording = master.record(names, rows=steps + 1)
+        master.initialize(starts=starts)
+        master.advance(steps)
+        return recording
+
+    return recorded
+
+
+# The stage at the source's gains --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("step_size", "expected"), [(1e-6, 4.6e-13), (1e-5, 4.7e-11), (1e-4, 4.7e-9)])
+def test_the_stage_tracks_at_the_sources_gains_at_every_step(run, step_size, expected):
+    """Kp = 5e16, Kv = 6e8: what is left is what the reference bends within a step, r'' H^2 / 2."""
+    found = run(stage(5e16, 6e8), step_size, 100 * step_size, [ERROR, ACCELERATION])
+    error, bend = np.abs(found[ERROR][20:]), np.abs(found[ACCELERATION][19:-1]) * step_size**2 / 2
+    assert error.max() == pytest.approx(expected, rel=0.03)
+    np.testing.assert_allclose(error, bend, atol=0.05 * bend.max())
+
+
+def test_held_forces_explode_in_two_steps(opened):
+    """The same scene at 1 us: each step multiplies the error by more than Kv H = 600."""
+    system = stage(5e16, 6e8)
+    master = Master(opened(build(system)), system, "gauss_seidel", 1e-6)
+    recording = master.record([ERROR], rows=10)
+    master.initialize()
+    with pytest.raises(StepError):
+        master.advance(9)
+    error = np.abs(recording[ERROR])
+    assert error[2] > 600 * error[1] > 0
+    assert error[3] > 600 * error[2]
+
+
+# Order ----------------------------------------------------------------------------------------------------------------
+
+
+def orders(ends: list[np.ndarray]) -> np.ndarray:
+    """Observed orders from results at steps that are halved."""
+    changes = [np.abs(a - b).max() for a, b in itertools.pairwise(ends)]
+    return np.log2(np.divide(changes[:-1], changes[1:]))
+
+
+def test_it_is_of_second_order_on_the_stage(run):
+    """Computed torque of 300 Hz over a period of its fastest axis."""
+    omega, names = 2 * np.pi * 300, [f"stage.stack[{i}].elongation" for i in (1, 2, 3)]
+    system = stage(omega**2, 2 * omega, **{"solver.relative_tolerance": 1e-11})
+    ends = [run(system, 1e-4 / n, 4e-3, names).values[-1] for n in (1, 2, 4, 8)]
+    np.testing.assert_allclose(orders(ends), 2, atol=0.05)
+
+
+def test_it_is_of_second_order_on_the_robot(run):
+    """Motors, controller and robot, each its own FMU: limb forces and torques both come back to the drives."""
+    names = ["robot.platform.position[1]", "robot.platform.position[3]", "drive[1].motor[1].angle"]
+    start = {"reference.command.position[3]": 10e-6, "reference.command.position[1]": 5e-6}
+    ends = [run(robot(), 1e-3 / n, 20e-3, names, **start).values[-1] for n in (1, 2, 4, 8)]
+    np.testing.assert_allclose(orders(ends), 2, atol=0.05)
+
+
+def test_with_a_fused_robot_a_linear_controller_is_exact(run):
+    """All that PD follows moves within one FMU, which takes the linear whole as it is."""
+    names = ["robot.platform.position[1]", "robot.platform.position[3]"]
+    system = fused(robot(), [["robot", "drive[1]", "drive[2]", "drive[3]"]])
+    start = {"reference.command.position[3]": 10e-6}
+    coarse, fine = (run(system, h, 20e-3, names, **start).values[-1] for h in (1e-3, 1e-4))
+    np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-10 * np.abs(fine).max())
+
+
+@pytest.fixture
+def filtered_loop(tmp_path) -> tuple[dict[str, Path], System]:
+    """A mass of 1 kg on a spring, F = 400 e + 10 e' with e' filtered over 5 ms: FMUs and system."""
+    mass = Model("Mass", "Mass on a spring")
+    force = mass.input("force", "N", "Force")
+    x, v = mass.state("x", "m", "Position"), mass.state("v", "m/s", "Velocity")
+    mass.der[x], mass.der[v] = v, force - 0.5 * v - 100 * x
+    mass.output("position", x, "m", "Position")
+    mass.output("acceleration", force - 0.5 * v - 100 * x, "m/s2", "Acceleration")
+    law = Model("Law", "PD with a filtered derivative")
+    error = law.parameter("reference", 1.0, "m", "Reference") - law.input("position", "m", "Position")
+    filtered = law.state("filtered", "m", "Filtered error", start=1.0)
+    law.der[filtered] = (error - filtered) / 5e-3
+    law.output("force", 400 * error + 10 * (error - filtered) / 5e-3, "N", "Force")
+    ported = with_linear_feedback(mass, [("force", "position")])
+    files = {name: export(model, tmp_path, (2,))[0] for name, model in (("mass", ported), ("law", law))}
+    components = [Component("mass", "mass"), Component("law", "law")]
+    return files, System(
+        components, [Connection("mass.position", "law.position"), Connection("law.force", "mass.force")]
+    )
+
+
+def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
+    """Against the matrix exponential, and what is read at each point is true of that point."""
+    files, system = filtered_loop
+    A = np.array([[0, 1, 0], [-2500, -0.5, -2000], [-200, 0, -200]])
+    rest = np.linalg.solve(A, [0, -2400, -200])
+    exact = rest + expm(A) @ ([0, 0, 1] - rest)
+    assert exact[0] == pytest.approx(0.8034755886, abs=1e-10)
+    errors = []
+    for step_size in (2e-3, 1e-3, 0.5e-3):
+        master = LinearizedFeedback(opened(files), system, step_size)
+        recording = master.record(["mass.x", "mass.v", "law.filtered", "mass.acceleration"], rows=2001)
+        master.initialize()
+        master.advance(round(1 / step_size))
+        x, v, w, a = recording.values.T
+        errors.append(abs(x[-1] - exact[0]))
+        np.testing.assert_allclose(a, 400 * (1 - x) + 2000 * (1 - x - w) - 0.5 * v - 100 * x, atol=1e-9)
+    assert errors[-1] < 1e-4
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.2)
+
+
+# What cannot be fed back ----------------------------------------------------------------------------------------------
+
+
+def test_a_scene_without_such_a_loop_is_refused(opened):
+    system = load_scene("stage_tracking", {"actuator": "force"}).system
+    with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
+        LinearizedFeedback(opened(build_with_feedback(system)), system, 1e-5)
+
+
+def test_a_finished_fmu_has_no_ports(opened, files):
+    system = System(
+        [Component("plant", str(files["Plant", 2])), Component("law", str(files["Pd", 2]))],
+        [Connection("plant.position", "law.position"), Connection("law.force", "plant.force")],
+    )
+    with pytest.raises(
+        StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
+    ):
+        LinearizedFeedback(opened(build_with_feedback(system)), system, 1e-3)
