@@ -30,7 +30,7 @@ from hfsa.components._units import unit as parse_unit
 _NAME = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?(\.[A-Za-z_]\w*(\[[1-9]\d*\])?)*$")
 _RANGE = re.compile(r"\[1\.\.([1-9]\d*)\]")
 
-SOLVERS = ("exact", "rosenbrock", "rk4")
+SOLVERS = ("exact", "rosenbrock", "rk4", "cvode")
 """Solvers of an exported Co-Simulation FMU; see `fmus/README.md`."""
 
 

@@ -5,7 +5,7 @@
 
 Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a
 dataclass. A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter
-of the built model is accepted too and sets its start value.
+of the built model is accepted too and sets its start value, and `solver` names the solver of any part's FMU.
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
 a design study (`_study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
@@ -22,8 +22,11 @@ from functools import cached_property
 from types import ModuleType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from hfsa.components._model import Kind, Model, ModelError, nearest
+from hfsa.components._model import SOLVERS, Kind, Model, ModelError, nearest, one_of
 from hfsa.components._study import Study
+
+SOLVER = "solver"
+"""The argument of every part that names the Co-Simulation solver of its FMU, one of `SOLVERS`."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,12 @@ class Part:
         for name, value in arguments.items():
             if name in structural:
                 continue
+            if name == SOLVER:
+                model.solver = one_of(value, SOLVERS, f"{self.name}: {SOLVER}")
+                continue
             if name not in parameters:
-                raise ModelError(f"{self.name} has no argument {name!r}{nearest(name, [*self.arguments, *parameters])}")
+                known = [*self.arguments, *parameters, SOLVER]
+                raise ModelError(f"{self.name} has no argument {name!r}{nearest(name, known)}")
             model.set_start(name, _read(f"{self.name}: {name}", float, value))
         model.information = _information(self, structural, taken=set(parameters))
         return model

@@ -36,7 +36,7 @@ import hfsa.fmus
 from hfsa.components._compose import compose
 from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
-from hfsa.components._parts import Part, find, part_named, read_arguments
+from hfsa.components._parts import SOLVER, Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
 from hfsa.cosim._feedback_loops import feedback_loops
 from hfsa.cosim._scene_text import read_scene
@@ -281,7 +281,7 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     part = None if component.part.endswith(".fmu") else part_named(component.part, parts())
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
-    elif part is not None and argument in part.arguments:
+    elif part is not None and argument in (*part.arguments, SOLVER):
         changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
     else:
         start = {**component.start, argument: _start_value(component, part, argument, value)}
@@ -372,7 +372,8 @@ def _ingredients(component: Component) -> list:
     if component.level is not None:
         structural["level"] = component.level
     read = read_arguments(part.name, part.build, structural)
-    rest = {name: float(value) for name, value in component.arguments.items() if name not in part.arguments}
+    rest = {name: value for name, value in component.arguments.items() if name not in part.arguments}
+    rest = {name: value if name == SOLVER else float(value) for name, value in rest.items()}
     return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
 
 

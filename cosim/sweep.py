@@ -224,6 +224,8 @@ def _solver(description: Description) -> str:
     """Return the solver of an FMU of ours, told by the settings it has; empty where there is nothing to solve."""
     if not description.states:
         return ""
+    if "solver.maximum_order" in description.variables:
+        return "cvode"
     if "solver.relative_tolerance" in description.variables:
         return "rosenbrock"
     return "rk4" if "solver.maximum_step" in description.variables else "exact"

@@ -29,6 +29,7 @@ _TABLES = (
 _SOLVERS = {
     "exact": "Co-Simulation uses the exact solution of the linear equations: no step size is unstable.",
     "rosenbrock": "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
+    "cvode": "Co-Simulation uses CVODE of SUNDIALS, started anew in every step, with the analytic Jacobian.",
     "rk4": "Co-Simulation uses the classical Runge-Kutta method with a largest step.",
 }
 

@@ -49,15 +49,24 @@ class Variable:
     fixed: bool = False
 
 
+_TOLERANCE = (
+    "solver.relative_tolerance",
+    1e-8,
+    "1",
+    "Relative tolerance; absolute per state: this times its nominal",
+    (0.0, None),
+)
 SOLVER_SETTINGS = {
     "exact": (),
-    "rk4": (("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"),),
-    "rosenbrock": (
-        ("solver.relative_tolerance", 1e-8, "1", "Relative tolerance; absolute per state: this times its nominal"),
-        ("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver"),
+    "rk4": (("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver", (0.0, None)),),
+    "rosenbrock": (_TOLERANCE, ("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver", (0.0, None))),
+    "cvode": (
+        _TOLERANCE,
+        ("solver.maximum_step", 1.0, "s", "Largest step of CVODE", (0.0, None)),
+        ("solver.maximum_order", 5.0, "1", "Largest order of CVODE; stable for any oscillation up to 2", (1.0, 5.0)),
     ),
 }
-"""Settings by solver: name, start, unit, description; fixed parameters of the FMU, above 0."""
+"""Settings by solver: name, start, unit, description, bounds; fixed parameters of the FMU, above 0."""
 
 
 def solver_of(model: Model, functions: Functions) -> str:
@@ -79,8 +88,8 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
         rows += [_row(q, Role(kind.value)) for q in model.of(kind)]
     if states:
         rows += [
-            (name, Role.SOLVER, unit, description, start, {"fixed": True, "min": 0.0})
-            for name, start, unit, description in SOLVER_SETTINGS[solver_of(model, functions)]
+            (name, Role.SOLVER, unit, description, start, {"fixed": True, "min": low, "max": high})
+            for name, start, unit, description, (low, high) in SOLVER_SETTINGS[solver_of(model, functions)]
         ]
     for name, value in model.information.items():
         role = Role.TEXT if isinstance(value, str) else Role.CONSTANT

@@ -51,6 +51,11 @@ class Sources:
     solver: str
     functions: Functions
 
+    @property
+    def needs_cvode(self) -> bool:
+        """Whether there is something to solve, and SUNDIALS solves it."""
+        return self.solver == "cvode" and any(v.role is Role.STATE for v in self.variables)
+
     def listed(self, version: int) -> list[Variable]:
         """Return the variables that a version's model description has.
 
@@ -69,7 +74,9 @@ def generate(model: Model) -> Sources:
     made = functions(model)
     solver = solver_of(model, made)
     if solver == "exact" and not made.is_linear:
-        raise ExportError(f"{model.name}: solver 'exact' is for linear models; this one needs 'rosenbrock' or 'rk4'")
+        raise ExportError(
+            f"{model.name}: solver 'exact' is for linear models; this one needs 'rosenbrock', 'rk4' or 'cvode'"
+        )
     listed = variables(model, made)
     equations = _PROLOGUE.format(name=model.name) + _casadi_code(model.name, made) + '\n#include "model_table.h"\n'
     token = _token(equations, listed)

@@ -17,6 +17,7 @@ from hfsa.components._model import Model
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus._documentation import documentation
 from hfsa.fmus._errors import ExportError
+from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import check
 from hfsa.fmus.compile import compile_library, source_files
@@ -55,6 +56,8 @@ def members(model: Model, sources: Sources, library: bytes, version: Version) ->
         "documentation/licenses/license.txt": _LICENSE.read_bytes(),
         **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},
     }
+    if sources.needs_cvode:
+        files["documentation/licenses/sundials.txt"] = sundials().license.encode()
     if version == 3:
         files["sources/buildDescription.xml"] = build_description(sources)
     return files

@@ -16,6 +16,7 @@ from hfsa.components._units import BASE
 from hfsa.components._units import unit as parse_unit
 from hfsa.fmus._dependencies import Dependency, dependencies
 from hfsa.fmus._experiment import default_experiment
+from hfsa.fmus._sundials import LIBRARIES
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
 from hfsa.fmus.compile import source_files
@@ -66,6 +67,9 @@ def build_description(sources: Sources) -> bytes:
     files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
     for name in translation_units(sources):
         etree.SubElement(files, "SourceFile", {"name": name})
+    for name in LIBRARIES if sources.needs_cvode else ():
+        more = {"name": f"sundials_{name}", "external": "true", "description": "SUNDIALS 6 or later"}
+        etree.SubElement(build, "Library", more)
     etree.SubElement(build, "Library", {"name": "m", "external": "true", "description": "C mathematics library"})
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 

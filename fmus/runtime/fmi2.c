@@ -29,7 +29,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
   return hfsa_create(MODEL, type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, name, guid, log, logging);
 }
 
-void fmi2FreeInstance(fmi2Component c) { hfsa_free(c); }
+void fmi2FreeInstance(fmi2Component c) { hfsa_free(MODEL, c); }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
   return c ? (fmi2Status)hfsa_set_logging(c, on, n, categories) : fmi2Error;

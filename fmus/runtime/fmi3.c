@@ -47,7 +47,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   if (!in || (!event_mode && n_required == 0)) return in;
   in->log.categories = ~0u;
   not_offered(in, "InstantiateCoSimulation", event_mode ? "event mode in Co-Simulation" : "intermediate update");
-  hfsa_free(in);
+  hfsa_free(MODEL, in);
   return NULL;
 }
 
@@ -68,7 +68,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
   return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance c) { hfsa_free(c); }
+void fmi3FreeInstance(fmi3Instance c) { hfsa_free(MODEL, c); }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
   return c ? (fmi3Status)hfsa_set_logging(c, on, n, categories) : fmi3Error;

@@ -124,7 +124,7 @@ Instance* hfsa_create(const Model* m, Interface interface, const char* name, con
   }
   if (!in || !in->name || !lay_out_state(m, in) || !lay_out_scratch(m, in) || !take_work(m, in)) {
     hfsa_report(&nobody, ERROR, "no memory for an instance of %s", m->name);
-    hfsa_free(in);
+    hfsa_free(m, in);
     return NULL;
   }
   memcpy(in->name, nobody.name, length);
@@ -133,8 +133,9 @@ Instance* hfsa_create(const Model* m, Interface interface, const char* name, con
   return in;
 }
 
-void hfsa_free(Instance* in) {
+void hfsa_free(const Model* m, Instance* in) {
   if (!in) return;
+  if (m->solver) m->solver->destroy(in->work);
   free(in->state);
   free(in->before);
   free(in->memory);
@@ -142,7 +143,6 @@ void hfsa_free(Instance* in) {
   free(in->res);
   free(in->iw);
   free(in->w);
-  free(in->work);
   free(in->name);
   free(in);
 }

@@ -83,7 +83,7 @@ struct Instance {
 
 /* instance.c: life of an instance */
 Instance* hfsa_create(const Model* m, Interface interface, const char* name, const char* token, Log log, int logging);
-void hfsa_free(Instance* in);
+void hfsa_free(const Model* m, Instance* in);
 void hfsa_start_values(const Model* m, Instance* in);
 
 /* messages.c: `hfsa_report` sends a message and returns `status`; `hfsa_permit` reports a call in a wrong mode */

@@ -43,13 +43,14 @@ typedef struct {
 
 /* A solver of Co-Simulation. `advance` takes the states from `offset` to `offset + h` seconds behind the beginning of
    the communication step; `create` allocates what it works on, once per instance, and returns a null pointer when it
-   cannot. */
+   cannot; `destroy` frees that, or does nothing with a null pointer. */
 typedef struct {
   void* (*create)(const Model* m);
   int (*advance)(const Model* m, Instance* in, double offset, double h);
+  void (*destroy)(void* work);
 } Solver;
 
-extern const Solver hfsa_exact, hfsa_rosenbrock, hfsa_rk4;
+extern const Solver hfsa_exact, hfsa_rosenbrock, hfsa_rk4, hfsa_cvode;
 
 struct Model {
   const char* name;

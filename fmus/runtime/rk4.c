@@ -56,4 +56,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_rk4 = {create, advance};
+const Solver hfsa_rk4 = {create, advance, free};

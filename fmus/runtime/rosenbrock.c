@@ -183,4 +183,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_rosenbrock = {create, advance};
+const Solver hfsa_rosenbrock = {create, advance, free};

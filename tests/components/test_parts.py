@@ -56,9 +56,15 @@ def test_a_parameter_of_the_model_takes_a_start_value(part):
     assert part.model(gain="7")["gain"].start == 7.0
 
 
+def test_every_part_takes_a_solver(part):
+    assert part.model().solver is None
+    assert part.model(solver="rk4").solver == "rk4"
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ({"solver": "cvod"}, "gadget: solver is 'cvod'; did you mean cvode"),
         ({"level": "plannar"}, "gadget: level is 'plannar', expected one of static, planar .did you mean planar"),
         ({"mount.levr": "1,2,3"}, "no argument 'mount.levr'; did you mean mount.lever"),
         ({"mount.lever": "1,2"}, "mount.lever has 2 values, expected 3"),

@@ -43,6 +43,8 @@ def test_arguments_of_a_scene():
     scene = load_scene("sdelta_shaker", {"robot.level": "rigid", "reference.level": "exact", "robot.payload.mass": "1"})
     assert (scene.system["robot"].level, scene.system["reference"].level) == ("rigid", "exact")
     assert scene.system["robot"].arguments["payload.mass"] == "1"
+    scene = load_scene("sdelta_shaker", {"robot.solver": "rk4"})
+    assert rooms.model_of(scene.system["robot"]).solver == "rk4"
 
 
 @pytest.mark.parametrize(
@@ -95,7 +97,8 @@ def test_a_file_is_built_once(counted):
     assert len(counted) == 1
     assert fmu_file(MASS, 3) != first
     assert fmu_file(Component("mass", "mass_on_spring", arguments={"damping": 3.0})) != first  # another start value
-    assert len(counted) == 3
+    assert fmu_file(Component("mass", "mass_on_spring", arguments={"solver": "rosenbrock"})) != first
+    assert len(counted) == 4
 
 
 def test_the_same_argument_in_other_words(counted):

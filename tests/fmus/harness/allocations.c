@@ -1,7 +1,7 @@
-/* Count the allocations of a million steps.
+/* Count the allocations of many steps.
 
-   Usage: allocations LIBRARY TOKEN INPUT OUTPUT (value references). The program's own malloc, calloc, realloc and free
-   stand in front of the C library's for everything in the process, the loaded FMU too. */
+   Usage: allocations LIBRARY TOKEN INPUT OUTPUT STEPS (value references). The program's own malloc, calloc, realloc and
+   free stand in front of the C library's for everything in the process, the loaded FMU too. */
 
 #include <dlfcn.h>
 #include <math.h>
@@ -47,7 +47,7 @@ static void* symbol(void* library, const char* name) {
 }
 
 int main(int count, char** arguments) {
-  void* library = count == 5 ? dlopen(arguments[1], RTLD_NOW) : NULL;
+  void* library = count == 6 ? dlopen(arguments[1], RTLD_NOW) : NULL;
   if (!library) return 2;
   LOAD(fmi2Instantiate);
   LOAD(fmi2FreeInstance);
@@ -70,6 +70,7 @@ int main(int count, char** arguments) {
   int status = fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0);
   status |= fmi2EnterInitializationMode(c) | fmi2ExitInitializationMode(c);
   unsigned input = (unsigned)atoi(arguments[3]), output = (unsigned)atoi(arguments[4]);
+  long steps = atol(arguments[5]);
   void* state = NULL;
   status |= fmi2GetFMUstate(c, &state);
 
@@ -79,7 +80,7 @@ int main(int count, char** arguments) {
   const int orders[] = {1, 2};
   const double rates[] = {0.5, 30.0};
   double u, y, sum = 0.0;
-  for (long k = 0; k < 1000000; k++) {
+  for (long k = 0; k < steps; k++) {
     u = sin(1e-2 * (double)k);
     status |= fmi2SetReal(c, &input, 1, &u);
     if (k % 3 == 0) status |= fmi2SetRealInputDerivatives(c, inputs, 2, orders, rates);

@@ -1,0 +1,155 @@
+/* CVODE of SUNDIALS, for comparison: BDF of variable order and step, Newton's method with the analytic Jacobian.
+
+   A multistep method remembers the motion that has been. A jump of an input at a communication point makes that wrong,
+   and rollback would have to bring it back, so here the memory is scratch: every call starts anew, at order 1, from the
+   states alone. CVODE's time is counted from the beginning of the call, which loses no digits late in a run.
+
+   This file is part of FMUs with this solver only. It needs the headers and libraries of SUNDIALS, 6 or later. */
+
+#include "instance.h"
+
+#include <cvode/cvode.h>
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#if SUNDIALS_VERSION_MAJOR < 6
+#error "this needs SUNDIALS 6 or later"
+#endif
+#ifndef SUN_COMM_NULL /* before SUNDIALS 7 */
+#define SUN_COMM_NULL NULL
+#endif
+
+enum { LARGEST_COUNT = 1000000 };
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER }; /* places among the settings */
+
+typedef struct {
+  const Model* m;
+  Instance* in;  /* that the call at hand is about */
+  double offset; /* of the call at hand behind the beginning of the communication step [s] */
+  SUNContext context;
+  N_Vector x, tolerance;
+  SUNMatrix matrix;
+  SUNLinearSolver linear;
+  void* memory;
+  double jacobian[]; /* n x n, column by column */
+} Work;
+
+/* der(x), or 1 where it is not finite, which makes CVODE try a shorter step. */
+static int rhs(double t, N_Vector x, N_Vector der, void* data) {
+  Work* work = data;
+  Instance* in = work->in;
+  double at = work->offset + t, *values = N_VGetArrayPointer(der);
+  const double* u = hfsa_inputs(work->m, in, at);
+  return hfsa_rhs(work->m, in, in->state->time + at, N_VGetArrayPointer(x), u, values) ||
+         !hfsa_all_finite(values, work->m->size[ROLE_STATE]);
+}
+
+/* The matrix of Newton's method, 1 - gamma d der / d x, with a Jacobian made anew unless the last one will do. SUNDIALS
+   keeps a dense matrix as we do, column by column. */
+static int newton_matrix(double t, N_Vector x, N_Vector der, SUNMatrix matrix, int keep, int* is_new, double gamma,
+                         void* data, N_Vector a, N_Vector b, N_Vector c) {
+  Work* work = data;
+  Instance* in = work->in;
+  int n = work->m->size[ROLE_STATE];
+  double at = work->offset + t, *entries = SUNDenseMatrix_Data(matrix);
+  const double* u = hfsa_inputs(work->m, in, at);
+  (void)der, (void)a, (void)b, (void)c;
+  *is_new = !keep;
+  if (!keep && hfsa_jacobian(work->m, in, in->state->time + at, N_VGetArrayPointer(x), u, work->jacobian)) return 1;
+  for (int k = 0; k < n * n; k++) entries[k] = -gamma * work->jacobian[k];
+  for (int i = 0; i < n; i++) entries[i * n + i] += 1.0;
+  return 0;
+}
+
+/* SUNDIALS prints nothing: what it says is told in our words through the importer's logger. */
+#if SUNDIALS_VERSION_MAJOR < 7
+static void silent(int code, const char* module, const char* function, char* text, void* data) {
+  (void)code, (void)module, (void)function, (void)text, (void)data;
+}
+static int silence(Work* work) { return CVodeSetErrHandlerFn(work->memory, silent, NULL); }
+#else
+static int silence(Work* work) { return SUNContext_ClearErrHandlers(work->context); }
+#endif
+
+/* Everything that does not change from call to call; 1 where something cannot be had. */
+static int prepare(const Model* m, Work* work) {
+  long n = m->size[ROLE_STATE];
+  if (SUNContext_Create(SUN_COMM_NULL, &work->context)) return 1;
+  work->x = N_VNew_Serial(n, work->context);
+  work->tolerance = N_VNew_Serial(n, work->context);
+  work->matrix = SUNDenseMatrix(n, n, work->context);
+  if (!work->x || !work->tolerance || !work->matrix) return 1;
+  N_VConst(0.0, work->x);
+  N_VConst(1.0, work->tolerance);
+  work->linear = SUNLinSol_Dense(work->x, work->matrix, work->context);
+  work->memory = CVodeCreate(CV_BDF, work->context);
+  if (!work->linear || !work->memory || silence(work)) return 1;
+  void* memory = work->memory;
+  return CVodeInit(memory, rhs, 0.0, work->x) || CVodeSVtolerances(memory, 1.0, work->tolerance) ||
+         CVodeSetUserData(memory, work) || CVodeSetLinearSolver(memory, work->linear, work->matrix) ||
+         CVodeSetLinSysFn(memory, newton_matrix) || CVodeSetMaxNumSteps(memory, LARGEST_COUNT) ||
+         CVodeSetMaxHnilWarns(memory, -1);
+}
+
+static void destroy(void* data) {
+  Work* work = data;
+  if (!work) return;
+  CVodeFree(&work->memory);
+  SUNLinSolFree(work->linear);
+  SUNMatDestroy(work->matrix);
+  N_VDestroy(work->tolerance);
+  N_VDestroy(work->x);
+  SUNContext_Free(&work->context);
+  free(work);
+}
+
+static void* create(const Model* m) {
+  size_t n = (size_t)m->size[ROLE_STATE];
+  Work* work = calloc(1, sizeof(Work) + n * n * sizeof(double));
+  if (!work) return NULL;
+  work->m = m;
+  if (!prepare(m, work)) return work;
+  destroy(work);
+  return NULL;
+}
+
+/* The state whose error is the largest in units of what is tolerated; the two vectors are no longer needed. */
+static int worst_state(const Work* work) {
+  const double *errors = N_VGetArrayPointer(work->x), *weights = N_VGetArrayPointer(work->tolerance);
+  int worst = 0;
+  CVodeGetEstLocalErrors(work->memory, work->x);
+  CVodeGetErrWeights(work->memory, work->tolerance);
+  for (int i = 1; i < work->m->size[ROLE_STATE]; i++)
+    if (fabs(errors[i] * weights[i]) > fabs(errors[worst] * weights[worst])) worst = i;
+  return worst;
+}
+
+/* The tolerance of a state is relative to its size, and absolutely that of its nominal. */
+static int advance(const Model* m, Instance* in, double offset, double h) {
+  Work* work = in->work;
+  void* memory = work->memory;
+  double tolerance = in->settings[RELATIVE_TOLERANCE], reached = 0.0;
+  double *x = N_VGetArrayPointer(work->x), *absolute = N_VGetArrayPointer(work->tolerance);
+  size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
+  work->in = in;
+  work->offset = offset;
+  memcpy(x, in->x, bytes);
+  for (int i = 0; i < m->size[ROLE_STATE]; i++) absolute[i] = tolerance * in->nominal[i];
+  int code = CVodeReInit(memory, 0.0, work->x);
+  if (!code) code = CVodeSVtolerances(memory, tolerance, work->tolerance);
+  if (!code) code = CVodeSetMaxStep(memory, in->settings[MAXIMUM_STEP]);
+  if (!code) code = CVodeSetMaxOrd(memory, (int)in->settings[MAXIMUM_ORDER]);
+  if (!code) code = CVodeSetStopTime(memory, h);
+  if (!code) code = CVode(memory, h, work->x, &reached, CV_NORMAL);
+  if (code < 0)
+    return hfsa_report(in, DISCARD, "CVODE came only to %.15g and ended with its code %d; largest error in state %s",
+                       in->state->time + offset + reached, code, hfsa_name(m, ROLE_STATE, worst_state(work)));
+  memcpy(in->x, x, bytes);
+  return OK;
+}
+
+const Solver hfsa_cvode = {create, advance, destroy};
