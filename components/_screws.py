@@ -15,6 +15,7 @@ GAMMA = np.kron([[0.0, 1.0], [1.0, 0.0]], np.eye(3))
 """Swaps the two halves of a screw, shape (6, 6)."""
 
 _TERMS = 16
+_LOGARITHM_TERMS = 40
 
 
 class Axis(NamedTuple):
@@ -84,3 +85,16 @@ def exponential(vector: ca.SX) -> ca.SX:
         first = 1 - square / ((2 * n + 2) * (2 * n + 3)) * first
         second = 1 - square / ((2 * n + 3) * (2 * n + 4)) * second
     return ca.SX.eye(3) + first * W + second / 2 * (W @ W)
+
+
+def logarithm(matrix: ca.SX) -> ca.SX:
+    """Return the rotation vector of a rotation matrix, shape (3, 3) to (3, 1) [rad].
+
+    phi / sin(phi) times the skew part, as a power series in y = sin(phi / 2)^2: smooth at zero as `exponential` is.
+    Nothing but rounding error is left up to 75 degrees, 1e-7 rad at 110.
+    """
+    part = ca.vertcat(matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]) / 2
+    y, factor = (3 - ca.trace(matrix)) / 4, 1
+    for n in reversed(range(1, _LOGARITHM_TERMS)):
+        factor = 1 + 2 * n / (2 * n + 1) * y * factor
+    return factor * part

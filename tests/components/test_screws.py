@@ -1,4 +1,4 @@
-"""Screws: axes, shifts and the exponential of a rotation vector."""
+"""Screws: axes, shifts, the exponential of a rotation vector and its inverse."""
 
 import casadi as ca
 import numpy as np
@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hfsa.components._screws import GAMMA, axis, exponential, numbers, shift, skew, unit_screw
+from hfsa.components._screws import GAMMA, axis, exponential, logarithm, numbers, shift, skew, unit_screw
 
 vectors = st.tuples(*[st.floats(-1, 1) for _ in range(3)]).map(np.array)
 few = settings(max_examples=50, deadline=None, derandomize=True)
@@ -37,6 +37,22 @@ def test_exponential_is_smooth_at_zero():
             second = ca.reshape(ca.jacobian(ca.vec(first), v[j]), 3, 3)
             expected = (skew(e) @ skew(g) + skew(g) @ skew(e)) / 2
             np.testing.assert_array_equal(at_zero(second), expected)
+
+
+@given(vectors, st.floats(0, 75))
+@few
+def test_logarithm_undoes_the_exponential(direction, degrees):
+    size = np.linalg.norm(direction)
+    vector = np.deg2rad(degrees) * direction / size if size else direction
+    back = numbers(logarithm(ca.SX(Rotation.from_rotvec(vector).as_matrix()))).ravel()
+    np.testing.assert_allclose(back, vector, atol=1e-14)
+
+
+def test_logarithm_is_smooth_at_no_rotation():
+    """Its derivative along the exponential is the identity there."""
+    vector = ca.SX.sym("v", 3)
+    slope = ca.Function("slope", [vector], [ca.jacobian(logarithm(exponential(vector)), vector)])
+    np.testing.assert_allclose(np.array(slope(0)), np.eye(3), atol=1e-15)
 
 
 @given(vectors, vectors)

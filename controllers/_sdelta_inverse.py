@@ -1,0 +1,191 @@
+"""Inverse dynamics of the SDelta as a rigid body: the motor torques that a motion takes, at two levels of fidelity.
+
+    tau = M_th theta'' + T^T ( M a + [omega x I omega; 0] - w_g ),    theta' = T^-1 t,   theta'' = T^-1 a + (T^-1)' t
+
+with the twist t = [omega; v] and acceleration a of the centre of mass C, M = blkdiag(I, m 1), I in world axes, w_g the
+weight, and M_th the drives' inertia. (T^-1)' t = -T^-1 T' theta' is how the motors accelerate while C does not.
+
+    linear    T and M of the posture, displacements added, no term that is quadratic in a velocity
+    exact     T and M of the pose
+
+T^-1 of `exact` is the derivative of the inverse kinematics; the pose at motor angles is found by Newton's method.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import one_of
+from hfsa.components._screws import exponential, logarithm, shift
+from hfsa.components._sdelta_geometry import Posture, inverse_kinematics
+from hfsa.components._sdelta_inertia import Inertia, Payload, with_payload
+from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, HOME, Kinematics, by_drive
+from hfsa.components.c_drive import inertia
+
+RobotModel = Literal["linear", "exact"]
+
+DRIVE_INERTIA = np.kron(np.eye(3), inertia())
+"""M_th of all three drives, shape (6, 6) [kg.m2]."""
+
+_NEWTON_STEPS = 6
+"""From the posture, each squares the error: 50 mm off, five leave less than rounding."""
+
+
+class Motion(NamedTuple):
+    """Where the platform is and how it moves.
+
+    Attributes:
+        pose: of C, as the model keeps it.
+        twist: of C, [omega; v], shape (6, 1).
+    """
+
+    pose: tuple[ca.SX, ...]
+    twist: ca.SX
+
+
+class Robot(ABC):
+    """The rigid robot about a posture; screws are columns of six about C, rotation first.
+
+    Attributes:
+        body: platform and payload.
+        kinematics: at the posture.
+        offset: C - S at the posture, shape (3,) [m].
+    """
+
+    def __init__(self, posture: Posture, payload: Payload):
+        self.body: Inertia = with_payload(payload)
+        self.kinematics = Kinematics.at(posture)
+        self.offset = posture.matrix @ self.body.center
+
+    @abstractmethod
+    def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
+        """Return the motion that the motors dictate, from columns of six [rad], [rad/s]."""
+
+    @abstractmethod
+    def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
+        """Return the motion of C from that of S: the displacement from the posture and the twist, (6, 1) each."""
+
+    @abstractmethod
+    def acceleration(self, motion: Motion, of_S: ca.SX) -> ca.SX:
+        """Return the acceleration of C from that of S, (6, 1)."""
+
+    @abstractmethod
+    def error(self, wanted: Motion, motion: Motion) -> ca.SX:
+        """Return the displacement from one pose to a wanted one, (6, 1)."""
+
+    @abstractmethod
+    def motors_of(self, motion: Motion, acceleration: ca.SX) -> ca.SX:
+        """Return the motors' accelerations at one of C, (6, 1) each."""
+
+    @abstractmethod
+    def platform_of(self, motion: Motion, motors: ca.SX) -> ca.SX:
+        """Return the acceleration of C at the motors', (6, 1) each."""
+
+    @abstractmethod
+    def reaction(self, motion: Motion, acceleration: ca.SX, weight: ca.SX) -> ca.SX:
+        """Return the torques that the platform takes to accelerate under its weight (6, 1), shape (6, 1) [N.m]."""
+
+    def torques(self, motion: Motion, motors: ca.SX, acceleration: ca.SX, gravity: ca.SX) -> ca.SX:
+        """Return tau at accelerations of the motors and of C that belong together, (6, 1) [N.m]."""
+        weight = ca.vertcat(0, 0, 0, 0, 0, -self.body.mass * gravity)
+        return ca.DM(DRIVE_INERTIA) @ motors + self.reaction(motion, acceleration, weight)
+
+
+class _Linear(Robot):
+    """About the posture; a pose is the displacement of C."""
+
+    def __init__(self, posture: Posture, payload: Payload):
+        super().__init__(posture, payload)
+        T = self.kinematics.jacobian(self.offset)
+        self._T, self._to_motors = ca.DM(T), ca.DM(np.linalg.inv(T))
+        self._mass = ca.DM(self.body.matrix(posture.matrix))
+        self._from_S = ca.DM(shift(-self.offset))
+
+    def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
+        return Motion((self._T @ (angle - ca.DM(self.kinematics.motor_angles)),), self._T @ rate)
+
+    def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
+        return Motion((self._from_S @ displacement,), self._from_S @ twist)
+
+    def acceleration(self, motion: Motion, of_S: ca.SX) -> ca.SX:  # noqa: ARG002
+        return self._from_S @ of_S
+
+    def error(self, wanted: Motion, motion: Motion) -> ca.SX:
+        return wanted.pose[0] - motion.pose[0]
+
+    def motors_of(self, motion: Motion, acceleration: ca.SX) -> ca.SX:  # noqa: ARG002
+        return self._to_motors @ acceleration
+
+    def platform_of(self, motion: Motion, motors: ca.SX) -> ca.SX:  # noqa: ARG002
+        return self._T @ motors
+
+    def reaction(self, motion: Motion, acceleration: ca.SX, weight: ca.SX) -> ca.SX:  # noqa: ARG002
+        return self._T.T @ (self._mass @ acceleration - weight)
+
+
+class _Exact(Robot):
+    """At the pose; a pose is the attitude (3, 3) and the position of C (3, 1)."""
+
+    def __init__(self, posture: Posture, payload: Payload):
+        super().__init__(posture, payload)
+        self._start = (ca.SX(posture.matrix), ca.SX(np.array(posture.position) + self.offset))
+        self._center = ca.SX(self.body.center)
+        self._motors, self._slope, self._bias = self._inverse_kinematics()
+
+    def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
+        Q, c = self._start
+        for _ in range(_NEWTON_STEPS):
+            step = ca.solve(self._slope(Q, c), angle - self._motors(Q, c))
+            Q, c = exponential(step[:3]) @ Q, c + step[3:]
+        return Motion((Q, c), ca.solve(self._slope(Q, c), rate))
+
+    def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
+        Q = exponential(displacement[:3]) @ self._start[0]
+        arm, omega = Q @ self._center, twist[:3]
+        c = ca.SX(self.kinematics.position) + displacement[3:] + arm
+        return Motion((Q, c), ca.vertcat(omega, twist[3:] + ca.cross(omega, arm)))
+
+    def acceleration(self, motion: Motion, of_S: ca.SX) -> ca.SX:
+        arm, omega, alpha = motion.pose[0] @ self._center, motion.twist[:3], of_S[:3]
+        return ca.vertcat(alpha, of_S[3:] + ca.cross(alpha, arm) + ca.cross(omega, ca.cross(omega, arm)))
+
+    def error(self, wanted: Motion, motion: Motion) -> ca.SX:
+        return ca.vertcat(logarithm(wanted.pose[0] @ motion.pose[0].T), wanted.pose[1] - motion.pose[1])
+
+    def motors_of(self, motion: Motion, acceleration: ca.SX) -> ca.SX:
+        return self._slope(*motion.pose) @ acceleration + self._bias(*motion)
+
+    def platform_of(self, motion: Motion, motors: ca.SX) -> ca.SX:
+        return ca.solve(self._slope(*motion.pose), motors - self._bias(*motion))
+
+    def reaction(self, motion: Motion, acceleration: ca.SX, weight: ca.SX) -> ca.SX:
+        Q, omega = motion.pose[0], motion.twist[:3]
+        tensor = Q @ ca.SX(self.body.tensor) @ Q.T
+        moment = tensor @ acceleration[:3] + ca.cross(omega, tensor @ omega)
+        wrench = ca.vertcat(moment, self.body.mass * acceleration[3:])
+        return ca.solve(self._slope(*motion.pose).T, wrench - weight)
+
+    def _inverse_kinematics(self) -> tuple[Callable[..., ca.SX], Callable[..., ca.SX], Callable[..., ca.SX]]:
+        """Return (Q, c) -> motor angles (6, 1), (Q, c) -> T^-1 (6, 6) and (pose, twist) -> (T^-1)' t (6, 1)."""
+        Q, c, step, twist = ca.SX.sym("Q", 3, 3), ca.SX.sym("c", 3), ca.SX.sym("step", 6), ca.SX.sym("t", 6)
+        moved = (Q + ca.skew(step[:3]) @ Q, c + step[3:])  # to first order, all that a derivative at 0 sees
+        slide, _, angle = inverse_kinematics(Q, c - Q @ self._center, near=self.kinematics.limbs.angle)
+        angles = ca.DM(np.linalg.inv(DRIVES_MATRIX)) @ (by_drive(slide, angle) - by_drive(HOME.slide, HOME.angle))
+        motors = ca.Function("motors", [Q, c], [angles])
+
+        def at_rest(expression: ca.SX) -> ca.SX:
+            """An expression of the step where there is none."""
+            return ca.substitute(expression, step, ca.SX.zeros(6))
+
+        slope = ca.Function("slope", [Q, c], [at_rest(ca.jacobian(motors(*moved), step))])
+        bias = ca.Function("bias", [Q, c, twist], [at_rest(ca.jtimes(slope(*moved) @ twist, step, twist))])
+        return motors, slope, lambda pose, t: bias(*pose, t)
+
+
+def robot(model: str, posture: Posture, payload: Payload, part: str) -> Robot:
+    """Return the robot by a `model` of it for a `part`; `ModelError` for an unknown one, or a singular posture."""
+    models = {"linear": _Linear, "exact": _Exact}
+    return models[one_of(model, models, f"{part}: model")](posture, payload)

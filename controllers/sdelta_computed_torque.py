@@ -1,0 +1,144 @@
+"""Computed-torque control (CTC) of the SDelta's six motors on its rigid-body model: what it ignores are the springs.
+
+    motor            theta''_c = theta''_d + Kv (theta'_d - theta') + Kp (theta_d - theta)
+    encoder_pose     a_c = a_d + Kv (t_d - t) + Kp [log(Q_d Q^T); c_d - c],   Q, c, t where the motors would have them
+    measured_pose    the same, Q, c, t where the platform is
+    all              tau = limit( M_th theta''_c + T^T (M a_c + [omega x I omega; 0] - w_g) + feed_forward ),
+                     a_c = T theta''_c + T' theta'
+
+with Q, c, t = [omega; v] and a of the centre of mass C, the motors' inertia M_th, the platform's M = blkdiag(I, m 1),
+and T from the motors' rates to the twist. The model `exact` has all of this at the pose where the robot is; `linear`
+has T, M and I of the posture, and neither omega x I omega nor T' theta', which are of the second order in the motion.
+`motor` and `encoder_pose` are one law where the model is `linear`.
+
+On a rigid robot e'' + Kv e' + Kp e = 0 is left of the error. On springs the encoders are collocated with the motors and
+the loop is stable for every bandwidth, as long as nothing is sampled or late; the measured pose is not collocated, and
+at the symmetric posture 1 % of damping bears no more than 1.34 Hz. The default gains are those of 6 Hz, damping 0.7.
+
+    continuous    at every instant, a map without memory
+    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` put out one
+                  tick later; tends to `continuous` with the sample time, at first order
+
+Ports: `motor` in `axis[i].reference` [rad], `.reference_rate`, `.reference_acceleration`; the others in
+`reference.rotation` [rad], `.position` [m], `.angular_velocity`, `.velocity`, `.angular_acceleration`, `.acceleration`
+of S from the posture, world axes, as the robot's `platform`. `motor` and `encoder_pose` in `axis[i].measured` [rad],
+`.measured_rate`; `measured_pose` in `measured.rotation`, `.position`, `.angular_velocity`, `.velocity`. All in
+`axis[i].feed_forward` [N.m], for which the reference's acceleration may be left out; out `axis[i].command` [N.m] and
+`axis[i].saturation`, 1 while the limit acts. Motors are ordered L1, R1, L2, R2, L3, R3.
+
+Bode plot about rest at the posture, below the limit, `motor`: measured to command flat at -Kp M_rb, from the rate at
+-Kv M_rb, M_rb = M_th + T^T M T, from tick to tick where it is sampled; `delay` and the hold as in `pd`.
+"""
+
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import Model, one_of
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._sdelta_inertia import CUBE, Payload
+from hfsa.controllers._command import Level, execution
+from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
+
+_BANDWIDTH, _DAMPING = 2 * np.pi * 6, 0.7
+_AXES = "axis[1..6]"
+
+
+def sdelta_computed_torque(
+    *,
+    level: Level = "sampled",
+    feedback: Literal["motor", "encoder_pose", "measured_pose"] = "motor",
+    model: RobotModel = "linear",
+    posture: Posture = SYMMETRIC,
+    payload: Payload = CUBE,
+    delay: bool = False,
+) -> Model:
+    """One controller for the six motors.
+
+    Args:
+        level: `continuous` or `sampled`.
+        feedback: `motor` (the motors' errors), `encoder_pose` (the pose's, by direct kinematics of the motors) or
+            `measured_pose` (the pose's).
+        model: what the controller takes the robot for, `linear` about the posture or `exact`.
+        posture: of the robot; rotation in degrees, position of S in metres.
+        payload: what the platform carries.
+        delay: whether the command is put out one sample time late; at level `sampled` only.
+
+    Raises:
+        ModelError: a singular posture; an unknown level, feedback or model; a delay at level `continuous`.
+    """
+    laws = {"motor": _motor, "encoder_pose": _encoder_pose, "measured_pose": _measured_pose}
+    one_of(feedback, laws, "sdelta_computed_torque: feedback")
+    m = Model("SDeltaComputedTorque", "Computed-torque controller of the SDelta robot")
+    executed = execution(m, "sdelta_computed_torque", level, 0.25e-3, delay)
+    kp = m.parameter("proportional_gain", _BANDWIDTH**2, "1/s2", "Gain Kp", min=0, nominal=1e3)
+    kv = m.parameter("derivative_gain", 2 * _DAMPING * _BANDWIDTH, "1/s", "Gain Kv", min=0, nominal=10.0)
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z that the torques hold against")
+    limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
+    feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
+    rigid = robot(model, posture, payload, "sdelta_computed_torque")
+    motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)
+    wanted = feed_forward + rigid.torques(motion, motors, acceleration, gravity)
+    executed.put_out(_AXES, wanted, limit, "N.m", "Motor torque")
+    return m
+
+
+def _motor(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
+    """Return the motion, and the accelerations of the motors and of C that the law demands, columns of six."""
+    reference = m.input(f"{_AXES}.reference", "rad", "Reference angle", start=_angles(rigid), nominal=1e-2)
+    reference_rate = m.input(f"{_AXES}.reference_rate", "rad/s", "Rate of the reference")
+    reference_acceleration = m.input(f"{_AXES}.reference_acceleration", "rad/s2", "Acceleration of the reference")
+    measured, measured_rate = _encoders(m, rigid)
+    motors = reference_acceleration + kv * (reference_rate - measured_rate) + kp * (reference - measured)
+    motion = rigid.at_motors(measured, measured_rate)
+    return motion, motors, rigid.platform_of(motion, motors)
+
+
+def _encoder_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
+    """Return the same, by the pose that the motors dictate."""
+    return _of_pose(m, rigid, kp, kv, rigid.at_motors(*_encoders(m, rigid)))
+
+
+def _measured_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
+    """Return the same, by the pose that a sensor shows."""
+    displacement, twist = _pose(m, "measured", "Measured")
+    return _of_pose(m, rigid, kp, kv, rigid.at_platform(displacement, twist))
+
+
+def _of_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX, motion: Motion) -> tuple[Motion, ca.SX, ca.SX]:
+    """Return a motion, and the accelerations of the motors and of C that the law demands there."""
+    wanted = rigid.at_platform(*_pose(m, "reference", "Reference"))
+    reference_acceleration = ca.vertcat(
+        m.input("reference.angular_acceleration[1..3]", "rad/s2", "Reference angular acceleration"),
+        m.input("reference.acceleration[1..3]", "m/s2", "Reference acceleration of S"),
+    )
+    demanded = rigid.acceleration(wanted, reference_acceleration)
+    acceleration = demanded + kv * (wanted.twist - motion.twist) + kp * rigid.error(wanted, motion)
+    return motion, rigid.motors_of(motion, acceleration), acceleration
+
+
+def _encoders(m: Model, rigid: Robot) -> tuple[ca.SX, ca.SX]:
+    """Declare the encoders, which start at the posture; angles and rates, columns of six."""
+    return (
+        m.input(f"{_AXES}.measured", "rad", "Motor angle", start=_angles(rigid), nominal=1e-2),
+        m.input(f"{_AXES}.measured_rate", "rad/s", "Motor speed"),
+    )
+
+
+def _pose(m: Model, terminal: str, word: str) -> tuple[ca.SX, ca.SX]:
+    """Declare a pose of S from the posture, and its twist, columns of six."""
+    displacement = ca.vertcat(
+        m.input(f"{terminal}.rotation[1..3]", "rad", f"{word} rotation vector from the posture", nominal=1e-3),
+        m.input(f"{terminal}.position[1..3]", "m", f"{word} displacement of S from the posture", nominal=1e-4),
+    )
+    twist = ca.vertcat(
+        m.input(f"{terminal}.angular_velocity[1..3]", "rad/s", f"{word} angular velocity"),
+        m.input(f"{terminal}.velocity[1..3]", "m/s", f"{word} velocity of S"),
+    )
+    return displacement, twist
+
+
+def _angles(rigid: Robot) -> list[float]:
+    """Motor angles of the posture [rad]."""
+    return rigid.kinematics.motor_angles.tolist()

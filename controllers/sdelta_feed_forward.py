@@ -1,0 +1,141 @@
+"""What makes the SDelta's platform follow a command: motion and torque of its motors, by an inverse of its model.
+
+The command is that of `sdelta_reference`, the deviation of S from the posture. With x the command, of the centre of
+mass C, x_n the pose that the motors dictate, and T, M_th, M, D, K of `sdelta_computed_torque` and `sdelta`,
+
+    rigid      x_n = x
+    elastic    x_n = x + e,   D e' + K e = M x'' - w_g
+    both       motor = theta_0 + T^-1 x_n,   torque = M_th motor'' + T^T (M x'' - w_g)
+
+`elastic` inverts the robot's level `cartesian`: under motors that follow x_n, or under any collocated control that is
+fed both, its platform follows the command, exactly, weight and springs included. As the stiffness grows it tends to
+`rigid`, with an error ~ 1 / stiffness. The inverse of a robot without damping would take the command's fourth
+derivative; with damping it takes the third. What it knows wrongly of the robot stays: a mode that is damped otherwise,
+say.
+
+Ports: in `command.rotation` [rad], `.position` [m] with their `_rate`, `_acceleration` and `_jerk` (level elastic); out
+`motor[i].angle` [rad], `.angle_rate`, `.angle_acceleration`, `.torque` [N.m], ordered L1, R1, L2, R2, L3, R3, and the
+poses `platform` (the command) and `nominal` (x_n) of S from the posture, ports as those of the robot's `platform`.
+
+Bode plot, command to nominal pose, symmetric posture, preset ch4: `rigid` 0 dB at all frequencies. `elastic` the
+inverse of the robot's response: 0 dB at low frequency, antiresonances where the platform resonates and resonances where
+it does not move; vertical position -34 dB at 24.5 Hz and rising with 20 dB per decade in the end.
+"""
+
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._model import Model, one_of
+from hfsa.components._modes import modes
+from hfsa.components._screws import shift
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components._sdelta_stiffness import PRESETS, Preset
+from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.controllers._sdelta_inverse import DRIVE_INERTIA
+
+_DERIVATIVES = (
+    ("", "", "Commanded"),
+    ("_rate", "/s", "First derivative of the commanded"),
+    ("_acceleration", "/s2", "Second derivative of the commanded"),
+    ("_jerk", "/s3", "Third derivative (level elastic) of the commanded"),
+)
+_MOTIONS = (
+    (("rotation", "rad"), ("position", "m")),
+    (("angular_velocity", "rad/s"), ("velocity", "m/s")),
+    (("angular_acceleration", "rad/s2"), ("acceleration", "m/s2")),
+)
+_LEAST_DAMPING = 1e-5
+_RADIANS_PER_SECOND = 100.0
+"""Of the motions that nominal values are given for."""
+
+
+def sdelta_feed_forward(
+    *,
+    level: Literal["rigid", "elastic"] = "elastic",
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+) -> Model:
+    """The feed-forward at one posture.
+
+    Args:
+        level: `rigid` (the robot as a rigid body) or `elastic` (on its springs).
+        posture: where the command counts from; rotation in degrees, position of S in metres.
+        stiffness: preset of the robot; without effect at level `rigid`.
+        payload: what the platform carries.
+
+    Raises:
+        ModelError: a singular posture; an unknown level or preset.
+    """
+    levels = {"rigid": _rigid, "elastic": _elastic}
+    one_of(level, levels, "sdelta_feed_forward: level")
+    springs = PRESETS[one_of(stiffness, PRESETS, "sdelta_feed_forward: stiffness")]
+    m = Model("SDeltaFeedForward", "Commanded pose of the SDelta robot to motion and torque of its motors")
+    damping_ratio = m.parameter(
+        "damping_ratio", 0.01, "1", "Damping ratio of every mode (level elastic)", min=_LEAST_DAMPING
+    )
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z")
+    kinematics, body = Kinematics.at(posture), with_payload(payload)
+    offset = posture.matrix @ body.center
+    command = _command(m)
+    to_C = ca.DM(shift(-offset))
+    x = [to_C @ column for column in command]
+    M, T = body.matrix(posture.matrix), kinematics.jacobian(offset)
+    weight = ca.vertcat(0, 0, 0, 0, 0, -body.mass * gravity)
+    deflections = levels[level](m, M, stiffness_matrix(kinematics, springs, offset), x, weight, damping_ratio)
+    nominal = [motion + deflection for motion, deflection in zip(x, deflections, strict=False)]
+    motors = [ca.DM(np.linalg.inv(T)) @ column for column in nominal]
+    for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
+        shown = column if order else column + ca.DM(kinematics.motor_angles)
+        size = 1e-2 * _RADIANS_PER_SECOND**order
+        m.output(f"motor[1..6].angle{suffix}", shown, f"rad{per}", "Motor angle", nominal=size)
+    torque = ca.DM(DRIVE_INERTIA) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
+    m.output("motor[1..6].torque", torque, "N.m", "Motor torque", nominal=0.1)
+    to_S = ca.DM(shift(offset))
+    _pose(m, "platform", "Commanded", command)
+    _pose(m, "nominal", "Dictated by the motors:", [to_S @ column for column in nominal])
+    return m
+
+
+def _command(m: Model) -> list[ca.SX]:
+    """Declare the command and its derivatives, columns of six."""
+    command = []
+    for order, (suffix, per, word) in enumerate(_DERIVATIVES):
+        size = _RADIANS_PER_SECOND**order
+        turn, move = f"{word} rotation vector of the platform", f"{word} displacement of S"
+        rotation = m.input(f"command.rotation{suffix}[1..3]", f"rad{per}", turn, nominal=1e-3 * size)
+        position = m.input(f"command.position{suffix}[1..3]", f"m{per}", move, nominal=1e-4 * size)
+        command.append(ca.vertcat(rotation, position))
+    return command
+
+
+def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _ratio: ca.SX) -> list[ca.SX]:
+    """Return what the springs give way by, and its derivatives, columns of six: nothing."""
+    return [ca.SX.zeros(6)] * 3
+
+
+def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, ratio: ca.SX) -> list[ca.SX]:
+    """Return what the springs give way by, and its derivatives, columns of six about C.
+
+    D^-1 = H diag(1 / (2 zeta omega)) H^T by the modes H, H^T M H = 1, H^T K H = diag(omega^2).
+    """
+    rotation = m.state("deflection.rotation[1..3]", "rad", "Deflection of the springs by the motion", nominal=1e-4)
+    position = m.state("deflection.position[1..3]", "m", "Deflection of the springs by the motion, at C", nominal=1e-5)
+    moving = ca.vertcat(rotation, position)
+    omega, H = modes(M, K)
+    yields = ca.DM(H / (2 * omega) @ H.T) / ratio
+    rate = yields @ (ca.DM(M) @ x[2] - ca.DM(K) @ moving)
+    m.der[moving] = rate
+    acceleration = yields @ (ca.DM(M) @ x[3] - ca.DM(K) @ rate)
+    return [moving - ca.DM(np.linalg.inv(K)) @ weight, rate, acceleration]
+
+
+def _pose(m: Model, terminal: str, word: str, motion: list[ca.SX]) -> None:
+    """Declare a pose of S, its twist and its acceleration, from columns of six."""
+    for quantities, column in zip(_MOTIONS, motion, strict=False):
+        for (name, unit), half in zip(quantities, ca.vertsplit(column, 3), strict=True):
+            m.output(f"{terminal}.{name}[1..3]", half, unit, f"{word} {name.replace('_', ' ')} of S, world axes")
