@@ -149,25 +149,6 @@ def test_without_feed_forward_the_platform_sags_by_the_weight_on_the_gains(opene
     assert point["robot.center.position[3]"] == pytest.approx(-0.0196, abs=0.0005)
 
 
-@pytest.mark.parametrize(
-    ("sample_time", "delay", "critical"),
-    [
-        (0.25e-3, False, 181.8),
-        (0.25e-3, True, 84.6),
-        (1e-3, False, 44.2),
-        (1e-3, True, 13.3),
-        (2e-3, False, 19.8),
-        (2e-3, True, 1.58),
-    ],
-)
-def test_the_bandwidth_at_which_sampled_pd_turns_unstable(opened, sample_time, delay, critical):
-    for factor, is_stable in ((0.995, True), (1.005, False)):
-        arguments = {"bandwidth": factor * critical, "sample_time": sample_time, "delay": delay}
-        scene = load_scene("sdelta_hfsa", {name: str(value) for name, value in arguments.items()})
-        poles = linearize(scene.system, opened(build(scene.system)), [], scene.outputs).poles
-        assert np.all(poles.real < 0) == is_stable
-
-
 def test_a_limit_below_the_holding_torque_leaves_no_equilibrium(opened):
     scene = load_scene("sdelta_hfsa", {"gravity": "9.81"})
     starts = {f"controller.axis[{i}].limit": 0.4 for i in range(1, 7)}
