@@ -5,12 +5,15 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
+import scipy.linalg
 from scipy.spatial.transform import Rotation
 
+from hfsa.components import sdelta
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, ModelError
-from hfsa.components._sdelta_geometry import Posture
+from hfsa.components._modes import modal_damping
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, with_payload
 from hfsa.components._sdelta_kinematics import Kinematics, direct_kinematics
 from hfsa.components.c_drive import inertia
@@ -222,6 +225,28 @@ def test_bode_sentence():
         )
     for model in ("linear", "exact"):
         np.testing.assert_allclose(command({}, model=model), tuning["holding_torque"], rtol=1e-9)
+
+
+def test_why_a_measured_pose_bears_so_little():
+    """In every mode of free motors, v = [theta; x] with v^T M v = 1, theta^T M_rb T^-1 x is -1.
+
+    So the loop takes 2 z w_c from each mode's damping 2 zeta_k omega_k, and the first to lose all of it is at 47.7 Hz.
+    """
+    numbers, tuning = sdelta.analyze(), sdelta_tuning.analyze()
+    offset = BODY.center
+    T = Kinematics.at(SYMMETRIC).jacobian(offset)
+    M, K = numbers["mass_C"], numbers["stiffness_C"]
+    join = np.hstack([-T, np.eye(6)])
+    squares, modes = scipy.linalg.eigh(join.T @ K @ join, scipy.linalg.block_diag(M_TH, M))
+    flexible = squares > 1.0
+    omega, (theta, x) = np.sqrt(squares[flexible]), np.vsplit(modes[:, flexible], 2)
+    products = np.einsum("ik,ij,jk->k", theta, tuning["motor_inertia"] @ np.linalg.inv(T), x)
+    np.testing.assert_allclose(products, -1, rtol=1e-9)
+    damping = join.T @ (0.01 * modal_damping(M, K)) @ join
+    ratios = np.einsum("ik,ij,jk->k", modes[:, flexible], damping, modes[:, flexible]) / (2 * omega)
+    np.testing.assert_allclose(omega[[0, 2, 3, 5]] / (2 * np.pi), [47.70929, 95.00686, 129.88789, 164.05113], atol=1e-5)
+    np.testing.assert_allclose(ratios[[0, 2, 3, 5]], [0.019613, 0.038707, 0.015205, 0.010184], atol=1e-6)
+    assert (ratios * omega).min() / 0.7 / (2 * np.pi) == pytest.approx(1.33676, abs=1e-5)
 
 
 def test_mistakes_are_named():

@@ -33,10 +33,10 @@ class Robot:
         ticking = {} if sample_time is None else {"controller.sample_time": sample_time}
         return {**values, **ticking, "robot.damping_ratio": damping}
 
-    def response(self, frequency: list[float]) -> np.ndarray:
+    def response(self, frequency: list[float], starts: dict[str, float] | None = None) -> np.ndarray:
         """Pose commands to poses, (frequencies, 6, 6)."""
         scene = self.scene
-        return linear_response(scene.system, self.instances, scene.inputs, scene.outputs, np.array(frequency))
+        return linear_response(scene.system, self.instances, scene.inputs, scene.outputs, np.array(frequency), starts)
 
     def poles(
         self,
@@ -93,6 +93,25 @@ def test_motors_and_their_pose_are_one_law(robot):
     frequency = [1.0, 5.0, 23.0, 47.7]
     motor, pose = (robot(law=law, execution="continuous") for law in ("ctc", "ctc_cartesian"))
     np.testing.assert_allclose(motor.response(frequency), pose.response(frequency), atol=1e-9)
+
+
+def test_sampled_computed_torque_tends_to_the_continuous_one_at_order_one(robot):
+    frequency = [2.0, 10.0]
+    exact, it = robot(law="ctc", execution="continuous").response(frequency), robot(law="ctc")
+    error = []
+    for sample_time in 0.25e-3 / 2 ** np.arange(3):
+        starts = {"controller.sample_time": sample_time}
+        error.append(np.abs(it.response(frequency, starts) - exact).max())
+    np.testing.assert_allclose(np.log2(np.divide(error[:-1], error[1:])), 1, atol=0.03)
+
+
+@pytest.mark.slow
+def test_the_exact_model_is_the_linear_one_about_the_posture(robot):
+    """In an FMU, tilted, direct kinematics and all."""
+    chosen = {"law": "ctc_cartesian", "execution": "continuous"}
+    tilted = {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155"}
+    linear, exact = (robot(**chosen, **tilted, **{"controller.model": model}) for model in ("linear", "exact"))
+    np.testing.assert_allclose(exact.response([1.0, 10.0, 40.0]), linear.response([1.0, 10.0, 40.0]), atol=1e-8)
 
 
 @pytest.mark.parametrize("law", ["pd", "ctc", "ctc_cartesian"])
