@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import build
 from hfsa.cosim._blocks import block
+from hfsa.cosim._fuse import fused
 from hfsa.cosim._rig import Bench, Rig, Settings, Task
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.results import Point, Signal, Status
@@ -86,8 +87,9 @@ def measure_effect(
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
     for i, signal in enumerate(inputs):
-        system = build.instrument(scene, signal.name)
-        bench = Bench(system, build.build(system), tuple(scene.outputs), scene.source.name, build.LOCK_IN, library)
+        system = fused(build.instrument(scene, signal.name), scene.fuse)
+        files = build.files_for(system, scene.algorithm)
+        bench = Bench(system, files, tuple(scene.outputs), scene.source.name, build.LOCK_IN, library)
         with contextlib.closing(Rig(bench, settings)) as rig:
             for k, f in enumerate(frequency.tolist()):
                 small, full = (

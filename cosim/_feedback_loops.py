@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 from hfsa.cosim.system import Connector, System
 
+ALGORITHM = "linearized_feedback"
+"""The way to run a system that closes such loops within a step."""
+
 
 @dataclass(frozen=True)
 class Loop:

@@ -41,6 +41,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from hfsa.cosim import build
 from hfsa.cosim._amplitude_effect import Effect, bending, measure_effect
 from hfsa.cosim._description import describe
+from hfsa.cosim._fuse import fused
 from hfsa.cosim._rig import Settings
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.excitation import FEWEST_SAMPLES, logarithmic
@@ -255,7 +256,9 @@ class Motion:
         """Return the scene's outputs at every communication point, (points, outputs)."""
         scene = self._scene
         steps = max(round(scene.stop_time / scene.step_size), 1)
-        files = _checked_files(system)
+        _checked_files(system)  # in the scene's own words, before parts are fused
+        system = fused(system, scene.fuse)
+        files = build.files_for(system, scene.algorithm)
         with closing(open_master(files, system, scene.algorithm, scene.step_size, self._library)) as master:
             recording = master.record(scene.outputs, rows=steps + 1)
             master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))

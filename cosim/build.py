@@ -38,6 +38,7 @@ from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
 from hfsa.components._parts import SOLVER, Part, find, part_named, read_arguments
 from hfsa.cosim._description import describe
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim._feedback_loops import feedback_loops
 from hfsa.cosim._scene_text import read_scene
 from hfsa.cosim.instance import StepError
@@ -180,12 +181,14 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     return System([source, *scene.system.components, lock_in], [*scene.system.connections, *connections])
 
 
-def build_with_feedback(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
-    """Return the FMU files as `build`, those on a loop that can be fed back within a step with ports for that.
+def files_for(system: System, algorithm: str, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
+    """Return the FMU files of `build` as an algorithm takes them.
 
-    A finished `.fmu` stays without.
+    For `linearized_feedback` parts on its loops have ports for it; a finished `.fmu` stays without.
     """
     files = build(system, fmi)
+    if algorithm != LINEARIZED_FEEDBACK:
+        return files
     loops = feedback_loops(system, {name: describe(file).variables for name, file in files.items()})
     for name in {loop.plant for loop in loops}:
         if not system[name].part.endswith(".fmu"):

@@ -1,6 +1,6 @@
 """Linearised feedback: a plant integrates what a controller answers to it implicitly, however stiff that is.
 
-    master = LinearizedFeedback(instances, system, step_size=1e-5)      # instances of build.build_with_feedback(system)
+    master = LinearizedFeedback(instances, system, step_size=1e-5)      # of build.files_for(system, ALGORITHM)
 
 On a loop plant.y -> controller -> plant.u without a state between, u held over a step H is stable only while H is
 short beside the loop's own time constants. Here the controller's FMU gives its directional derivatives G = du/dy beside
@@ -11,7 +11,9 @@ u, and the plant, whose solver takes stiff equations, steps with
 by the ports that its FMU was exported with (`feedback.gain.u.y`, `feedback.at.y`). All other inputs move on lines: to
 where the instance that feeds them has stepped already, else at the rate that its output has at t_k. Rates follow from
 the FMUs' directional derivatives, passed on in feedthrough order. What a nonlinear controller bends within a step, and
-what its own states do meanwhile, is of second order in H, like the lines.
+what its own states do meanwhile, is of second order in H, like the lines. On lines is also what crosses through the
+controller from one plant to another: under one controller for several, the step is limited by that, and parts that are
+fused (`_fuse.py`) are one plant.
 
 Plants step first, then the others, each in the system's order; sampled instances tick before (`master.py`), and what
 they put out is held. Inputs of an FMU that takes no input derivatives are held; so is what is on an algebraic loop.
@@ -24,13 +26,11 @@ from typing import Any
 import numpy as np
 
 from hfsa.cosim._actions import Group
-from hfsa.cosim._feedback_loops import Loop, feedback_loops
+from hfsa.cosim._feedback_loops import ALGORITHM, Loop, feedback_loops
 from hfsa.cosim._wiring import Wiring
 from hfsa.cosim.instance import Call, Instance
 from hfsa.cosim.master import Master, sampled_first
 from hfsa.cosim.system import ALGORITHMS, Connection, StructureError, System
-
-NAME = "linearized_feedback"
 
 _NO_LOOP = (
     "no output of a component comes back to it through a continuous one without a state between, so there is nothing "
@@ -50,11 +50,11 @@ class LinearizedFeedback(Master):
         lacking = [_lacking(loop, instances) for loop in found]
         self._loops = [loop for loop, words in zip(found, lacking, strict=True) if not words]
         if not self._loops:
-            raise StructureError(f"{NAME}: {lacking[0] if found else _NO_LOOP}")
+            raise StructureError(f"{ALGORITHM}: {lacking[0] if found else _NO_LOOP}")
         marks = dict.fromkeys(Connection(f"{o.plant}.{o.output}", f"{o.plant}.{o.at}") for o in self._loops)
         joined = System(system.components, [*system.connections, *marks])
         super().__init__(instances, joined, ALGORITHMS[0], step_size)
-        self.algorithm = NAME
+        self.algorithm = ALGORITHM
         for loop, words in zip(found, lacking, strict=True):
             if words and system[loop.plant].part.endswith(".fmu"):  # a part lacks only ports that no state follows
                 self.warnings.setdefault(loop.plant, f"{words}; {loop.input} moves on a line instead")

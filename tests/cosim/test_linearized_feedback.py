@@ -1,6 +1,5 @@
 """Linearised feedback: second order, and stable where held inputs explode in two steps."""
 
-import dataclasses
 import itertools
 from pathlib import Path
 
@@ -11,10 +10,11 @@ from scipy.linalg import expm
 from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
 from hfsa.cosim._fuse import fused
-from hfsa.cosim.build import build, build_with_feedback, load_scene
+from hfsa.cosim.build import build, files_for, load_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
+from hfsa.cosim.results import read_run
 from hfsa.cosim.system import Component, Connection, StructureError, System
 from hfsa.fmus.export import export
 
@@ -50,14 +50,9 @@ def stage(kp: float, kv: float, **start: float) -> System:
     return System(components, connections)
 
 
-def robot() -> System:
-    """The robot under continuous PD control."""
-    system = load_scene("sdelta_hfsa").system
-    components = []
-    for c in system.components:
-        start = {name: value for name, value in c.start.items() if name != "sample_time"}
-        components.append(dataclasses.replace(c, level="continuous", start=start) if c.name == "controller" else c)
-    return System(components, system.connections)
+def robot(**arguments: str) -> System:
+    """The robot under continuous control, PD by default."""
+    return load_scene("sdelta_hfsa", {"execution": "continuous", **arguments}).system
 
 
 @pytest.fixture
@@ -65,7 +60,7 @@ def run(opened):
     """Run a system; the recording of `names`."""
 
     def recorded(system: System, step_size: float, until: float, names: list[str], **starts: float):
-        master = LinearizedFeedback(opened(build_with_feedback(system)), system, step_size)
+        master = LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, step_size)
         steps = round(until / step_size)
         recording = master.record(names, rows=steps + 1)
         master.initialize(starts=starts)
@@ -156,6 +151,17 @@ def filtered_loop(tmp_path) -> tuple[dict[str, Path], System]:
     )
 
 
+def test_a_fused_robot_bears_any_bandwidth(run):
+    """Computed torque of 5 kHz, 200 times the first mode, in steps of 1 ms: the motors are there after two."""
+    system = fused(
+        robot(law="ctc", bandwidth="5000", torque_limit="1e9"), [["robot", "drive[1]", "drive[2]", "drive[3]"]]
+    )
+    names = ["drive[1].motor[1].angle", "reference.motor[1].angle"]
+    found = run(system, 1e-3, 50e-3, names, **{"reference.command.position[3]": 10e-6}).values
+    assert found[0, 0] == 0
+    np.testing.assert_allclose(found[2:, 0], found[2:, 1], rtol=1e-4)
+
+
 def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
     """Against the matrix exponential, and what is read at each point is true of that point."""
     files, system = filtered_loop
@@ -182,7 +188,7 @@ def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
 def test_a_scene_without_such_a_loop_is_refused(opened):
     system = load_scene("stage_tracking", {"actuator": "force"}).system
     with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
-        LinearizedFeedback(opened(build_with_feedback(system)), system, 1e-5)
+        LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, 1e-5)
 
 
 def test_a_finished_fmu_has_no_ports(opened, files):
@@ -193,4 +199,19 @@ def test_a_finished_fmu_has_no_ports(opened, files):
     with pytest.raises(
         StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
     ):
-        LinearizedFeedback(opened(build_with_feedback(system)), system, 1e-3)
+        LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, 1e-3)
+
+
+def test_it_is_an_algorithm_of_the_command_line(hfsa):
+    """The limbs' forces are fed back to the drives: at 0.25 ms a fiftieth of the error that held ones make."""
+    options = ["sdelta_hfsa", "--stop", "20e-3", "--frequency", "30", "--input", "command.position[3]"]
+    height, found = "robot.platform.position[3]", {}
+    for name, algorithm, more in (
+        ("fed_back", "linearized_feedback", ["--step", "0.25e-3"]),
+        ("held", "gauss_seidel", ["--step", "0.25e-3"]),
+        ("exact", "gauss_seidel", ["--step", "0.25e-3", "--fuse", "robot,drives"]),
+    ):
+        assert hfsa("run", *options, *more, "--algorithm", algorithm, "-o", f"{name}.h5")[0] == 0
+        found[name] = read_run(f"{name}.h5")[0][height]
+    fed_back, held = (np.abs(found[name] - found["exact"]).max() for name in ("fed_back", "held"))
+    assert fed_back < held / 50
