@@ -58,7 +58,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         scene, choices = with_levels(scene, library)
         system, names = scene.system, tuple(scene.outputs)
     system = fused(system, scene.fuse)
-    files = build.build(system)
+    files = build.files_for(system, scene.algorithm)
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)

@@ -11,7 +11,9 @@ Whatever the name, the master answers to the same words (`master.Master`), and w
 from collections.abc import Mapping
 from pathlib import Path
 
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim.instance import open_instances
+from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import System
@@ -28,6 +30,8 @@ def open_master(
     """
     instances = open_instances(files)
     try:
+        if algorithm == LINEARIZED_FEEDBACK:
+            return LinearizedFeedback(instances, system, step_size)
         return make_master(instances, system, algorithm, step_size, library)
     except BaseException:
         for instance in instances.values():

@@ -23,7 +23,7 @@ HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
 """Algorithms that hold inputs over a communication step."""
 EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear", "jacobi_quadratic")
 """Algorithms that let inputs move over a step, on lines or parabolas."""
-ALGORITHMS = (*HELD, *EXTRAPOLATED)
+ALGORITHMS = (*HELD, *EXTRAPOLATED, "linearized_feedback")
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
