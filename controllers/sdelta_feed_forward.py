@@ -121,17 +121,20 @@ def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: 
 def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, ratio: ca.SX) -> list[ca.SX]:
     """Return what the springs give way by, and its derivatives, columns of six about C.
 
-    D^-1 = H diag(1 / (2 zeta omega)) H^T by the modes H, H^T M H = 1, H^T K H = diag(omega^2).
+    The state is by how much that lags the static K^-1 (M x'' - w_g), e = static + lag, e' = -D^-1 K lag: a rate that
+    follows no input, or inputs newer than the state by a step would show in it, times the fast rates of D^-1 K.
+    With the modes H, H^T M H = 1 and H^T K H = diag(omega^2), D^-1 K = H diag(omega / (2 zeta)) H^-1.
     """
-    rotation = m.state("deflection.rotation[1..3]", "rad", "Deflection of the springs by the motion", nominal=1e-4)
-    position = m.state("deflection.position[1..3]", "m", "Deflection of the springs by the motion, at C", nominal=1e-5)
-    moving = ca.vertcat(rotation, position)
+    rotation = m.state("lag.rotation[1..3]", "rad", "Deflection of the springs beyond the static one", nominal=1e-6)
+    position = m.state("lag.position[1..3]", "m", "Deflection of the springs beyond the static one, at C", nominal=1e-7)
+    lag = ca.vertcat(rotation, position)
     omega, H = modes(M, K)
-    yields = ca.DM(H / (2 * omega) @ H.T) / ratio
-    rate = yields @ (ca.DM(M) @ x[2] - ca.DM(K) @ moving)
-    m.der[moving] = rate
-    acceleration = yields @ (ca.DM(M) @ x[3] - ca.DM(K) @ rate)
-    return [moving - ca.DM(np.linalg.inv(K)) @ weight, rate, acceleration]
+    decay = ca.DM(H * omega / 2 @ np.linalg.inv(H)) / ratio
+    compliance = ca.DM(np.linalg.inv(K))
+    rate = -decay @ lag
+    growth = rate - compliance @ ca.DM(M) @ x[3]
+    m.der[lag] = growth
+    return [compliance @ (ca.DM(M) @ x[2] - weight) + lag, rate, -decay @ growth]
 
 
 def _pose(m: Model, terminal: str, word: str, motion: list[ca.SX]) -> None:
