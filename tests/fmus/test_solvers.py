@@ -210,55 +210,6 @@ def test_a_mixed_model_equals_its_discretisation(instance, version):
     np.testing.assert_allclose(it.get("position", "velocity", "force", "seen"), [*x, z, seen[-1]], rtol=1e-12)
 
 
-# inputs within a step -------------------------------------------------------------------------------------------------
-
-
-def driven() -> Model:
-    """An oscillator x'' = u - x, from rest."""
-    m = Model("Driven", "Driven oscillator")
-    u = m.input("u", "m/s2", "Drive")
-    x = m.state("x", "m", "Displacement")
-    v = m.state("v", "m/s", "Velocity")
-    m.der[x] = v
-    m.der[v] = u - x
-    m.output("y", x, "m", "Displacement")
-    return m
-
-
-def test_exact_is_exact_for_a_quadratic_input(instance, version):
-    """With u = t^2, whose response from rest is t^2 - 2 (1 - cos t)."""
-    it, h = instance(driven(), version).initialize(), 0.4
-    for k in range(25):
-        it.set({"u": (k * h) ** 2})
-        it.move({"u": (2 * k * h, 2.0)})
-        it.step(k * h, h)
-        t = (k + 1) * h
-        expected = [t**2, t**2 - 2 * (1 - math.cos(t)), 2 * t - 2 * math.sin(t)]
-        np.testing.assert_allclose(it.get("u", "x", "v"), expected, rtol=0, atol=1e-12 * t**2)
-
-
-@pytest.mark.parametrize("degree", [0, 1, 2])
-@pytest.mark.parametrize("solver", ["exact", "rosenbrock", "rk4"])
-def test_an_input_of_degree_k_has_order_k_plus_1(instance, version, solver, degree):
-    """With u = cos(2 t), held or with its derivatives at each communication point; x = (cos t - cos 2 t) / 3."""
-    model, errors = driven(), []
-    model.solver = solver
-    finest = {"exact": {}, "rosenbrock": {"solver.relative_tolerance": 1e-12}, "rk4": {"solver.maximum_step": 1e-3}}
-    for h in (0.05, 0.025):
-        it = instance(model, version)
-        it.set(finest[solver])
-        it.initialize()
-        for k in range(round(2.0 / h)):
-            phase = 2 * k * h
-            it.set({"u": math.cos(phase)})
-            if degree:
-                it.move({"u": (-2 * math.sin(phase), -4 * math.cos(phase))[:degree]})
-            it.step(k * h, h)
-        expected = (math.cos(2.0) - math.cos(4.0)) / 3, (2 * math.sin(4.0) - math.sin(2.0)) / 3
-        errors.append(math.dist(it.get("x", "v"), expected))
-    assert math.log2(errors[0] / errors[1]) == pytest.approx(degree + 1, abs=0.1)
-
-
 # rosenbrock -----------------------------------------------------------------------------------------------------------
 
 
