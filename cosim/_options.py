@@ -39,7 +39,7 @@ Algorithm = Literal[
     "gauss_seidel_quadratic",
     "jacobi_linear",
     "jacobi_quadratic",
-    "linearized_feedback",
+    "monolithic",
 ]
 Loop = Annotated[
     Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")

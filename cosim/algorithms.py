@@ -8,15 +8,15 @@
 Whatever the name, the master answers to the same words (`master.Master`), and what it records is the same.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim.instance import open_instances
-from hfsa.cosim.linearized_feedback import LinearizedFeedback
+from hfsa.cosim.instance import Instance, Kind, open_instances
 from hfsa.cosim.master import Master
+from hfsa.cosim.model_exchange import ModelExchangeInstance
+from hfsa.cosim.monolithic import Monolithic
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import System
+from hfsa.cosim.system import MONOLITHIC, System
 
 
 def open_master(
@@ -28,11 +28,16 @@ def open_master(
     which values are recorded, `library` is the stepping loop in C, `None` for Python's. Raises `StructureError` where
     the wiring is wrong or an FMU does not offer what the algorithm takes; nothing is left loaded then.
     """
-    instances = open_instances(files)
+    if algorithm == MONOLITHIC:
+        return _opened(files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size))
+    return _opened(files, Instance, lambda instances: make_master(instances, system, algorithm, step_size, library))
+
+
+def _opened(files: Mapping[str, Path], kind: type[Kind], make: Callable[[dict[str, Kind]], Master]) -> Master:
+    """Return the master that is made of instances of a kind; where that fails, nothing is left loaded."""
+    instances = open_instances(files, kind)
     try:
-        if algorithm == LINEARIZED_FEEDBACK:
-            return LinearizedFeedback(instances, system, step_size)
-        return make_master(instances, system, algorithm, step_size, library)
+        return make(instances)
     except BaseException:
         for instance in instances.values():
             instance.close()

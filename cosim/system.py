@@ -23,7 +23,9 @@ HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
 """Algorithms that hold inputs over a communication step."""
 EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear", "jacobi_quadratic")
 """Algorithms that let inputs move over a step, on lines or parabolas."""
-ALGORITHMS = (*HELD, *EXTRAPOLATED, "linearized_feedback")
+MONOLITHIC = "monolithic"
+"""The algorithm that integrates all FMUs as one equation."""
+ALGORITHMS = (*HELD, *EXTRAPOLATED, MONOLITHIC)
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")

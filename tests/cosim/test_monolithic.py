@@ -1,0 +1,277 @@
+"""All FMUs as one equation: against closed forms, as the limit of co-simulation, and honest where it cannot go on."""
+
+import sys
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from hfsa.components._model import Model
+from hfsa.cosim import _integrator
+from hfsa.cosim.algorithms import open_master
+from hfsa.cosim.build import build, load_scene
+from hfsa.cosim.instance import Fmu, StepError, open_instances
+from hfsa.cosim.model_exchange import ModelExchangeInstance
+from hfsa.cosim.monolithic import Monolithic
+from hfsa.cosim.system import Component, Connection, StructureError, System
+
+VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
+LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
+KP, KD, TF = 40.0, 2.0, 0.02
+
+
+@pytest.fixture
+def master():
+    """Make masters from component -> file, start values by component, and connections; closed after the test."""
+    made = []
+
+    def make(files, connections=(), step_size=1e-3, starts=None) -> Monolithic:
+        system = System([Component(n, "x", start=(starts or {}).get(n, {})) for n in files], connections)
+        made.append(Monolithic(open_instances(files, ModelExchangeInstance), system, step_size))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def recorded(master, names, steps, start_time=0.0) -> np.ndarray:
+    """Values at all points of a run, (steps + 1, names)."""
+    recording = master.record(names, rows=steps + 1)
+    master.initialize(start_time)
+    master.advance(steps)
+    return np.array([recording[name] for name in names]).T
+
+
+def free(A, x: list[float], step: float, steps: int) -> np.ndarray:
+    """Values of x' = A x at the points of a run, (steps + 1, n)."""
+    over, found = expm(np.array(A) * step), [np.array(x)]
+    for _ in range(steps):
+        found.append(over @ found[-1])
+    return np.array(found)
+
+
+def assert_accurate(found: np.ndarray, exact: np.ndarray, tolerance: float = 1e-10) -> None:
+    """Compare columns, each relative to its largest value."""
+    assert np.all(np.abs(found - exact).max(axis=0) <= tolerance * np.abs(exact).max(axis=0))
+
+
+# Closed forms ---------------------------------------------------------------------------------------------------------
+
+
+@VERSIONS
+@pytest.mark.parametrize("amplitude", [1e-9, 1.0])
+def test_eighty_periods_of_a_vibration(master, mass_on_spring_files, version, amplitude):
+    one = master({"mass": mass_on_spring_files[version]}, (), 5e-3, {"mass": {"mass.position": amplitude}})
+    found = recorded(one, ["mass.mass.position", "mass.mass.velocity"], 1000)
+    assert_accurate(found, free([[0, 1], [-1e4, -0.5]], [amplitude, 0], 5e-3, 1000))
+
+
+@VERSIONS
+def test_a_loop_of_two(master, files, version):
+    one = master({"plant": files["Plant", version], "pd": files["Pd", version]}, LOOP, 0.01, {"plant": {"x": 1.0}})
+    found = recorded(one, ["plant.x", "plant.v", "pd.filtered"], 100)
+    A = [[0, 1, 0], [-100 - KP - KD / TF, -0.5, KD / TF], [1 / TF, 0, -1 / TF]]
+    assert_accurate(found, free(A, [1, 0, 0], 0.01, 100))
+    np.testing.assert_allclose(one._ode.jacobian(), A, rtol=1e-14)
+
+
+@VERSIONS
+@pytest.mark.parametrize("start_time", [0.0, 1000.1])
+def test_a_sampled_loop(master, files, version, start_time):
+    """The integrator stops at each tick; what is recorded there is from before it."""
+    found = {"plant": files["Plant", version], "pd": files["SampledPd", version]}
+    one = master(found, LOOP, 2.5e-3, {"plant": {"x": 1.0}})
+    E = expm(np.block([[np.array([[0, 1, 0], [-100, -0.5, 1.0]])], [np.zeros((1, 3))]]) * 2.5e-3)
+    x, v, force, last, exact = 1.0, 0.0, 0.0, 0.0, []
+    for k in range(401):
+        exact.append([x, v, force])
+        if k % 4 == 0:
+            force, last = -KP * x - KD * (x - last) / 0.01, x
+        x, v, _ = E @ [x, v, force]
+    assert_accurate(recorded(one, ["plant.x", "plant.v", "pd.force"], 400, start_time), np.array(exact))
+
+
+def controller() -> Model:
+    """A PD law whose rate is filtered with 5 ms, on the error from a reference."""
+    m = Model("FilteredPd", "PD law with filtered rate")
+    wanted = m.parameter("reference", 1.0, "m", "Reference")
+    position = m.input("position", "m", "Measured position")
+    w = m.state("filtered", "m", "Filtered error", start=1.0)
+    error = wanted - position
+    m.der[w] = (error - w) / 0.005
+    m.output("force", 400 * error + 10 * (error - w) / 0.005, "N", "Force")
+    return m
+
+
+@VERSIONS
+def test_the_loop_that_error_control_stalls_on(master, files, exported, version):
+    pd = exported("FilteredPd", controller())[version]
+    one = master({"plant": files["Plant", version], "pd": pd}, LOOP, 0.05)
+    assert recorded(one, ["plant.x"], 20)[-1, 0] == pytest.approx(0.8034755886, abs=1e-10)
+
+
+@VERSIONS
+def test_values_set_on_the_way(master, files, version):
+    one = master({"plant": files["Plant", version]}, (), 0.05)
+    one.initialize()
+    one.advance(1)
+    one.set({"plant.force": 3.0})
+    assert one.read(["plant.acceleration"])[0] == 3.0
+    one.advance(10)
+    exact = free([[0, 1, 0], [-100, -0.5, 1], [0, 0, 0]], [0, 0, 3.0], 0.05, 10)[-1]
+    assert one.read(["plant.x"])[0] == pytest.approx(exact[0], rel=1e-10)
+    assert one.time == pytest.approx(0.55, abs=1e-15)
+
+
+def stiff() -> Model:
+    """A slow vibration, followed by a filter of 1 us."""
+    m = Model("Stiff", "A slow vibration and a fast filter")
+    x = m.state("x", "m", "Position", start=1.0)
+    v = m.state("v", "m/s", "Velocity")
+    w = m.state("w", "m", "Filtered")
+    m.der[x], m.der[v], m.der[w] = v, -100.0 * x, (x - w) / 1e-6
+    m.output("y", w, "m", "Filtered")
+    return m
+
+
+def test_a_fast_filter_does_not_shorten_the_steps(master, exported):
+    one = master({"it": exported("Stiff", stiff())[2]}, (), 0.01)
+    found = recorded(one, ["it.x", "it.w"], 100)
+    A = [[0, 1, 0], [-100, 0, 0], [1e6, 0, -1e6]]
+    assert_accurate(found[1:], free(A, [1, 0, 0], 0.01, 100)[1:, [0, 2]], 1e-8)
+    assert one._integrator.method == "BDF"
+
+
+def test_without_derivatives_of_the_fmus(files, mass_on_spring_files):
+    fmu = Fmu(mass_on_spring_files[2], "model_exchange")
+    fmu.description = replace(fmu.description, has_derivatives=False)
+    system = System([Component("mass", "x", start={"mass.position": 1e-6})])
+    one = Monolithic({"mass": ModelExchangeInstance(fmu, "mass")}, system, 0.01)
+    found = recorded(one, ["mass.mass.position"], 100)
+    assert_accurate(found, free([[0, 1], [-1e4, -0.5]], [1e-6, 0], 0.01, 100)[:, :1])
+    one.close()
+    fmu.close()
+
+
+# The limit of co-simulation -------------------------------------------------------------------------------------------
+
+
+def simulated(name, arguments, algorithm, step, stop, names, starts=None, library=None) -> np.ndarray:
+    """Values of a scene's run at twenty points, (21, names)."""
+    scene = load_scene(name, arguments)
+    one = open_master(build(scene.system), scene.system, algorithm, step, library)
+    try:
+        recording = one.record(names, rows=21, every=round(stop / step / 20))
+        one.initialize(starts=starts)
+        one.advance(round(stop / step))
+        return np.array([recording[name] for name in names]).T
+    finally:
+        one.close()
+
+
+ROBOT = ("sdelta_hfsa", {}), ["robot.platform.position[3]", "controller.axis[1].command"]
+STAGE = ("stage_tracking", {"motion": "three_axis"}), ["stage.stack[1].elongation", "controller.axis[1].command"]
+
+
+def errors(found: list[np.ndarray], exact: np.ndarray) -> np.ndarray:
+    """Largest error of each run, relative to the largest value of its column."""
+    return np.array([(np.abs(one - exact).max(axis=0) / np.abs(exact).max(axis=0)).max() for one in found])
+
+
+def test_the_robots_co_simulation_tends_to_it(library):
+    """Gauss-Seidel with held inputs: of the first order in the step."""
+    scene, names = ROBOT
+    starts = {"reference.command.position[3]": 1e-5}
+    exact = simulated(*scene, "monolithic", 0.25e-3, 0.02, names, starts)
+    steps = [0.25e-3 / n for n in (10, 20, 40)]
+    found = [simulated(*scene, "gauss_seidel", step, 0.02, names, starts, library) for step in steps]
+    error = errors(found, exact)
+    assert error[0] < 0.05
+    np.testing.assert_allclose(error[:-1] / error[1:], 2.0, rtol=0.05)
+
+
+def test_the_stages_co_simulation_is_it(library):
+    """Nothing is exchanged between the stage's ticks that could be late."""
+    scene, names = STAGE
+    exact = simulated(*scene, "monolithic", 1e-5, 1e-3, names)
+    assert errors([simulated(*scene, "gauss_seidel", 1e-5, 1e-3, names, None, library)], exact)[0] < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("part", "step", "stop"), [(ROBOT, 0.25e-3, 5e-3), (STAGE, 1e-5, 4e-4)], ids=["robot", "stage"]
+)
+def test_the_error_follows_the_tolerance(monkeypatch, part, step, stop):
+    scene, names = part
+    starts = {"reference.command.position[3]": 1e-5} if part is ROBOT else None
+    found = {}
+    for tolerance in (3e-14, 1e-11, 1e-8, 1e-5):
+        monkeypatch.setattr(_integrator, "TOLERANCE", tolerance)
+        found[tolerance] = simulated(*scene, "monolithic", step, stop, names, starts)
+    exact = found.pop(3e-14)
+    error = errors(list(found.values()), exact)
+    assert np.all(np.diff(error) > 0)
+    assert np.all(error < [1e-9, 1e-6, 1e-2])
+
+
+# Where it cannot go on ------------------------------------------------------------------------------------------------
+
+
+@VERSIONS
+def test_an_fmu_without_model_exchange(foreign, version):
+    files, system = {"it": foreign[version]}, System([Component("it", "x")])
+    with pytest.raises(StructureError, match=r"Foreign\.fmu offers no Model Exchange interface, which .* monolithic"):
+        open_master(files, system, "monolithic", 1e-3, None)
+
+
+def test_without_sundials(monkeypatch, files):
+    monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
+    with pytest.raises(StructureError, match="through the package scikit-sundae, which cannot be loaded"):
+        open_master({"it": files["Plant", 2]}, System([Component("it", "x")]), "monolithic", 1e-3, None)
+
+
+def runaway() -> Model:
+    """From 1 by x' = x^2, infinite at 1 s."""
+    m = Model("Runaway", "Infinite at 1 s")
+    x = m.state("x", "1", "Runs away", start=1.0)
+    m.der[x] = x**2
+    m.output("y", x, "1", "Output")
+    return m
+
+
+def rooted() -> Model:
+    """From 1 by x' = -1 - sqrt(x): no number where x is below 0, after 2 - 2 ln 2 s."""
+    m = Model("Rooted", "A root of a state that falls")
+    x = m.state("x", "1", "Falls", start=1.0)
+    m.der[x] = -1 - ca.sqrt(x)
+    m.output("y", x, "1", "Output")
+    return m
+
+
+def test_a_solution_that_ends(master, exported):
+    one = master({"it": exported("Runaway", runaway())[2]}, (), 0.1)
+    one.initialize()
+    one.advance(9)
+    assert one.read(["it.x"])[0] == pytest.approx(10.0, rel=1e-9)
+    with pytest.raises(StepError) as caught:
+        one.advance(2)
+    assert caught.value.instance == "it"
+    assert caught.value.time == pytest.approx(1.0, abs=1e-6)
+
+
+@VERSIONS
+def test_an_fmu_that_refuses_a_state(master, exported, version):
+    """A shorter step is tried where an FMU refuses; where none does, the FMU's own words end the run."""
+    one = master({"it": exported("Rooted", rooted())[version]}, (), 0.1)
+    one.initialize()
+    one.advance(6)
+    with pytest.raises(StepError, match=r"it: .*Derivatives: discard at t = 0\.61.*der\(x\) is") as caught:
+        one.advance(1)
+    assert caught.value.time == pytest.approx(2 - 2 * np.log(2), abs=1e-3)
+
+
+def test_the_command(hfsa):
+    code, _, error = hfsa("run", "mass_on_spring", "--algorithm", "monolithic", "--stop", "0.1", "-o", "run.h5")
+    assert (code, error.count("Traceback")) == (0, 0)
