@@ -39,6 +39,7 @@ Algorithm = Literal[
     "gauss_seidel_quadratic",
     "jacobi_linear",
     "jacobi_quadratic",
+    "linearized_feedback",
     "monolithic",
 ]
 Loop = Annotated[

@@ -11,7 +11,9 @@ Whatever the name, the master answers to the same words (`master.Master`), and w
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim.instance import Instance, Kind, open_instances
+from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
 from hfsa.cosim.monolithic import Monolithic
@@ -30,6 +32,8 @@ def open_master(
     """
     if algorithm == MONOLITHIC:
         return _opened(files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size))
+    if algorithm == LINEARIZED_FEEDBACK:
+        return _opened(files, Instance, lambda instances: LinearizedFeedback(instances, system, step_size))
     return _opened(files, Instance, lambda instances: make_master(instances, system, algorithm, step_size, library))
 
 

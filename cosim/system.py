@@ -25,7 +25,7 @@ EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear"
 """Algorithms that let inputs move over a step, on lines or parabolas."""
 MONOLITHIC = "monolithic"
 """The algorithm that integrates all FMUs as one equation."""
-ALGORITHMS = (*HELD, *EXTRAPOLATED, MONOLITHIC)
+ALGORITHMS = (*HELD, *EXTRAPOLATED, "linearized_feedback", MONOLITHIC)
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
