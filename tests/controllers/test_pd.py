@@ -66,7 +66,7 @@ def test_bode_sentence_without_sampling():
     row = system.output_labels.index("axis[1]/command")
     assert system.nstates == 0
     for signal, gain in (("measured", -3.0), ("measured_rate", -0.5), ("reference", 3.0), ("feed_forward", 1.0)):
-        assert system.D[row, system.input_labels.index(f"axis[1]/{signal}")] == gain
+        assert np.asarray(system.D)[row, system.input_labels.index(f"axis[1]/{signal}")] == gain
 
 
 def test_the_law_is_the_same_at_both_levels():
