@@ -127,8 +127,9 @@ class JointOde:
         return np.concatenate([np.zeros(0), *(instance.states() for instance in self._instances.values())])
 
     def nominals(self) -> np.ndarray:
-        """Return the sizes of x as the instances state them, (n,)."""
-        return np.concatenate([np.zeros(0), *(instance.nominals() for instance in self._instances.values())])
+        """Return the sizes of x as the instances state them, (n,), 1 for a state without one."""
+        found = np.concatenate([np.zeros(0), *(instance.nominals() for instance in self._instances.values())])
+        return np.where(found > 0, found, 1.0)
 
     def _differences(self) -> np.ndarray:
         time, x, rates = self._wiring.time.value, self.x.copy(), self.rates.copy()

@@ -145,9 +145,31 @@ def test_a_fast_filter_does_not_shorten_the_steps(master, exported):
     assert one._integrator.method == "BDF"
 
 
+def added_mass() -> Model:
+    """Half a kilogram that moves with another mass: its force follows the acceleration directly."""
+    m = Model("AddedMass", "A mass carried along")
+    m.output("force", -0.5 * m.input("acceleration", "m/s2", "Acceleration"), "N", "Force")
+    return m
+
+
+@VERSIONS
+def test_an_algebraic_loop(master, files, exported, version):
+    found = {"plant": files["Plant", version], "more": exported("AddedMass", added_mass())[version]}
+    loop = [Connection("plant.acceleration", "more.acceleration"), Connection("more.force", "plant.force")]
+    one = master(found, loop, 0.01, {"plant": {"x": 1.0}})
+    A = [[0, 1], [-100 / 1.5, -0.5 / 1.5]]
+    assert_accurate(recorded(one, ["plant.x", "plant.v"], 200), free(A, [1, 0], 0.01, 200))
+    np.testing.assert_allclose(one._ode.jacobian(), A, rtol=1e-14)
+
+
+def test_without_a_state_there_is_nothing_to_integrate(master, exported):
+    one = master({"more": exported("AddedMass", added_mass())[2]}, (), 0.5, {"more": {"acceleration": 4.0}})
+    assert recorded(one, ["more.force", "more.time"], 3).tolist() == [[-2.0, 0.5 * k] for k in range(4)]
+
+
 def test_without_derivatives_of_the_fmus(files, mass_on_spring_files):
     fmu = Fmu(mass_on_spring_files[2], "model_exchange")
-    fmu.description = replace(fmu.description, has_derivatives=False)
+    fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
     system = System([Component("mass", "x", start={"mass.position": 1e-6})])
     one = Monolithic({"mass": ModelExchangeInstance(fmu, "mass")}, system, 0.01)
     found = recorded(one, ["mass.mass.position"], 100)
@@ -224,6 +246,14 @@ def test_an_fmu_without_model_exchange(foreign, version):
     files, system = {"it": foreign[version]}, System([Component("it", "x")])
     with pytest.raises(StructureError, match=r"Foreign\.fmu offers no Model Exchange interface, which .* monolithic"):
         open_master(files, system, "monolithic", 1e-3, None)
+
+
+def test_state_events_are_refused(mass_on_spring_files):
+    fmu = Fmu(mass_on_spring_files[2], "model_exchange")
+    fmu.description = replace(fmu.description, event_indicators=2)
+    with pytest.raises(StructureError, match=r"mass: .* has state events \(2 event indicators\)"):
+        ModelExchangeInstance(fmu, "mass")
+    fmu.close()
 
 
 def test_without_sundials(monkeypatch, files):
