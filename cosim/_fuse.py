@@ -99,11 +99,11 @@ def _meant(word: str, known: Sequence[str]) -> list[str]:
     names = expand(word)
     if all(name in known for name in names):
         return names
-    numbered = [name for name in known if name.endswith("]") and name.partition("[")[0] in (word, word[:-1])]
-    if not numbered or (numbered[0].partition("[")[0] != word and not word.endswith("s")):
-        missing = next(name for name in names if name not in known)
-        raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
-    return numbered
+    for common in (word, word.removesuffix("s")):
+        if numbered := [name for name in known if name.endswith("]") and name.partition("[")[0] == common]:
+            return numbered
+    missing = next(name for name in names if name not in known)
+    raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
 
 
 def _with_group(system: System, name: str, group: Sequence[str]) -> System:

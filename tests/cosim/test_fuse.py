@@ -61,6 +61,28 @@ def test_a_controller_ticks_in_a_group_as_it_does_alone(heights):
     np.testing.assert_allclose(together, apart, rtol=0, atol=1e-9 * np.ptp(apart))
 
 
+def test_parts_that_tick_one_after_the_other_do_so_in_a_group(opened, library):
+    """PD whose force a second sampled part turns into volts: the same course to the last bit, however they are fused."""
+    scene = load_scene("stage_tracking", {"motion": "three_axis", "law": "pd", "delay": "true"})
+    names = [
+        "controller.axis[3].command",
+        "voltage.axis[3].command",
+        "stack[3].stack.voltage",
+        "tracking.axis[3].error",
+    ]
+    courses = []
+    for words in ([], ["controller,voltage"], ["controller,voltage,stage,stacks"]):
+        system = fused(scene.system, with_fusion(scene, words).fuse if words else ())
+        master = make_master(opened(build(system)), system, scene.algorithm, scene.step_size, library)
+        recording = master.record(names, rows=501)
+        master.initialize()
+        master.advance(500)
+        courses.append(recording.values.copy())
+    assert np.abs(courses[0][-1]).min() > 0
+    for other in courses[1:]:
+        np.testing.assert_array_equal(other, courses[0])
+
+
 def stiff(damping_time: float) -> System:
     """The stage with static stacks that own their stiffness: k l crosses between FMUs."""
     arguments, start = {"causality": "force"}, {"damping_time": damping_time}
