@@ -283,7 +283,9 @@ def _rates(wiring: Wiring, group: Group, bus_rates: np.ndarray) -> list[_Rates]:
         return []
     ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
     fed = [(i, name) for i, (target, name) in ends if target == group.instance]
-    time = [name for name, variable in variables.items() if variable.causality == "independent"]
+    # not every maker takes time for something to derive by
+    is_finished = wiring.system[group.instance].part.endswith(".fmu")
+    time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
     states = [state for state, _ in description.states]
     seed, result = np.zeros(len(time) + len(states) + len(fed)), np.zeros(len(moving))
     seed[: len(time)] = 1.0

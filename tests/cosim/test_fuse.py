@@ -62,7 +62,7 @@ def test_a_controller_ticks_in_a_group_as_it_does_alone(heights):
 
 
 def test_parts_that_tick_one_after_the_other_do_so_in_a_group(opened, library):
-    """PD whose force a second sampled part turns into volts: the same course to the last bit, however they are fused."""
+    """PD whose force a second sampled part turns into volts: the same course to the last bit, fused or not."""
     scene = load_scene("stage_tracking", {"motion": "three_axis", "law": "pd", "delay": "true"})
     names = [
         "controller.axis[3].command",

@@ -202,6 +202,23 @@ def test_a_finished_fmu_has_no_ports(opened, files):
         LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, 1e-3)
 
 
+def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
+    """Its loop is closed by lines, which at this step is enough; the part's own goes on as it is."""
+    own, system = filtered_loop
+    finished = [Component("box", str(files["Plant", 2])), Component("box_law", str(files["Pd", 2]))]
+    loop = [Connection("box.position", "box_law.position"), Connection("box_law.force", "box.force")]
+    both = System([*finished, *system.components], [*loop, *system.connections])
+    paths = {"box": files["Plant", 2], "box_law": files["Pd", 2], **own}
+    master = LinearizedFeedback(opened(paths), both, 1e-3)
+    assert master.warnings["box"].endswith("with which only parts are exported; force moves on a line instead")
+    assert "mass" not in master.warnings
+    master.initialize(starts={"box.x": 0.1})
+    master.advance(1000)
+    position, height = master.read(["box.x", "mass.x"])
+    assert height == pytest.approx(0.8034755886, abs=1e-3)
+    assert 0 < abs(position) < 0.1
+
+
 def test_it_is_an_algorithm_of_the_command_line(hfsa):
     """The limbs' forces are fed back to the drives: at 0.25 ms a fiftieth of the error that held ones make."""
     options = ["sdelta_hfsa", "--stop", "20e-3", "--frequency", "30", "--input", "command.position[3]"]
