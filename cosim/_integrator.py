@@ -210,7 +210,8 @@ def _solver(rhs: Any, jacobian: Any, method: str) -> "CVODE":
         from sksundae.cvode import CVODE  # takes seconds
     except ImportError as error:
         raise StructureError(
-            "algorithm monolithic integrates by SUNDIALS through the package scikit-sundae, which cannot be loaded "
-            f"here ({error}); install it, or take an algorithm of co-simulation"
+            f"algorithm monolithic integrates by SUNDIALS, but its package scikit-sundae cannot be loaded ({error}). "
+            "There are wheels of it for x86-64 and macOS; elsewhere it is built where SUNDIALS is installed. The "
+            "algorithms of co-simulation do without"
         ) from None
     return CVODE(rhs, jacfn=jacobian, method=method, rtol=TOLERANCE, atol=TOLERANCE)

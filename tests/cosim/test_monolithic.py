@@ -145,6 +145,52 @@ def test_a_fast_filter_does_not_shorten_the_steps(master, exported):
     assert one._integrator.method == "BDF"
 
 
+OMEGA, AMPLITUDE, STIFF_KP, STIFF_KV = 100 * np.pi, 1e-9, 5e16, 6e8
+
+
+def oscillation() -> Model:
+    """Moves by 1 nm at 50 Hz."""
+    m = Model("Oscillation", "A cosine and its rate")
+    a = m.state("a", "m", "Position", start=AMPLITUDE, nominal=1e-6)
+    b = m.state("b", "m", "A quarter of a period late", nominal=1e-6)
+    m.der[a], m.der[b] = -OMEGA * b, OMEGA * a
+    m.output("position", a, "m", "Position")
+    m.output("velocity", -OMEGA * b, "m/s", "Velocity")
+    return m
+
+
+def follower() -> Model:
+    """PD law at every instant, with the stage's published gains on 1 kg: poles at -1e8 and -5e8 rad/s."""
+    m = Model("Follower", "PD law")
+    r, rd = m.input("reference", "m", "Reference"), m.input("reference_rate", "m/s", "Its rate")
+    x, v = m.input("position", "m", "Measured"), m.input("velocity", "m/s", "Measured")
+    m.output("force", STIFF_KP * (r - x) + STIFF_KV * (rd - v), "N", "Force")
+    return m
+
+
+def test_gains_of_5e16_at_1_nm(master, files, exported):
+    """The force is what 5e16 makes of the last digits of 1 nm; all else is as exact as ever."""
+    gain = (STIFF_KP + 1j * OMEGA * STIFF_KV) / (STIFF_KP + 100 - OMEGA**2 + 1j * OMEGA * (STIFF_KV + 0.5))
+    phasor = AMPLITUDE * gain
+    found = {"source": exported("Oscillation", oscillation())[2], "pd": exported("Follower", follower())[2]}
+    wires = [
+        ("source.position", "pd.reference"),
+        ("source.velocity", "pd.reference_rate"),
+        ("plant.position", "pd.position"),
+        ("plant.velocity", "pd.velocity"),
+        ("pd.force", "plant.force"),
+    ]
+    starts = {"plant": {"x": phasor.real, "v": (1j * OMEGA * phasor).real}}
+    found["plant"] = files["Plant", 2]
+    one = master(found, [Connection(*wire) for wire in wires], 1e-3, starts)
+    motion = np.exp(1j * OMEGA * np.arange(101) * 1e-3)
+    values = recorded(one, ["plant.x", "plant.v", "pd.force"], 100)
+    force = (100 - OMEGA**2 + 0.5j * OMEGA) * phasor
+    assert_accurate(values[:, :2], np.outer(motion, [phasor, 1j * OMEGA * phasor]).real, 1e-9)
+    assert_accurate(values[1:, 2:], np.outer(motion, [force]).real[1:], 1e-3)
+    assert one._integrator.method == "BDF"
+
+
 def added_mass() -> Model:
     """Half a kilogram that moves with another mass: its force follows the acceleration directly."""
     m = Model("AddedMass", "A mass carried along")
@@ -258,7 +304,7 @@ def test_state_events_are_refused(mass_on_spring_files):
 
 def test_without_sundials(monkeypatch, files):
     monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
-    with pytest.raises(StructureError, match="through the package scikit-sundae, which cannot be loaded"):
+    with pytest.raises(StructureError, match="its package scikit-sundae cannot be loaded"):
         open_master({"it": files["Plant", 2]}, System([Component("it", "x")]), "monolithic", 1e-3, None)
 
 
