@@ -1,4 +1,4 @@
-"""The 3-RRR stage under the source's extreme gains, sampled: a ramp of 3 um/s for 10 us, with ideal forces.
+"""The 3-RRR stage under the source's extreme gains: a ramp of 3 um/s for 10 us, with ideal forces.
 
     ctc   Kp = 5e16 1/s2, Kv = 6e8 1/s         poles at 16 and 80 MHz, on a stage of 0.5 kHz
     pd    Kp = 1e17 N/m,  Kv = 1e7 N.s/m       the most damped of table 5.1, at 32 and 78 MHz
@@ -18,12 +18,15 @@ content with 1e-14 m. It takes each step whole, and as the force is held, it is 
 does of sixth order within a nanosecond, (1e-5)^6, far below rounding. The error r - l keeps nine digits: it is the
 difference of numbers up to 3e-11 m, which double precision knows to 4e-27 m. The level `exact` finds l from places on
 links of a centimetre, which it knows to 1e-18 m: there the error keeps four digits, and Kp turns the rest into noise.
+
+With `execution` `continuous` the controller acts at every instant, and the stage integrates what it answers
+(`linearized_feedback`): any gains, in steps of 1 us, behind the first of which nothing is left of the impact.
 """
 
 import math
 from typing import Literal
 
-from hfsa.cosim.system import Component, Connection, Scene, StructureError, System
+from hfsa.cosim.system import ALGORITHMS, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _YAW_MASS = 0.41401
@@ -32,6 +35,8 @@ _SHARE = 0.3
 """Sample time, relative to the limit, where none is given."""
 _SHORTEST = 1e-12
 """Shortest sample time of a part [s]."""
+_STEP = 1e-6
+"""Communication step under a continuous controller [s]."""
 _GAINS = {"ctc": (5e16, 6e8), "pd": (1e17, 1e7)}
 _ORDERS = {"ctc": ("", "_rate", "_acceleration"), "pd": ("", "_rate")}
 
@@ -42,6 +47,7 @@ def stage_extremes(
     proportional_gain: float | None = None,
     derivative_gain: float | None = None,
     sample_time: float | None = None,
+    execution: Literal["sampled", "continuous"] = "sampled",
     rate: float = 3e-6,
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     damping_time: float = 0.0,
@@ -53,12 +59,14 @@ def stage_extremes(
         proportional_gain: Kp [1/s2] (ctc), [N/m] (pd); the law's own without.
         derivative_gain: Kv [1/s] (ctc), [N.s/m] (pd); the law's own without.
         sample_time: of the controller, and communication step [s]; 0.3 of the stable limit without.
+        execution: of the controller, `sampled` or `continuous`.
         rate: of the ramp [m/s].
         stage: level of the stage.
         damping_time: damping of the stage by its stiffness [s]; the source's stage has none.
 
     Raises:
-        StructureError: gains below 0; without a sample time, gains that no part can tick fast enough for.
+        StructureError: gains below 0; without a sample time, gains that no part can tick fast enough for; a sample time
+            of a controller that is not sampled.
     """
     kp, kv = (
         own if given is None else given
@@ -67,7 +75,13 @@ def stage_extremes(
     for name, gain in (("proportional_gain", kp), ("derivative_gain", kv)):
         if not 0 <= gain < math.inf:
             raise StructureError(f"stage_extremes: {name} is {gain:g}, expected 0 or more")
-    step = _sample_time(law, kp, kv) if sample_time is None else sample_time
+    if execution == "continuous":
+        if sample_time is not None:
+            raise StructureError("stage_extremes: a continuous controller has no sample_time; the step is --step")
+        step, ticking = _STEP, {}
+    else:
+        step = _sample_time(law, kp, kv) if sample_time is None else sample_time
+        ticking = {"sample_time": step}
     damping = {"damping_time": damping_time}
     part, arguments, known = {
         "ctc": ("stage_computed_torque", {"model": stage}, damping),
@@ -77,7 +91,7 @@ def stage_extremes(
     components = [
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
         Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
-        Component("controller", part, None, arguments, {"sample_time": step, **gains, **known}),
+        Component("controller", part, execution, arguments, {**ticking, **gains, **known}),
         Component("stage", "rrr_stage", stage, {"causality": "force"}, damping),
     ]
     return Scene(
@@ -88,6 +102,7 @@ def stage_extremes(
         amplitude={"m": 1e-15},
         step_size=step,
         stop_time=10e-6,
+        algorithm=ALGORITHMS[0] if execution == "sampled" else "linearized_feedback",
     )
 
 

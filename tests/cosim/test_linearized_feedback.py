@@ -82,6 +82,22 @@ def test_the_stage_tracks_at_the_sources_gains_at_every_step(run, step_size, exp
     np.testing.assert_allclose(error, bend, atol=0.05 * bend.max())
 
 
+@pytest.mark.parametrize("step_size", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize(("law", "bias"), [("ctc", 0.0), ("pd", 29.1175e6 * 3e-6 / 1e17)])
+def test_the_ramp_is_followed_from_the_second_step_on(run, law, bias, step_size):
+    """At full speed from rest: behind the impact computed torque leaves nothing, PD the hinges' force over Kp."""
+    scene = load_scene("stage_extremes", {"law": law, "execution": "continuous"})
+    assert (scene.step_size, scene.algorithm) == (1e-6, "linearized_feedback")
+    found = run(scene.system, step_size, 10 * step_size, [ERROR, "controller.axis[1].command"])
+    assert found["controller.axis[1].command"][0] == pytest.approx({"ctc": 745, "pd": 30}[law], rel=1e-3)
+    np.testing.assert_allclose(found[ERROR][4:], bias * found.time[4:], rtol=1e-3, atol=1e-22)
+
+
+def test_a_continuous_controller_has_no_sample_time():
+    with pytest.raises(StructureError, match="a continuous controller has no sample_time"):
+        load_scene("stage_extremes", {"execution": "continuous", "sample_time": 1e-9})
+
+
 def test_held_forces_explode_in_two_steps(opened):
     """The same scene at 1 us: each step multiplies the error by more than Kv H = 600."""
     system = stage(5e16, 6e8)
