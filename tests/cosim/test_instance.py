@@ -124,17 +124,20 @@ def test_a_state_is_saved_over_another(files, open_fmu, version):
     assert plant.get(handle).tolist() == here.tolist() != there.tolist()
 
 
-def test_an_input_with_a_slope(files, open_fmu):
-    """FMI 2: the force grows from 1 N by 3 N/s during the step."""
-    plant = open_fmu(files["Plant", 2])
+@VERSIONS
+def test_an_input_on_a_parabola(files, open_fmu, version):
+    """The force grows from 1 N by 3 N/s and 40 N/s2 during the step."""
+    plant = open_fmu(files["Plant", version])
     plant.start(values={"force": 1.0})
-    slope = np.array([3.0])
-    assert plant.has_input_derivatives(["force"], 1)
-    put = plant.derivative_setter(plant.handle(["force"], slope), 1)
-    assert put.run() == 0
+    derivatives = np.array([[3.0], [40.0]])
+    for order in (1, 2):
+        assert plant.has_input_derivatives(["force"], order)
+        put = plant.derivative_setter(plant.handle(["force"], derivatives[order - 1]), order)
+        assert put.run() == 0
     plant.step(0.0, 0.1)
-    A = np.array([[0, 1, 0, 0], [-100, -0.5, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
-    exact = expm(0.1 * A) @ [0, 0, 1.0, 3.0]
+    A = np.diag([1.0, 1.0, 1.0, 1.0], 1)
+    A[1, :2] = [-100, -0.5]
+    exact = expm(0.1 * A) @ [0, 0, 1.0, 3.0, 40.0]
     assert plant.get(plant.handle(["position"]))[0] == pytest.approx(exact[0], rel=1e-12)
 
 
