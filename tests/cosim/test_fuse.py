@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hfsa.components import rrr_stage
-from hfsa.cosim._fuse import fused, with_fusion
+from hfsa.cosim._fuse import fused, models_to_export, with_fusion
 from hfsa.cosim._scene_text import read_scene_text, scene_text
 from hfsa.cosim.build import build, check_levels, instrument, load_scene, model_of
 from hfsa.cosim.levels import at_highest
@@ -236,6 +236,19 @@ def test_a_level_to_be_chosen_has_no_fused_fmu():
         fused(scene.system, with_fusion(scene, ["robot,drives"]).fuse)
     highest = fused(at_highest(scene).system, with_fusion(scene, ["robot,drives"]).fuse)
     assert model_of(highest["fused"]).name == "CDriveSDelta"
+
+
+def test_what_an_exported_group_cannot_hold_is_refused(tmp_path):
+    with pytest.raises(StructureError, match=r"a group has no level 'rigid'; name that of each component"):
+        models_to_export("sdelta_hfsa", "rigid", {}, ["robot,drives"])
+    scene = load_scene("stage_tracking")
+    setting = {"solver.relative_tolerance": 1e-10}
+    members = [dataclasses.replace(c, start=setting) if c.name == "stage" else c for c in scene.system.components]
+    file = tmp_path / "scene.toml"
+    changed = dataclasses.replace(scene, system=System(members, scene.system.connections))
+    file.write_text(scene_text(changed), encoding="utf-8")
+    with pytest.raises(StructureError, match=r"solver.relative_tolerance = 1e-10 is set in the FMU when it is run"):
+        models_to_export(str(file), None, {}, ["stage,stacks"])
 
 
 def test_instruments_stay_outside():
