@@ -42,6 +42,9 @@ STIFF = 30.0
 _REFUSALS = ("discard", "does not converge")
 """What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
 
+_STEP = 0.1
+"""Usual step of CVODE, relative to the shortest time in which anything happens."""
+
 _LINES = 3
 """Lines along which noise is measured."""
 
@@ -151,8 +154,8 @@ class Integrator:
         """Choose units by the sizes of the states.
 
         Within the shortest time 1 / r in which anything happens, a state of size s moves another by |J| s / r, and
-        rounding, which makes noise in der(x), moves it by noise / r. With r the spectral radius of |J| no chain of
-        states goes round and grows.
+        within a step rounding, which makes noise in der(x), moves it by a part of noise / r. With r the spectral radius
+        of |J| no chain of states goes round and grows.
         """
         size = np.maximum(self._peak, SMALLEST * self._nominal)
         rates, jacobian = np.abs(self._ode.evaluate(time, x)), np.abs(self._ode.jacobian())
@@ -160,7 +163,7 @@ class Integrator:
         if self._fastest:
             size = np.maximum(size, rates / self._fastest)
             size = _spread(size, jacobian / self._fastest)
-            noise = self._noise(time, x, size) / self._fastest
+            noise = self._noise(time, x, size) * _STEP / self._fastest
             size = _spread(np.maximum(size, noise / TOLERANCE), jacobian / self._fastest)
         self._unit = 2.0 ** np.ceil(np.log2(size))
         self._limit = GROWTH * self._unit
@@ -172,9 +175,9 @@ class Integrator:
         Wild, Estimating computational noise, 2011). Of several lines the least counts: one may cross a kink.
         """
         found = []
-        for signs in np.random.default_rng(0).choice([-1.0, 1.0], (_LINES, len(x))):
+        for direction in np.random.default_rng(0).uniform(-1, 1, (_LINES, len(x))):
             try:
-                line = [self._ode.evaluate(time, x + (1 + 1e-3 * k) * size * signs).copy() for k in range(9)]
+                line = [self._ode.evaluate(time, x + (1 + 1e-3 * k) * size * direction).copy() for k in range(9)]
             except StepError as error:
                 if error.status not in _REFUSALS:
                     raise

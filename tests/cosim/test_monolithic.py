@@ -268,6 +268,20 @@ def test_the_stages_co_simulation_is_it(library):
     assert errors([simulated(*scene, "gauss_seidel", 1e-5, 1e-3, names, None, library)], exact)[0] < 1e-9
 
 
+def test_rounding_is_not_resolved(monkeypatch, hfsa):
+    """A sine sets in from rest, picometres beside a tube's angle of 1 rad: some dozen steps of CVODE from tick to tick."""
+    steps, step = [], _integrator.Integrator._step
+
+    def counted(self, to, stop):
+        steps.append(to)
+        step(self, to, stop)
+
+    monkeypatch.setattr(_integrator.Integrator, "_step", counted)
+    command = "run sdelta_hfsa --algorithm monolithic --frequency 20 --step 0.25e-3 --stop 5e-3 -o run.h5"
+    assert hfsa(*command.split())[0] == 0
+    assert 20 * 10 < len(steps) < 20 * 100
+
+
 @pytest.mark.parametrize(
     ("part", "step", "stop"), [(ROBOT, 0.25e-3, 5e-3), (STAGE, 1e-5, 4e-4)], ids=["robot", "stage"]
 )
