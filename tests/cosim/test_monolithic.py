@@ -269,7 +269,7 @@ def test_the_stages_co_simulation_is_it(library):
 
 
 def test_rounding_is_not_resolved(monkeypatch, hfsa):
-    """A sine sets in from rest, picometres beside a tube's angle of 1 rad: some dozen steps of CVODE from tick to tick."""
+    """A sine sets in from rest, picometres beside a tube's angle of 1 rad: CVODE takes a few dozen steps per tick."""
     steps, step = [], _integrator.Integrator._step
 
     def counted(self, to, stop):
