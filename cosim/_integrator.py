@@ -1,7 +1,7 @@
 """SUNDIALS' CVODE on the joint equation of a system, each state in a unit of its own size.
 
     integrator = Integrator(ode)
-    integrator.begin(t, x, horizon)                    # at the start of a run
+    integrator.begin(t, x, step, horizon)              # at the start of a run
     x = integrator.advance(to, stop)                   # x(to); no FMU is asked for anything beyond stop
     integrator.restart(t, x)                           # after an event
 
@@ -37,7 +37,7 @@ GROWTH = 8.0
 """How much a state may outgrow its unit."""
 
 STIFF = 30.0
-"""Ratio of the fastest damped pole to the fastest other one, or the slowest, from which on BDF takes fewer steps."""
+"""Ratio of the fastest damped pole to what is to be followed from which on BDF takes fewer steps."""
 
 _REFUSALS = ("discard", "does not converge")
 """What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
@@ -72,12 +72,12 @@ class Integrator:
         self._fastest = 0.0
         self._refusal: StepError | None = None
 
-    def begin(self, time: float, x: np.ndarray, horizon: float) -> None:
-        """Begin a run at x, (n,), and choose the method for intervals up to `horizon` [s] between events."""
+    def begin(self, time: float, x: np.ndarray, step: float, horizon: float) -> None:
+        """Begin a run at x, (n,), that is looked at every `step` [s] and has its next event within `horizon` [s]."""
         self._peak[:] = 0.0
         self._nominal = self._ode.nominals()
         self._ode.evaluate(time, x)
-        self._choose(np.linalg.eigvals(self._ode.jacobian()), horizon)
+        self._choose(np.linalg.eigvals(self._ode.jacobian()), step, horizon)
         self._limit[:], self._fastest = 0.0, 0.0
         self.restart(time, x)
 
@@ -141,12 +141,15 @@ class Integrator:
         self._ode.evaluate(time, z * self._unit)
         matrix[:, :] = self._ode.jacobian() * self._unit / self._unit[:, None]
 
-    def _choose(self, poles: NDArray[np.float64] | NDArray[np.complex128], horizon: float) -> None:
-        """Choose the method by the poles [rad/s] of the equation at the start."""
+    def _choose(self, poles: NDArray[np.float64] | NDArray[np.complex128], step: float, horizon: float) -> None:
+        """Choose the method by the poles [rad/s] of the equation at the start.
+
+        What is to be followed is the fastest vibration; where there is none, the slowest pole, or what can be seen.
+        """
         poles = poles[np.abs(poles) > _NEGLIGIBLE * np.abs(poles).max(initial=0.0)]
         is_damped = -poles.real > np.abs(poles.imag)
         damped, others = np.abs(poles[is_damped]), np.abs(poles[~is_damped])
-        followed = others.max() if len(others) else damped.min(initial=np.inf)
+        followed = others.max() if len(others) else damped.min(initial=1 / step)
         is_stiff = damped.max(initial=0.0) > STIFF * max(followed, 1 / horizon)
         self.method = "BDF" if is_stiff else "Adams"
 

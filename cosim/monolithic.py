@@ -139,7 +139,7 @@ class Monolithic(Master):
             instance.continuous_time_mode()
         self._is_in_event = False
         if self._is_new:
-            self._integrator.begin(self.time, self._ode.gather(), self._next_event - self.time)
+            self._integrator.begin(self.time, self._ode.gather(), self.step_size, self._next_event - self.time)
         else:
             self._integrator.restart(self.time, self._ode.gather())
         self._is_new = False

@@ -213,6 +213,23 @@ def test_without_a_state_there_is_nothing_to_integrate(master, exported):
     assert recorded(one, ["more.force", "more.time"], 3).tolist() == [[-2.0, 0.5 * k] for k in range(4)]
 
 
+@pytest.mark.parametrize(
+    ("poles", "horizon", "method"),
+    [
+        ([-0.1 + 50j, -0.1 - 50j, -20], np.inf, "Adams"),
+        ([-0.1 + 50j, -0.1 - 50j, -1e5], np.inf, "BDF"),
+        ([-0.1 + 50j, -0.1 - 50j, -1e5], 1e-4, "Adams"),  # the next tick comes first
+        ([-1e8, -5e8], np.inf, "BDF"),  # nothing to see of either
+        ([-50.0, -60.0], np.inf, "Adams"),
+        ([0.0, 0.0], np.inf, "Adams"),
+    ],
+)
+def test_the_method_suits_the_poles(master, mass_on_spring_files, poles, horizon, method):
+    one = master({"mass": mass_on_spring_files[2]})
+    one._integrator._choose(np.array(poles), 1e-3, horizon)
+    assert one._integrator.method == method
+
+
 def test_without_derivatives_of_the_fmus(files, mass_on_spring_files):
     fmu = Fmu(mass_on_spring_files[2], "model_exchange")
     fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
