@@ -71,6 +71,13 @@ def block(instance: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> 
     return Block(states, sampled, held, inputs, outputs, sample_time, jacobian[:n], jacobian[n : n + v], output)
 
 
+def unmoved(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
+    """Return a block whose outputs follow nothing, for an FMU that does not tell."""
+    inputs, outputs = tuple(dict.fromkeys(inputs)), tuple(dict.fromkeys(outputs))
+    nothing = np.zeros((0, len(inputs)))
+    return Block((), (), (), inputs, outputs, None, nothing, nothing, np.zeros((len(outputs), len(inputs))))
+
+
 @dataclass(frozen=True)
 class Ticking:
     """One FMU that ticks: the rows of `Closed.tick` that are its, and its sample time [s]."""

@@ -26,9 +26,9 @@ class CoSimulationLibrary(Library):
 
     @abstractmethod
     def step(
-        self, function: Callable[..., int], component: c_void_p, time: c_double, size: c_double
+        self, function: Callable[..., int], component: c_void_p, time: c_double, size: c_double, is_final: bool
     ) -> tuple[tuple, Callable[[], int]]:
-        """Return (arguments, zero-argument call) of `step`."""
+        """Return (arguments, zero-argument call) of `step`; `is_final` where no state before it will be restored."""
 
 
 class CoSimulation2(Library2, CoSimulationLibrary):
@@ -51,9 +51,9 @@ class CoSimulation2(Library2, CoSimulationLibrary):
         """Value references, their number, orders, values."""
         return *arguments[:2], orders, arguments[2]
 
-    def step(self, function, component, time, size):
-        """No state before this point will be restored: fmi2True."""
-        arguments = (component, time, size, c_int(1))
+    def step(self, function, component, time, size, is_final):
+        """Whether no state before this point will be restored is told in the call."""
+        arguments = (component, time, size, c_int(is_final))
         return arguments, partial(function, *arguments)
 
 
@@ -84,10 +84,10 @@ class CoSimulation3(Library3, CoSimulationLibrary):
         """As of `values`: the order is part of the variables' names."""
         return arguments
 
-    def step(self, function, component, time, size):
+    def step(self, function, component, time, size, is_final):
         """A step that went well may still ask to end the run: the status is then `TERMINATED`."""
         event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
-        arguments = (component, time, size, c_bool(True), byref(event), byref(terminate), byref(early), byref(last))
+        arguments = (component, time, size, c_bool(is_final), byref(event), byref(terminate), byref(early), byref(last))
         call = partial(function, *arguments)
         return arguments, lambda: call() or (TERMINATED if terminate.value else 0)
 

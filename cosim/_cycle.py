@@ -11,6 +11,7 @@ their derivatives, the bus of connected outputs and what it was before. In the l
     Extrapolate     [d1; d2] of its inputs = their weights times values at the last points
     Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: the inputs are held, or move on their polynomials, x
                     moves by the matrix exponential, ticks that fall into the step change v
+    Converge        all steps with the d1 that lead to the outputs they come to
 
 A sine source is an oscillator that its own step turns, and puts out value, rate and acceleration when it is fetched; a
 lock-in amplifier only listens.
@@ -23,12 +24,13 @@ import numpy as np
 import scipy.linalg
 
 from hfsa.cosim._actions import Group, Stepper, Transfer
-from hfsa.cosim._blocks import Block
+from hfsa.cosim._blocks import Block, block, unmoved
 from hfsa.cosim._extrapolation import Extrapolate, Remember
 from hfsa.cosim._sampled import grid
 from hfsa.cosim._schedule import Action
+from hfsa.cosim._wiring import Wiring
 from hfsa.cosim.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.master import Master
+from hfsa.cosim.iterated import Converge
 from hfsa.cosim.system import StructureError
 
 ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
@@ -71,32 +73,51 @@ class Layout:
     `blocks` holds the linearised FMU of each component but the source and the lock-in amplifier.
     """
 
-    def __init__(self, master: Master, blocks: Mapping[str, Block], source: str | None, lock_in: str | None):
-        self.master, self.blocks, self.source, self.lock_in = master, blocks, source, lock_in
+    def __init__(
+        self,
+        wiring: Wiring,
+        cycle: Sequence[Action],
+        blocks: Mapping[str, Block],
+        source: str | None = None,
+        lock_in: str | None = None,
+    ):
+        self.wiring, self.cycle, self.blocks, self.source, self.lock_in = wiring, cycle, blocks, source, lock_in
         names: list[tuple[str, str]] = []
-        for component, block in blocks.items():
-            names += [(component, name) for name in (*block.values, *block.inputs)]
-        listened = [master.system.split(c.end) for c in master.system.connections]
+        for component, own in blocks.items():
+            names += [(component, name) for name in (*own.values, *own.inputs)]
+        listened = [wiring.split(c.end) for c in wiring.connections]
         names += [(component, name) for component, name in listened if component == lock_in]
         self.place = {name: i for i, name in enumerate(names)}
         self.bus: dict[int, np.ndarray] = {}
         self.size = len(names)
-        for group in master.wiring.groups:  # they follow one another on the bus
+        for group in wiring.groups:  # they follow one another on the bus
             first = self.size
             for transfer in group.transfers:
                 self.bus[id(transfer)] = np.arange(self.size, self.size + len(transfer.inputs))
                 self.size += len(transfer.inputs)
             self.bus[id(group)] = np.arange(first, self.size)
-        n = len(master.wiring.bus)
+        n = len(wiring.bus)
         self._bus = np.arange(self.size - n, self.size)
-        self._past = self.size + np.arange(3 * n).reshape(3, n)
-        self.size += 3 * n
+        self._past = self._new(3 * n).reshape(3, n)
         self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
-        for action in master.cycle:
+        for action in cycle:
             if isinstance(action, Extrapolate):
-                inputs = [master.system.split(master.wiring.connections[i].end)[1] for i in action.places]
-                self._moving[action.instance] = inputs, self.size + np.arange(2 * len(inputs)).reshape(2, -1)
-                self.size += 2 * len(inputs)
+                self._let_move(action.instance, action.places)
+            elif isinstance(action, Converge):
+                self._guess = self._new(len(action.places))
+                for line in action.lines:
+                    if line.is_able:
+                        self._let_move(line.instance, line.places)
+
+    def _new(self, count: int) -> np.ndarray:
+        """Return the places of so many new members."""
+        self.size += count
+        return np.arange(self.size - count, self.size)
+
+    def _let_move(self, instance: str, places: np.ndarray) -> None:
+        """Make members for the derivatives of inputs."""
+        inputs = [self.wiring.split(self.wiring.connections[i].end)[1] for i in places]
+        self._moving[instance] = inputs, self._new(2 * len(inputs)).reshape(2, -1)
 
     def at(self, component: str, names: Sequence[str]) -> np.ndarray:
         """Return the places of some members of a component."""
@@ -150,6 +171,57 @@ class Layout:
                 matrix[order * n + np.arange(n), np.searchsorted(columns, nodes[k])] += weights
         return Replace(derivatives.ravel(), columns, matrix)
 
+    def aim(self, action: Converge, step_size: float) -> list[Operation]:
+        """Return what laying the lines of all inputs from the bus to the guess does."""
+        found: list[Operation] = []
+        first = 0
+        for line in action.lines:
+            n = len(line.places)
+            guess, start = self._guess[first : first + n], self._bus[line.places]
+            columns, first = np.concatenate([start, guess]), first + n
+            if line.is_able:
+                weights = np.hstack([-np.eye(n), np.eye(n)]) / step_size
+                found.append(Replace(self._moving[line.instance][1][0], columns, weights))
+            else:
+                inputs = [self.wiring.split(self.wiring.connections[i].end)[1] for i in line.places]
+                rows, halves = self.at(line.instance, inputs), np.hstack([np.eye(n), np.eye(n)]) / 2
+                found.append(Replace(rows, columns, halves))
+        return found
+
+    def try_out(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+        """Return what a step with a given guess does, (members, members)."""
+        whole = np.eye(self.size)
+        exchange = [self.exchange(stage) for stage in action.exchange]
+        for operation in (*self.aim(action, step_size), *steps, *exchange):
+            assert isinstance(operation, Replace)
+            replaced = whole[operation.columns]
+            whole[operation.rows] = replaced if operation.matrix is None else operation.matrix @ replaced
+        return whole
+
+    def gradient(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+        """Return how what a step comes to follows the guess, both at the places that move."""
+        return self.try_out(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
+
+    def converge(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> Operation:
+        """Return what a step does whose guess is what it comes to."""
+        whole = self.try_out(action, step_size, steps)
+        ends = whole[self._bus[action.places]]
+        through, rest = ends[:, self._guess], np.delete(np.arange(self.size), self._guess)
+        guess = np.linalg.solve(np.eye(len(self._guess)) - through, ends[:, rest])
+        matrix = whole[:, rest] + whole[:, self._guess] @ guess
+        rows = np.flatnonzero(np.any(whole != np.eye(self.size), axis=1))
+        return Replace(rows, rest, matrix[rows])
+
+    def exchange(self, action: Group | Transfer | AlgebraicLoop) -> Operation:
+        """Return what one action of an exchange does."""
+        match action:
+            case Group():
+                return self.fetch(action)
+            case Transfer():
+                return self.hand_over(action)
+            case AlgebraicLoop():
+                return self.solve(action)
+
     def step(self, component: str, step_size: float, ticks: int) -> Operation:
         """Return what a step of a component with evenly spaced ticks, the first at once, does."""
         block = self.blocks[component]
@@ -189,20 +261,18 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
     def operation(action: Action, k: int) -> Operation:
         """An action of the master, in step k, on matrices."""
         match action:
-            case Group():
-                return layout.fetch(action)
-            case Transfer():
-                return layout.hand_over(action)
-            case AlgebraicLoop():
-                return layout.solve(action)
             case Remember():
                 return layout.remember()
             case Extrapolate():
                 return layout.extrapolate(action, step_size)
             case Stepper():
                 return step(action.instance, k)
+            case Converge():
+                return layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])
+            case _:
+                return layout.exchange(action)
 
-    return [[operation(action, k) for action in layout.master.cycle] for k in range(steps)]
+    return [[operation(action, k) for action in layout.cycle] for k in range(steps)]
 
 
 def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int] = ()) -> np.ndarray:
@@ -242,3 +312,19 @@ def _ratio(sample_time: float, step_size: float) -> int:
             f"sample time {sample_time:.9g} s and step {step_size:.9g} s: one must be a multiple of the other"
         ) from None
     return ratios[0] if ratios[1] == 1 else -ratios[1]
+
+
+def coupling_gradient(wiring: Wiring, action: Converge, step_size: float) -> np.ndarray:
+    """Return how the values that a step comes to follow those that its lines lead to, (places, places).
+
+    The FMUs are linearised at their present values; one without directional derivatives counts as following nothing.
+    """
+    blocks = {}
+    for name, instance in wiring.instances.items():
+        inputs = [variable for owner, variable in (wiring.split(c.end) for c in wiring.connections) if owner == name]
+        outputs = [variable for owner, variable in (wiring.split(c.start) for c in wiring.connections) if owner == name]
+        make = block if instance.fmu.description.has_derivatives else unmoved
+        blocks[name] = make(instance, inputs, outputs)
+    layout = Layout(wiring, [action], blocks)
+    steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.others]
+    return layout.gradient(action, step_size, steps)

@@ -27,8 +27,8 @@ Tolerance = Annotated[
     float | None,
     Parameter(
         validator=Number(gt=0),
-        help="Relative error of the response that a level chosen by `-p instance.level=auto` may make; the scene's "
-        "without.",
+        help="Relative error of the response that a level chosen by `-p instance.level=auto` may make, or the "
+        "communication step of `error_controlled`; the scene's without.",
     ),
 ]
 Algorithm = Literal[
@@ -39,6 +39,9 @@ Algorithm = Literal[
     "gauss_seidel_quadratic",
     "jacobi_linear",
     "jacobi_quadratic",
+    "fixed_point",
+    "quasi_newton",
+    "error_controlled",
     "linearized_feedback",
     "monolithic",
 ]

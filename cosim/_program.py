@@ -14,11 +14,10 @@ import numpy as np
 from hfsa.cosim import algebraic_loop
 from hfsa.cosim._extrapolation import Extrapolate, Remember
 from hfsa.cosim._recording import Watch
+from hfsa.cosim._schedule import Runnable
 from hfsa.cosim.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.instance import Call
-
-Runnable = Call | Remember | Extrapolate | AlgebraicLoop
-"""What the action of a master runs."""
+from hfsa.cosim.iterated import Converge
 
 
 class _Call(Structure):
@@ -134,7 +133,7 @@ class Program:
     def failed(self, index: int) -> Runnable:
         """Return the call of that index, which has told where it failed itself if it is made of several."""
         call = self._calls[index]
-        if id(call) in self._inner and not isinstance(call, Call | Remember):
+        if isinstance(call, Extrapolate | AlgebraicLoop):
             structure, inner = self._inner[id(call)]
             call.failing = inner[structure.failing]
         return call
@@ -150,6 +149,8 @@ class Program:
                 return _Call(kind=_EXTRAPOLATE, detail=addressof(self._extrapolate(call)))
             case AlgebraicLoop():
                 return _Call(kind=_LOOP, detail=addressof(self._loop(call)))
+            case Converge():
+                raise TypeError("an iterated step is made in Python")
         function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
         kind = _KINDS[call.role, call.instance.fmu.version]
         prepared = _Call(kind, function, addressof(call.arguments[0]))

@@ -63,7 +63,9 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
     record = levels.with_choices(system_record(loaded.title, scene_text(scene), (system, files)), choices)
-    return Ready(system, files, names, scene.stop_time, scene.step_size, record, scene.algorithm, library)
+    return Ready(
+        system, files, names, scene.stop_time, scene.step_size, record, scene.algorithm, library, scene.tolerance
+    )
 
 
 def run_scene(

@@ -5,8 +5,14 @@ from collections.abc import Iterable
 from hfsa.cosim._actions import Group, Stepper, Transfer
 from hfsa.cosim._extrapolation import Extrapolate, Remember
 from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.instance import Call
+from hfsa.cosim.iterated import Converge
 
-Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate
+Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge
+
+
+Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge
+"""What an action runs."""
 
 
 def without_repetition(cycle: Iterable[Action]) -> list[Action]:
@@ -27,7 +33,7 @@ def without_repetition(cycle: Iterable[Action]) -> list[Action]:
 
     kept: list[Action] = []
     for action in cycle:
-        if isinstance(action, Stepper):
+        if isinstance(action, Stepper | Converge):
             touch(action.groups)
         elif isinstance(action, Group):
             if action not in stale_groups:

@@ -12,29 +12,45 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim.error_controlled import ErrorControlled
 from hfsa.cosim.instance import Instance, Kind, open_instances
 from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
 from hfsa.cosim.monolithic import Monolithic
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import MONOLITHIC, System
+from hfsa.cosim.system import ERROR_CONTROLLED, MONOLITHIC, System
+
+COUPLING = 1e-2
+"""Part of the tolerance of a response that the error of an input over a communication step may be."""
 
 
 def open_master(
-    files: Mapping[str, Path], system: System, algorithm: str, step_size: float, library: Path | None
+    files: Mapping[str, Path],
+    system: System,
+    algorithm: str,
+    step_size: float,
+    library: Path | None,
+    tolerance: float = 1e-3,
 ) -> Master:
     """Return a master of a system whose FMUs it has loaded; `close` frees them.
 
     `files` are the FMUs by component, `algorithm` is one of `ALGORITHMS`, `step_size` [s] lies between two points at
-    which values are recorded, `library` is the stepping loop in C, `None` for Python's. Raises `StructureError` where
-    the wiring is wrong or an FMU does not offer what the algorithm takes; nothing is left loaded then.
+    which values are recorded, `library` is the stepping loop in C, `None` for Python's; `tolerance` is that of a
+    response, relative, for algorithms that choose their steps. Raises `StructureError` where the wiring is wrong or an
+    FMU does not offer what the algorithm takes; nothing is left loaded then.
     """
     if algorithm == MONOLITHIC:
         return _opened(files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size))
-    if algorithm == LINEARIZED_FEEDBACK:
-        return _opened(files, Instance, lambda instances: LinearizedFeedback(instances, system, step_size))
-    return _opened(files, Instance, lambda instances: make_master(instances, system, algorithm, step_size, library))
+
+    def make(instances: dict[str, Instance]) -> Master:
+        if algorithm == ERROR_CONTROLLED:
+            return ErrorControlled(instances, system, step_size, COUPLING * tolerance)
+        if algorithm == LINEARIZED_FEEDBACK:
+            return LinearizedFeedback(instances, system, step_size)
+        return make_master(instances, system, algorithm, step_size, library)
+
+    return _opened(files, Instance, make)
 
 
 def _opened(files: Mapping[str, Path], kind: type[Kind], make: Callable[[dict[str, Kind]], Master]) -> Master:

@@ -42,10 +42,13 @@ class Instance(BaseInstance):
         call = self.stepper(c_double(time), c_double(step_size))
         self.check(call, call.run())
 
-    def stepper(self, time: c_double, step_size: c_double) -> Call:
-        """Return the prepared call of `step`, from whatever `time` holds when it runs."""
+    def stepper(self, time: c_double, step_size: c_double, is_final: bool = True) -> Call:
+        """Return the prepared call of `step`, from whatever `time` holds when it runs.
+
+        `is_final` tells the FMU that no state from before the step will be restored.
+        """
         function = self._functions["step"]
-        arguments, run = self._library.step(function, self._component, time, step_size)
+        arguments, run = self._library.step(function, self._component, time, step_size, is_final)
         return Call(self, "step", function, arguments, run)
 
     def has_input_derivatives(self, inputs: Iterable[str], order: int) -> bool:

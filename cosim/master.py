@@ -23,17 +23,20 @@ After `initialize` and after `advance` the exchange at the current point has bee
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from hfsa.cosim._actions import Stepper, Transfer
-from hfsa.cosim._extrapolation import Extrapolate, Extrapolation, Remember
+from hfsa.cosim._cycle import coupling_gradient
+from hfsa.cosim._extrapolation import Extrapolation
 from hfsa.cosim._recording import Recording, Watch
-from hfsa.cosim._schedule import Action, without_repetition
+from hfsa.cosim._schedule import Action, Runnable, without_repetition
 from hfsa.cosim._wiring import Wiring, check_sample_times
 from hfsa.cosim.algebraic_loop import STALE, AlgebraicLoop
 from hfsa.cosim.instance import Call, Instance, StepError
-from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector, nearest
+from hfsa.cosim.iterated import Converge
+from hfsa.cosim.system import ALGORITHMS, EXTRAPOLATED, HELD, StructureError, System, connector, nearest
 
 SETTLING_PASSES = 100
 """Exchanges in initialization mode after which the values across connections must agree."""
@@ -108,6 +111,12 @@ def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterato
         yield stepper
 
 
+def iterated(wiring: Wiring, converge: Converge) -> Iterator[Action]:
+    """All step together, again and again, until their inputs end at what the outputs come to."""
+    yield from sampled_first(wiring)
+    yield converge
+
+
 def sampled_first(wiring: Wiring) -> Iterator[Action]:
     """Sampled instances step one after the other, each passing on what its tick changed to those that wait."""
     stepped = set()
@@ -148,14 +157,15 @@ class Master:
         self.system, self.instances, self.algorithm, self.step_size = system, instances, algorithm, step_size
         self.wiring = Wiring(system, instances)
         self.wiring.step_size.value = step_size
+        self._moving: Extrapolation | Converge | None = None
         self.point = list(exchange_plain(self.wiring) if algorithm == "jacobi_plain" else exchange(self.wiring))
         self.cycle = without_repetition([*self._step(), *self.point])
-        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper)]
+        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | Converge)]
         self._first_of_point = steppers[-1] + 1 if steppers else 0
         self.warnings: dict[str, str] = {
             name: f"{name}: {self.instances[name].fmu.description.file.name} takes no derivatives of its inputs, which "
             "are held instead"
-            for name in (self.extrapolation.unable if self.extrapolation else ())
+            for name in (self._moving.unable if self._moving else ())
         }
         starts = [connection.start for connection in self.wiring.connections]
         self._watch = Watch(starts, [self._connector(name) for name in starts], self.wiring.bus)
@@ -184,8 +194,8 @@ class Master:
             self.instances[component.name].exit()
         self._run(self.point)
         self._watch.check(self.time)
-        if self.extrapolation is not None:
-            self.extrapolation.begin()
+        if self._moving is not None:
+            self._moving.begin()
         self._is_ready = True
         if self._recording is not None:
             self._recording.clear()
@@ -310,12 +320,14 @@ class Master:
 
     def _step(self) -> Iterable[Action]:
         """Return the algorithm's actions before the exchange at the next point."""
-        base, _, extrapolated = self.algorithm.rpartition("_")
-        self.extrapolation: Extrapolation | None = None
-        if extrapolated not in _ORDERS:
+        if self.algorithm in HELD:
             return _HELD[self.algorithm](self.wiring)
-        self.extrapolation = Extrapolation(self.wiring, _ORDERS[extrapolated])
-        return _EXTRAPOLATED[base](self.wiring, self.extrapolation)
+        if self.algorithm in EXTRAPOLATED:
+            base, _, order = self.algorithm.rpartition("_")
+            self._moving = Extrapolation(self.wiring, _ORDERS[order])
+            return _EXTRAPOLATED[base](self.wiring, self._moving)
+        self._moving = Converge(self.wiring, self.algorithm, partial(coupling_gradient, self.wiring))
+        return iterated(self.wiring, self._moving)
 
     def _connector(self, name: str):
         return connector(self.system, self.wiring.connectors, name)
@@ -345,7 +357,7 @@ class Master:
                 self._report(call, status)
         self._recording.take(self.time)
 
-    def _report(self, call: Call | AlgebraicLoop | Remember | Extrapolate, status: int) -> None:
+    def _report(self, call: Runnable, status: int) -> None:
         """Raise what a status says, note the first warning of an instance, or solve a loop anew."""
         if isinstance(call, AlgebraicLoop) and status == STALE:
             call.solve(self.time)

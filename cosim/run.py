@@ -33,6 +33,7 @@ class Ready:
         names: variables (full names) that are recorded at every communication point.
         record: what the results file says of the system.
         library: the stepping loop in C, `None` for Python's.
+        tolerance: of the response, relative, for algorithms that choose their steps.
     """
 
     system: System
@@ -43,6 +44,7 @@ class Ready:
     record: SystemRecord
     algorithm: str = ALGORITHMS[0]
     library: Path | None = None
+    tolerance: float = 1e-3
 
     @property
     def steps(self) -> int:
@@ -69,7 +71,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
     """
     steps, system = ready.steps, ready.system
     with contextlib.ExitStack() as stack:
-        master = open_master(ready.files, system, ready.algorithm, ready.step_size, ready.library)
+        master = open_master(ready.files, system, ready.algorithm, ready.step_size, ready.library, ready.tolerance)
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, ready.step_size)

@@ -73,11 +73,16 @@ class OneStep:
         self._whole = whole = np.eye(layout.size)
         for _ in self._run(whole, None):
             pass
-        kept = np.arange(layout.size)
+        kept = np.unique(np.concatenate([np.zeros(0, dtype=int), *self._written()]))
         while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
             kept = kept[~dead]  # written over before it is read: of no consequence
         self._kept = kept
         self.matrix = whole[np.ix_(kept, kept)]
+
+    def _written(self) -> list[np.ndarray]:
+        """Return the members that operations write; the others stay what they are, 0."""
+        operations = (operation for step in self._operations for operation in step)
+        return [operation.rows for operation in operations if isinstance(operation, Replace | Emit)]
 
     @cached_property
     def modes(self) -> list[Mode]:
@@ -185,7 +190,8 @@ class Cycle:
 
         fed, feeding = [c.end for c in system.connections], [c.start for c in system.connections]
         blocks = {name: block(instances[name], connected(name, fed), connected(name, feeding)) for name in names}
-        self._layout = Layout(Master(instances, system, algorithm), blocks, source, lock_in)
+        master = Master(instances, system, algorithm)
+        self._layout = Layout(master.wiring, master.cycle, blocks, source, lock_in)
 
     def over(self, step_size: float) -> OneStep:
         """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""

@@ -24,7 +24,7 @@ from hfsa.cosim._program import Cycle, Program, Run, watched
 from hfsa.cosim._recording import Recording
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
-from hfsa.cosim.system import ALGORITHMS, System
+from hfsa.cosim.system import ALGORITHMS, ITERATED, System
 
 SOURCE = Path(__file__).parent / "runtime" / "step.c"
 
@@ -37,8 +37,11 @@ _COMPLETE, _CALL_NOT_OK, _BUS_WRONG, _ROW_WRONG, _RECORDING_FULL = range(5)
 def make_master(
     instances: Mapping[str, Instance], system: System, algorithm: str, step_size: float, library: Path | None
 ) -> Master:
-    """Return a master that steps in C with the given library, or in Python where there is none."""
-    if library is None:
+    """Return a master that steps in C with the given library, or in Python where there is none.
+
+    What is iterated is so in Python: a step there is many, and what lies between them hardly counts.
+    """
+    if library is None or algorithm in ITERATED:
         return Master(instances, system, algorithm, step_size)
     return CompiledMaster(instances, system, algorithm, step_size, library=library)
 

@@ -23,9 +23,13 @@ HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
 """Algorithms that hold inputs over a communication step."""
 EXTRAPOLATED = ("gauss_seidel_linear", "gauss_seidel_quadratic", "jacobi_linear", "jacobi_quadratic")
 """Algorithms that let inputs move over a step, on lines or parabolas."""
+ITERATED = ("fixed_point", "quasi_newton")
+"""Algorithms that take a step again until inputs and outputs agree at its end."""
+ERROR_CONTROLLED = "error_controlled"
+"""The iterated algorithm that chooses its communication steps."""
 MONOLITHIC = "monolithic"
 """The algorithm that integrates all FMUs as one equation."""
-ALGORITHMS = (*HELD, *EXTRAPOLATED, "linearized_feedback", MONOLITHIC)
+ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_feedback", MONOLITHIC)
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
@@ -185,7 +189,7 @@ class Scene:
         amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`; needed where there are inputs.
         step_size: communication step size [s].
         stop_time: end of a time-domain run [s].
-        tolerance: relative difference of the response that a choice of level may make.
+        tolerance: relative difference of the response that a choice of level, or of the communication step, may make.
         algorithm: one of `ALGORITHMS`.
         source: the sine source; it is given the excited input's unit as argument `unit`.
         marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.

@@ -78,7 +78,7 @@ def test_sampled_outputs_are_held(files, opened, library, way):
 
 def test_an_fmu_that_takes_no_derivatives_is_told_and_held(opened, foreign):
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
-    found = {name: foreign[3] for name in "ab"}
+    found = dict.fromkeys("ab", foreign[3])
     masters = [Master(opened(found), system, algorithm, 0.01) for algorithm in ("gauss_seidel", "gauss_seidel_linear")]
     values = []
     for master in masters:
