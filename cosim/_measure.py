@@ -22,6 +22,7 @@ from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
 from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim._scene_text import scene_text
+from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
 from hfsa.cosim.sweep import (
@@ -49,6 +50,9 @@ from hfsa.cosim.system import (
 
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
+
+ALGEBRAIC = ("solve", "refuse")
+"""What becomes of algebraic loops between FMUs."""
 
 # Frequencies at which the linear response is followed, and those that draw its line.
 _DENSE, _LINE = 5000, 1000
@@ -82,15 +86,28 @@ class Loaded:
     title: str
 
 
-def load(name: str, arguments: Mapping[str, str], fuse: Sequence[str] = (), **changes: Any) -> Loaded:
+def load(
+    name: str, arguments: Mapping[str, str], fuse: Sequence[str] = (), loops: str = ALGEBRAIC[0], **changes: Any
+) -> Loaded:
     """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`.
 
-    `fuse` are groups of components that become one FMU each, as typed.
+    `fuse` are groups of components that become one FMU each, as typed; `loops` is one of `ALGEBRAIC`, and where it is
+    `refuse`, an algebraic loop between the FMUs is a `StructureError`.
     """
     scene = with_fusion(build.load_scene(name, arguments), fuse)
     scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
+    if loops == "refuse":
+        _refuse_loops(scene)
     known = build.scenes().get(name)
     return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
+
+
+def _refuse_loops(scene: Scene) -> None:
+    """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, close an algebraic loop."""
+    system = fused(levels.at_highest(scene).system, scene.fuse)
+    variables = {name: describe(file).variables for name, file in build.build(system).items()}
+    check(system, variables)
+    refuse_loops(system, variables)
 
 
 def sweep_scene(

@@ -48,6 +48,14 @@ Algorithm = Literal[
 Loop = Annotated[
     Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
 ]
+Loops = Annotated[
+    Literal["solve", "refuse"],
+    Parameter(
+        "--loops",
+        help="Outputs that follow each other without a step between, algebraic loops: solved at every communication "
+        "point, or refused before anything runs.",
+    ),
+]
 Fuse = Annotated[
     list[str] | None,
     Parameter(

@@ -21,6 +21,7 @@ from hfsa.cosim._options import (
     Json,
     Level,
     Loop,
+    Loops,
     Output,
     Positive,
     Signals,
@@ -176,6 +177,7 @@ def run(
     algorithm: Algorithm | None = None,
     fuse: Fuse = None,
     tolerance: Tolerance = None,
+    loops: Loops = "solve",
     loop: Loop = "c",
     output: Output = None,
     json: Json = False,
@@ -208,7 +210,7 @@ def run(
     from hfsa.cosim._runs import Drive, run_scene
 
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, _shell.named_values(parameter), fuse or (), **changes)
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with _shell.progress("run") as show:
         show(0.0, "building FMUs")
@@ -238,6 +240,7 @@ def compare(
     stop: Positive = None,
     algorithm: Algorithm | None = None,
     tolerance: Tolerance = None,
+    loops: Loops = "solve",
     loop: Loop = "c",
     jobs: Jobs = None,
     output: Output = None,
@@ -289,6 +292,7 @@ def compare(
             jobs=jobs,
             warn=_shell.warn,
             report=show,
+            loops=loops,
             step_size=step,
             stop_time=stop,
             algorithm=algorithm,
@@ -322,6 +326,7 @@ def sweep(
     algorithm: Algorithm | None = None,
     fuse: Fuse = None,
     tolerance: Tolerance = None,
+    loops: Loops = "solve",
     settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
     settling_time: Annotated[float, Parameter(validator=Number(gt=0))] = 60.0,
     measurement_periods: Annotated[int, Parameter(validator=Number(gte=1))] = 1,
@@ -377,7 +382,7 @@ def sweep(
     from hfsa.cosim._reports import sweep_report
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, _shell.named_values(parameter), fuse or (), **changes)
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, **changes)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._loops import sweep_loop

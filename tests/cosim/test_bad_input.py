@@ -103,47 +103,76 @@ def test_a_rigid_robot_on_drives_with_inertia(hfsa):
     assert "drive[1] is c_drive at level rigid_shaft" in err
 
 
-def test_a_ring_of_feedthrough(hfsa, tmp_path):
-    """Two parts that follow each other at once; the loop is spelt out before anything runs."""
-    scene = tmp_path / "ring.toml"
-    scene.write_text(
-        textwrap.dedent("""
-        inputs = ["left.command.position[2]"]
-        outputs = ["right.drive[1].slide"]
-        band = [1.0, 50.0]
-        amplitude = { m = 1e-6 }
-        step_size = 1e-4
-        stop_time = 0.1
+@pytest.fixture
+def ring(tmp_path):
+    """Write a scene of two parts that follow each other at once, through a slide of either."""
 
-        [[components]]
-        name = "left"
-        part = "sdelta_reference"
+    def write(slide: int) -> Path:
+        scene = tmp_path / f"ring{slide}.toml"
+        scene.write_text(
+            textwrap.dedent(f"""
+            inputs = ["left.command.position[2]"]
+            outputs = ["right.drive[{slide}].slide"]
+            band = [1.0, 50.0]
+            amplitude = {{ m = 1e-6 }}
+            step_size = 1e-4
+            stop_time = 0.01
 
-        [[components]]
-        name = "right"
-        part = "sdelta_reference"
+            [[components]]
+            name = "left"
+            part = "sdelta_reference"
 
-        [[connections]]
-        start = "left.drive[1].slide"
-        end = "right.command.position[1]"
+            [[components]]
+            name = "right"
+            part = "sdelta_reference"
 
-        [[connections]]
-        start = "right.drive[1].slide"
-        end = "left.command.position[1]"
-        """)
-    )
+            [[connections]]
+            start = "left.drive[{slide}].slide"
+            end = "right.command.position[1]"
+
+            [[connections]]
+            start = "right.drive[{slide}].slide"
+            end = "left.command.position[1]"
+            """)
+        )
+        return scene
+
+    return write
+
+
+def test_a_ring_of_feedthrough_is_refused(hfsa, ring):
+    """Where loops are not to be solved: spelt out before anything runs."""
     loops = [
         "left.drive[1].slide -> right.command.position[1] -> right.drive[1].slide -> left.command.position[1] -> ",
         "right.drive[1].slide -> left.command.position[1] -> left.drive[1].slide -> right.command.position[1] -> ",
     ]
-    for verb in ("run", "sweep"):
-        code, out, err = hfsa(verb, scene)
+    for words in (("run",), ("sweep",), ("compare", "--over", "left.level=linear,exact")):
+        code, out, err = hfsa(words[0], ring(1), *words[1:], "--loops", "refuse")
         assert (code, out) == (2, "")
         assert err.startswith("error: algebraic loop: ")
         spelt = err.removeprefix("error: algebraic loop: ").partition(";")[0]
         assert any(spelt in loop + loop for loop in loops), err
         assert spelt.count("->") >= 3
     assert not list(Path().rglob("*.h5"))
+
+
+def test_a_ring_of_feedthrough_of_gain_1_has_no_solution(hfsa, ring):
+    """What no values satisfy, or any do, is told as such where it was to be solved."""
+    for verb in ("run", "sweep"):
+        code, out, err = hfsa(verb, ring(1))
+        assert (code, out) == (4, "")
+        assert "does not converge at t = 0 s: the algebraic loop " in err
+        assert err.rstrip().endswith("has loop gain 1, and so no solution or any number of them")
+
+
+def test_a_ring_of_feedthrough_of_another_gain_is_solved(hfsa, ring):
+    """Drive 2 slides by -x / 2 + sqrt(3) / 2 y; where its slide is the other's x, and vice versa: by -y / sqrt(3)."""
+    code, _, err = hfsa("run", ring(2), "-o", "ring.h5")
+    assert (code, err) == (0, "")
+    found, _ = read_run(Path("ring.h5"))
+    y = found["left.command.position[2]"]
+    assert y.max() > 1e-12
+    np.testing.assert_allclose(found["right.drive[2].slide"], -y / np.sqrt(3), rtol=0, atol=1e-17)  # rounding of 0.1 m
 
 
 # A torque beyond the limit --------------------------------------------------------------------------------------------
