@@ -59,7 +59,7 @@ from hfsa.fmus._trial import death
 from hfsa.fmus.export import export
 
 FMI: Literal[2, 3] = 2
-"""Version of the FMUs a scene is built from: only FMI 2 lets a master hand over the derivatives of inputs."""
+"""Version of the FMUs a scene is built from; ours take derivatives of inputs in either (`fmus/README.md`)."""
 
 LOCK_IN = "lock_in"
 """Name of the lock-in amplifier among an instrumented system's components."""
