@@ -24,7 +24,9 @@ from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
+from hfsa.cosim.instance import open_instances
 from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
+from hfsa.cosim.step_limits import unstable_step
 from hfsa.cosim.sweep import (
     Bench,
     LinearSweep,
@@ -102,6 +104,19 @@ def load(
     return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
 
 
+def warn_of_step(
+    system: System, files: Mapping[str, Path], algorithm: str, step_size: float, warn: Callable[[str], None]
+) -> None:
+    """Warn of a communication step [s] at which the algorithm is unstable, and say what would do."""
+    instances = open_instances(files)
+    try:
+        if sentence := unstable_step(system, instances, algorithm, step_size):
+            warn(sentence)
+    finally:
+        for instance in instances.values():
+            instance.close()
+
+
 def _refuse_loops(scene: Scene) -> None:
     """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, close an algebraic loop."""
     system = fused(levels.at_highest(scene).system, scene.fuse)
@@ -151,6 +166,7 @@ def sweep_scene(
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, levels.with_choices(record, choices)) as file:
         try:
+            warn_of_step(system, files, settings.algorithm, settings.step_size, warn)
             stepped(file, plan, benches, settings, jobs=jobs, report=report)
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")

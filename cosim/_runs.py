@@ -16,7 +16,7 @@ from hfsa.cosim import build, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._description import describe
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._measure import Loaded, find_signals, with_amplitude, with_levels
+from hfsa.cosim._measure import Loaded, find_signals, warn_of_step, with_amplitude, with_levels
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim._wiring import check_sample_times
 from hfsa.cosim.run import Ready, run
@@ -81,6 +81,7 @@ def run_scene(
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
     for sentence in chosen_levels(ready):
         warn(sentence)
+    warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
     ended = run(ready, path, report)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)

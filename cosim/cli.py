@@ -418,6 +418,35 @@ def sweep(
 
 
 @app.command
+def stability(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    fuse: Fuse = None,
+    step: Positive = None,
+    json: Json = False,
+) -> int:
+    """Print the longest stable communication step of every algorithm on a scene, before anything runs.
+
+    From the one-step matrix of each algorithm on the scene's FMUs, linearised about its equilibrium.
+
+    Parameters
+    ----------
+    scene
+        A scene's name, or the path of a .py or .toml file.
+    step
+        Communication step size [s] that is looked at besides; the scene's without.
+    """
+    from hfsa.cosim._measure import load
+    from hfsa.cosim._stability import scene_stability
+
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), step_size=step)
+    _shell.answer(*scene_stability(loaded), json)
+    return _shell.DONE
+
+
+@app.command
 def bode(
     files: Annotated[list[Path], Parameter(negative=())],
     /,

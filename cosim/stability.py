@@ -25,6 +25,7 @@ import numpy as np
 from hfsa.cosim._blocks import Blocks, block
 from hfsa.cosim._cycle import Emit, Layout, Listen, Replace, Turn, operations
 from hfsa.cosim.instance import Instance
+from hfsa.cosim.iterated import Converge
 from hfsa.cosim.linearize import FORGOTTEN, operating_point
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, StructureError, System
@@ -85,6 +86,12 @@ class OneStep:
         return [operation.rows for operation in operations if isinstance(operation, Replace | Emit)]
 
     @cached_property
+    def _multipliers(self) -> np.ndarray:
+        """Eigenvalues of `matrix` that are motion, not memory that is written over."""
+        multipliers = np.linalg.eigvals(self.matrix)
+        return multipliers[np.abs(multipliers) > FORGOTTEN]
+
+    @cached_property
     def modes(self) -> list[Mode]:
         """All modes, the fastest growing first, conjugates once."""
         multipliers, vectors = np.linalg.eig(self.matrix)
@@ -110,7 +117,10 @@ class OneStep:
 
     def growth(self, kind: Kind = "all") -> float:
         """Return the largest rate [1/s] among modes of a kind, -inf if there is none."""
-        return max((mode.rate for mode in self.of(kind)), default=-np.inf)
+        multipliers = self._multipliers
+        turning = np.abs(np.angle(multipliers)) / self.period >= 2 * np.pi * RIGID
+        counting = multipliers[turning if kind == "flexible" else ~turning if kind == "rigid" else slice(None)]
+        return float(np.log(np.max(np.abs(counting))) / self.period) if len(counting) else -np.inf
 
     def is_stable(self, kind: Kind = "all") -> bool:
         """Whether no mode of a kind grows."""
@@ -196,6 +206,15 @@ class Cycle:
     def over(self, step_size: float) -> OneStep:
         """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""
         return OneStep(self._layout, step_size)
+
+    def converges(self, step_size: float) -> bool:
+        """Whether the passes of a `fixed_point` step [s] lead to a result; other algorithms always come to one."""
+        for action in self._layout.cycle:
+            if isinstance(action, Converge) and action.method == "fixed_point":
+                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
+                gradient = self._layout.gradient(action, step_size, steps)
+                return bool(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0) < 1)
+        return True
 
     def stability_limits(
         self, shortest: float, longest: float, *, kind: Kind = "all", points: int = 60, accuracy: float = 1e-6
