@@ -81,7 +81,7 @@ class Moving:
 def compare(moving: Moving, here: np.ndarray, there: np.ndarray, which: np.ndarray | slice = slice(None)) -> None:
     """Each output by itself, to 1e-9 of its largest value; what rounding makes of rest is not compared."""
     scale, units = np.abs(here).max(axis=0), moving.units()
-    assert scale.max() > 1e-8, "the scene must move"
+    assert scale.max() > 1e-13, "the scene must move"
     of_its_unit = np.array([scale[units == unit].max() for unit in units])
     allowed = 1e-9 * scale + 1e-12 * of_its_unit + ROUNDING
     assert np.all((np.abs(there - here) <= allowed)[:, which])
