@@ -5,11 +5,17 @@ Like `_measure.py` it stands on the roof: it asks `build.py` for files.
 
 import math
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from hfsa.cosim import build
 from hfsa.cosim._measure import Loaded, with_levels
 from hfsa.cosim._shell import rendered, table
+from hfsa.cosim._stability_map import StabilityMap
+from hfsa.cosim._stability_map_file import map_figure, write_map
+from hfsa.cosim._style import save
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linearize
 from hfsa.cosim.sampling import SamplingLimit, sampling_limit
@@ -51,6 +57,33 @@ def scene_stability(loaded: Loaded) -> tuple[dict[str, Any], str]:
         + [{"algorithm": name, "note": note} for name, note in _WITHOUT_LIMIT.items() if name in ALGORITHMS],
     }
     return data, _text(loaded.title, scene.step_size, limits, sampling, growth)
+
+
+def map_stability(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], str]:
+    """Write a map and its picture beside it; return what they hold, as data and as text."""
+    write_map(path, found, title)
+    picture = path.with_suffix(".png")
+    save(map_figure(found, title), picture)
+    agree, simulated = found.agreement
+    known = found.growth[~np.isnan(found.growth)]
+    data = {
+        "file": path,
+        "picture": picture,
+        "algorithm": found.algorithm,
+        "axes": {axis.name: axis.values.tolist() for axis in found.axes},
+        "stable": int((known <= 0).sum()),
+        "points": int(found.growth.size),
+        "simulated": simulated,
+        "agree": agree,
+        "messages": list(found.messages),
+    }
+    lines = [
+        f"{path}, {picture}: {found.algorithm} on {title}",
+        f"  stable at {data['stable']} of {data['points']} points",
+        f"  simulated {simulated}, of which {agree} agree ({100 * agree / max(simulated, 1):.4g} %)",
+        *(f"  not built: {message}" for message in found.messages),
+    ]
+    return data, "\n".join(lines)
 
 
 def _entry(limit: StepLimit) -> dict[str, Any]:

@@ -425,9 +425,12 @@ def stability(
     parameter: Arguments = None,
     fuse: Fuse = None,
     step: Positive = None,
+    vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
+    algorithm: Algorithm | None = None,
+    output: Output = None,
     json: Json = False,
 ) -> int:
-    """Print the longest stable communication step of every algorithm on a scene, before anything runs.
+    """Print the longest stable communication step of every algorithm on a scene, or map where it is stable.
 
     From the one-step matrix of each algorithm on the scene's FMUs, linearised about its equilibrium.
 
@@ -436,12 +439,30 @@ def stability(
     scene
         A scene's name, or the path of a .py or .toml file.
     step
-        Communication step size [s] that is looked at besides; the scene's without.
+        Communication step size [s] that is looked at; the scene's without.
+    vary
+        NAME=FROM:TO:N, once or twice: whatever `-p` takes, or `step_size`. Maps the fastest growth over it, as HDF5 and
+        as a picture, points next to the border and a sample of the others checked by simulation.
+    algorithm
+        With `--vary`: of the map; the scene's without.
+    output
+        With `--vary`: its file; `results/SCENE_stability.h5` without.
     """
     from hfsa.cosim._measure import load
-    from hfsa.cosim._stability import scene_stability
+    from hfsa.cosim._stability import map_stability, scene_stability
 
     loaded = load(scene, _shell.named_values(parameter), fuse or (), step_size=step)
+    if vary:
+        from hfsa.cosim._stability_map import default_path, parse_axis, stability_map
+
+        axes = [parse_axis(words) for words in vary]
+        with _shell.progress("stability") as show:
+            found = stability_map(
+                scene, _shell.named_values(parameter), axes, step_size=step, algorithm=algorithm, report=show
+            )
+        _shell.answer(*map_stability(found, loaded.title, output or default_path(scene)), json)
+        agree, simulated = found.agreement
+        return _shell.DONE if agree == simulated else _shell.PROBLEMS
     _shell.answer(*scene_stability(loaded), json)
     return _shell.DONE
 

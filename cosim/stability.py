@@ -176,6 +176,9 @@ class Cycle:
 
     `system` may hold a sine source and a lock-in amplifier, named by `source` and `lock_in`: they take part in
     responses only. `starts` holds start values by full name. Raises `StructureError` as `linearize`.
+
+    Attributes:
+        operating_point: states, and sampled states and outputs, at the equilibrium by full name.
     """
 
     def __init__(
@@ -193,7 +196,7 @@ class Cycle:
         names = [component.name for component in components]
         inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & instruments]
         plain = System(components, inner)
-        operating_point(plain, instances, Blocks(plain, instances, [], []), starts or {})
+        self.operating_point = operating_point(plain, instances, Blocks(plain, instances, [], []), starts or {})
 
         def connected(name: str, ends: Sequence[str]) -> list[str]:
             return [variable for component, variable in map(system.split, ends) if component == name]

@@ -1,0 +1,64 @@
+"""Maps of stability: known borders lie where they belong, simulations agree, and what cannot be mapped is told."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray
+
+from hfsa.cosim._stability_map import parse_axis, stability_map
+from hfsa.cosim.system import StructureError
+
+
+def test_the_massless_suspension_is_stable_up_to_its_step():
+    found = stability_map("beam_payload", {"suspension": "massless"}, [parse_axis("step_size=6.8e-6:7.2e-6:5")])
+    step = found.axes[0].values
+    np.testing.assert_array_equal(found.growth > 0, step > 7.0109e-6)
+    assert found.agreement[0] == found.agreement[1] > 0
+
+
+def test_the_border_of_sampled_control_with_a_delay():
+    """13.3 Hz at 1 ms and 1.58 Hz at 2 ms, with a communication step that adds next to nothing."""
+    axes = [parse_axis("bandwidth=1.56:13.4:9"), parse_axis("sample_time=1e-3:2e-3:2")]
+    found = stability_map("sdelta_hfsa", {"delay": "true"}, axes, step_size=50e-6, algorithm="jacobi_quadratic")
+    bandwidth = axes[0].values
+    np.testing.assert_array_equal(found.growth[:, 0] > 0, bandwidth > 13.35)
+    np.testing.assert_array_equal(found.growth[:, 1] > 0, bandwidth > 1.58)
+    assert found.agreement[0] == found.agreement[1] > 0
+
+
+def test_the_verb_writes_a_file_and_a_picture(hfsa, tmp_path):
+    path = tmp_path / "map.h5"
+    words = ("-p", "suspension=massless", "--vary", "step_size=5e-6:1e-5:3", "-o", path, "--json")
+    code, out, _ = hfsa("stability", "beam_payload", *words)
+    assert code == 0
+    data = json.loads(out)
+    assert data["agree"] == data["simulated"] > 0
+    assert path.with_suffix(".png").stat().st_size > 10_000
+    with xarray.open_dataset(path, group="map", engine="h5netcdf") as found:
+        assert found.growth.dims == ("step_size",)
+        assert found.attrs["algorithm"] == "gauss_seidel"
+        np.testing.assert_array_equal(found.growth > 0, found.step_size > 7.0109e-6)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("bandwidth=1:100", "expected NAME=FROM:TO:N"),
+        ("bandwidth=100:1:5", "FROM below TO"),
+        ("bandwidth=1:100:1", "2 points or more"),
+        ("bandwidth=a:b:3", "expected NAME=FROM:TO:N"),
+    ],
+)
+def test_wrong_words(words, expected):
+    with pytest.raises(StructureError, match=expected):
+        parse_axis(words)
+
+
+def test_what_cannot_be_mapped():
+    with pytest.raises(StructureError, match="did you mean bandwidth"):
+        stability_map("sdelta_hfsa", {}, [parse_axis("bandwith=1:2:2")])
+    with pytest.raises(StructureError, match="no map is known of monolithic"):
+        stability_map("mass_on_spring", {}, [parse_axis("step_size=1e-4:1e-3:2")], algorithm="monolithic")
+    with pytest.raises(StructureError, match="one or two --vary; found 0"):
+        stability_map("mass_on_spring", {}, [])
