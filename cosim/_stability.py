@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from hfsa.cosim import build
+from hfsa.cosim._fuse import fused
 from hfsa.cosim._measure import Loaded, with_levels
 from hfsa.cosim._shell import rendered, table
 from hfsa.cosim._stability_map import StabilityMap
@@ -35,16 +36,17 @@ _WITHOUT_LIMIT = {
 def scene_stability(loaded: Loaded) -> tuple[dict[str, Any], str]:
     """Return the limits of a scene, as data and as text; raises `StructureError` where it has no equilibrium."""
     scene, _ = with_levels(loaded.scene, None)
-    files = build.build(scene.system)
+    system = fused(scene.system, scene.fuse)
+    files = build.build(system)
     with ExitStack() as stack:
         instances = open_instances(files)
         for instance in instances.values():
             stack.callback(instance.close)
-        limits = list(step_limits(scene.system, instances, scene.step_size))
-        sampling = sampling_limit(scene.system, instances, scene.outputs)
+        limits = list(step_limits(system, instances, scene.step_size))
+        sampling = sampling_limit(system, instances, scene.outputs)
         growth = None
         if sampling is None:
-            poles = linearize(scene.system, instances, [], scene.outputs).poles
+            poles = linearize(system, instances, [], scene.outputs).poles
             growth = float(max((pole.real for pole in poles), default=-math.inf))
     data = {
         "step_size": scene.step_size,

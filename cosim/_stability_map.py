@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import build
 from hfsa.cosim._compiled import LOOPS, chosen_loop
+from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.stability import Cycle, Kind, Mode
@@ -101,19 +102,21 @@ def stability_map(
     arguments: Mapping[str, str],
     axes: Sequence[Axis],
     *,
+    fuse: Sequence[str] = (),
     step_size: float | None = None,
     algorithm: str | None = None,
     report: Callable[[float, str], None] | None = None,
 ) -> StabilityMap:
-    """Return the map of a scene over one or two axes; `arguments` are the scene's others, as typed.
+    """Return the map of a scene over one or two axes.
 
+    `arguments` are the scene's others, `fuse` groups of components that become one FMU each, both as typed.
     `report` is called with the part done, 0 to 1. `StructureError` for an algorithm without a known limit, more axes,
     and where no point at all can be built, with the first reason.
     """
     if not 1 <= len(axes) <= 2:
         raise StructureError(f"a map takes one or two --vary; found {len(axes)}")
     shape = tuple(len(axis.values) for axis in axes)
-    points = {index: _Point(name, arguments, axes, index, step_size, algorithm) for index in np.ndindex(shape)}
+    points = {index: _Point(name, arguments, axes, index, fuse, step_size, algorithm) for index in np.ndindex(shape)}
     growth, messages = np.full(shape, np.nan), {}
     for done, (index, point) in enumerate(points.items(), 1):
         try:
@@ -143,6 +146,7 @@ class _Point:
         arguments: Mapping[str, str],
         axes: Sequence[Axis],
         index: Sequence[int],
+        fuse: Sequence[str],
         step_size: float | None,
         algorithm: str | None,
     ):
@@ -150,7 +154,9 @@ class _Point:
         step_size = values.pop(STEP_SIZE, step_size)
         changes = {"step_size": step_size, "algorithm": algorithm}
         self._load = lambda: replace(
-            build.load_scene(name, {**arguments, **{key: repr(value) for key, value in values.items()}}),
+            with_fusion(
+                build.load_scene(name, {**arguments, **{key: repr(value) for key, value in values.items()}}), fuse
+            ),
             **{key: value for key, value in changes.items() if value is not None},
         )
         self.scene: Scene
@@ -161,12 +167,13 @@ class _Point:
         self.scene = scene = self._load()
         if scene.algorithm not in LIMITED:
             raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
-        self._files = build.build(scene.system)
+        self._system = fused(scene.system, scene.fuse)
+        self._files = build.build(self._system)
         instances = open_instances(self._files)
         try:
-            cycle = Cycle(scene.system, instances, scene.algorithm)
+            cycle = Cycle(self._system, instances, scene.algorithm)
             own = cycle.over(scene.step_size)
-            kind: Kind = counting(cycle, scene.system, instances, scene.step_size)
+            kind: Kind = counting(cycle, self._system, instances, scene.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)
                 for c, i in instances.items()
@@ -209,10 +216,10 @@ class _Point:
     def _simulated(self, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
         """Return what crosses connections at every point, (points, connections), as far as the run comes."""
         scene = self.scene
-        names = list(dict.fromkeys(connection.start for connection in scene.system.connections))
+        names = list(dict.fromkeys(connection.start for connection in self._system.connections))
         self._scale = np.array([self._nominal[name] for name in names])
         library = chosen_loop(LOOPS[0], lambda _: None)
-        with closing(open_master(self._files, scene.system, scene.algorithm, scene.step_size, library)) as master:
+        with closing(open_master(self._files, self._system, scene.algorithm, scene.step_size, library)) as master:
             recording = master.record(names, rows=steps + 1)
             try:
                 master.initialize(starts=starts)

@@ -458,7 +458,13 @@ def stability(
         axes = [parse_axis(words) for words in vary]
         with _shell.progress("stability") as show:
             found = stability_map(
-                scene, _shell.named_values(parameter), axes, step_size=step, algorithm=algorithm, report=show
+                scene,
+                _shell.named_values(parameter),
+                axes,
+                fuse=fuse or (),
+                step_size=step,
+                algorithm=algorithm,
+                report=show,
             )
         _shell.answer(*map_stability(found, loaded.title, output or default_path(scene)), json)
         agree, simulated = found.agreement

@@ -17,6 +17,13 @@ def test_the_massless_suspension_is_stable_up_to_its_step():
     assert found.agreement[0] == found.agreement[1] > 0
 
 
+def test_fused_with_its_payload_it_is_stable_at_every_step():
+    axes = [parse_axis("step_size=5e-6:1e-3:3")]
+    found = stability_map("beam_payload", {"suspension": "massless"}, axes, fuse=["suspension,payload"])
+    assert (found.growth < 0).all()
+    assert found.agreement[0] == found.agreement[1] > 0
+
+
 def test_the_border_of_sampled_control_with_a_delay():
     """13.3 Hz at 1 ms and 1.58 Hz at 2 ms, with a communication step that adds next to nothing."""
     axes = [parse_axis("bandwidth=1.56:13.4:9"), parse_axis("sample_time=1e-3:2e-3:2")]
