@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -169,7 +170,8 @@ def test_an_interrupted_comparison_keeps_what_is_finished(tmp_path):
     os.killpg(child.pid, signal.SIGINT)
     _, err = child.communicate()
     assert child.returncode == 130
-    assert "1 of 4 runs are finished: results/mass_on_spring_damping=0.5.h5" in err
+    # one, unless this process was kept from looking while the second ended
+    assert re.search("[1-3] of 4 runs are finished: results/mass_on_spring_damping=0.5.h5", err)
     assert "Traceback" not in err
     values, _ = read_run(tmp_path / "results" / "mass_on_spring_damping=0.5.h5")
     assert np.isfinite(values["mass.position"]).all()
