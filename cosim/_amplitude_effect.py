@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build
-from hfsa.cosim._blocks import block
 from hfsa.cosim._fuse import fused
+from hfsa.cosim._linear.blocks import block
 from hfsa.cosim._rig import Bench, Rig, Settings, Task
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.results import Point, Signal, Status

@@ -9,7 +9,7 @@ What a tick would make of v is tried on a copy of the FMU's state, which is put 
 
 import numpy as np
 
-from hfsa.cosim._blocks import Blocks
+from hfsa.cosim._linear.blocks import Blocks
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import StructureError
 

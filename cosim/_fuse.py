@@ -20,7 +20,7 @@ from typing import Any
 from hfsa.components._model import Kind, Model
 from hfsa.components._parts import part_named
 from hfsa.cosim import build
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, expand, nearest
 
 NAME = "fused"

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim._instance import StepError
+from hfsa.cosim._fmi.instance import StepError
 from hfsa.cosim._joint_ode import JointOde
 from hfsa.cosim.system import StructureError
 

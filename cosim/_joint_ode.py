@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim._actions import Group, Transfer
-from hfsa.cosim._instance import Call, Handle
-from hfsa.cosim._wiring import Wiring
+from hfsa.cosim._fmi.instance import Call, Handle
+from hfsa.cosim.actions.action import Group, Transfer
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.model_exchange import ModelExchangeInstance
 
 _DIFFERENCE = 1e-7

@@ -40,7 +40,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from hfsa.cosim import build
 from hfsa.cosim._amplitude_effect import Effect, bending, measure_effect
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._rig import Settings
 from hfsa.cosim.algorithms import open_master

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._pool import is_stopping
-from hfsa.cosim._records import Point, Status
+from hfsa.cosim._storage.records import Point, Status
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.excitation import ramp_time, window_steps
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor

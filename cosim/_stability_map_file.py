@@ -14,18 +14,18 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from hfsa.cosim import _hdf5
-from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import SystemRecord
 from hfsa.cosim._stability_map import GEOMETRIC, Axis, StabilityMap
+from hfsa.cosim._storage import hdf5
+from hfsa.cosim._storage.hdf5 import Node
+from hfsa.cosim._storage.records import SystemRecord
 from hfsa.cosim._style import ACCENT, COLOURS, INK, STYLE
 
 
 def write_map(path: Path, found: StabilityMap, title: str) -> None:
     """Write a map, complete or not at all; `ResultsError` where that fails."""
     words = ", ".join([found.scene, *(axis.name for axis in found.axes)])
-    store = _hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found))
-    _hdf5.set_status(store.file, _hdf5.COMPLETE)
+    store = hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found))
+    hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
 
 
@@ -33,9 +33,9 @@ def _fill(file: Node, found: StabilityMap) -> None:
     group = file.create_group("map")
     names = [axis.name for axis in found.axes]
     for axis in found.axes:
-        _hdf5.scale(group, axis.name, axis.values)
-    _hdf5.filled(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
-    _hdf5.filled(group, "verified", names, -1, np.int8)[...] = found.verified
+        hdf5.scale(group, axis.name, axis.values)
+    hdf5.filled(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
+    hdf5.filled(group, "verified", names, -1, np.int8)[...] = found.verified
     group.attrs["algorithm"], group.attrs["step_size"] = found.algorithm, found.step_size
 
 

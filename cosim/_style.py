@@ -6,7 +6,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from hfsa.cosim._records import ResultsError
+from hfsa.cosim._storage.records import ResultsError
 
 COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 INK, GRID, ACCENT = "#20242c", "#c9ced6", "#b3541e"

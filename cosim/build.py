@@ -37,9 +37,9 @@ from hfsa.components._compose import compose
 from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
 from hfsa.components._parts import SOLVER, Part, find, part_named, read_arguments
-from hfsa.cosim._description import describe
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim._feedback_loops import feedback_loops
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._scene_text import read_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import (

@@ -1,7 +1,7 @@
 """The command `hfsa`: parses, nothing else.
 
-Every verb hands its words on and returns an exit code (`_shell.py`). What a verb needs is imported inside it, so that
-`hfsa --help` is there at once.
+Every verb hands its words on and returns an exit code (`_commands/shell.py`). What a verb needs is imported inside it,
+so that `hfsa --help` is there at once.
 """
 
 import sys
@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
-from hfsa.cosim import _shell
-from hfsa.cosim._options import (
+from hfsa.cosim._commands import shell
+from hfsa.cosim._commands.options import (
     DESIGN_STUDY,
     Algorithm,
     Arguments,
@@ -47,11 +47,11 @@ def list_(name: str | None = None, /, *, json: Json = False) -> int:
     name
         A part or scene to show in full, with its arguments and parameters.
     """
-    from hfsa.cosim._reports import listing, listing_text
+    from hfsa.cosim._commands.reports import listing, listing_text
 
     data = listing(name)
-    _shell.answer(data, listing_text(data), json)
-    return _shell.DONE
+    shell.answer(data, listing_text(data), json)
+    return shell.DONE
 
 
 @app.command
@@ -88,20 +88,20 @@ def analyze(
         With `--map`: its file; `results/NAME_map.h5` without.
     """
     from hfsa.components._parts import part_named, studied
-    from hfsa.cosim._reports import numbers_text
-    from hfsa.cosim._studies import Request, study_answer
+    from hfsa.cosim._commands.reports import numbers_text
+    from hfsa.cosim._commands.studies import Request, study_answer
     from hfsa.cosim.build import parts
 
-    values = _shell.named_values(parameter)
+    values = shell.named_values(parameter)
     request = Request(sensitivity, map, optimize, bounds, output)
     if request.is_study():
         study = studied(name, parts()).design_study(level, **values)
         data, text, is_found = study_answer(study, request, name, values)
-        _shell.answer(data, text, json)
-        return _shell.DONE if is_found else _shell.PROBLEMS
+        shell.answer(data, text, json)
+        return shell.DONE if is_found else shell.PROBLEMS
     numbers = part_named(name, parts()).analysis(level, **values)
-    _shell.answer(numbers, numbers_text(numbers), json)
-    return _shell.DONE
+    shell.answer(numbers, numbers_text(numbers), json)
+    return shell.DONE
 
 
 @app.command
@@ -131,11 +131,11 @@ def export(
     from hfsa.cosim._fuse import models_to_export
     from hfsa.fmus.export import export as export_model
 
-    models = models_to_export(name, level, _shell.named_values(parameter), fuse or ())
+    models = models_to_export(name, level, shell.named_values(parameter), fuse or ())
     folder = output or _export_folder()
     files = [file for model in models for file in export_model(model, folder, (fmi,) if fmi else (2, 3))]
-    _shell.answer({"files": files}, "\n".join(map(str, files)), json)
-    return _shell.DONE
+    shell.answer({"files": files}, "\n".join(map(str, files)), json)
+    return shell.DONE
 
 
 @app.command
@@ -157,10 +157,10 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     for file, report in reports.items():
         lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]
         for warning in report.warnings:
-            _shell.warn(f"{file}: {warning}")
+            shell.warn(f"{file}: {warning}")
     data = [{"file": f, "problems": r.problems, "warnings": r.warnings} for f, r in reports.items()]
-    _shell.answer(data, "\n".join(lines), json)
-    return _shell.PROBLEMS if any(report.problems for report in reports.values()) else _shell.DONE
+    shell.answer(data, "\n".join(lines), json)
+    return shell.PROBLEMS if any(report.problems for report in reports.values()) else shell.DONE
 
 
 @app.command
@@ -205,25 +205,25 @@ def run(
     output
         Results file; `results/SCENE_run.h5` without.
     """
-    from hfsa.cosim._measure import load
-    from hfsa.cosim._reports import run_report
-    from hfsa.cosim._runs import Drive, run_scene
+    from hfsa.cosim._commands.measure import load
+    from hfsa.cosim._commands.reports import run_report
+    from hfsa.cosim._commands.runs import Drive, run_scene
 
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, **changes)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
-    with _shell.progress("run") as show:
+    with shell.progress("run") as show:
         show(0.0, "building FMUs")
         run_scene(
             loaded,
             path,
             Drive(input, frequency, amplitude),
             loop=loop,
-            warn=_shell.warn,
+            warn=shell.warn,
             report=lambda part: show(part, ""),
         )
-    _shell.answer(*run_report(path), json)
-    return _shell.DONE
+    shell.answer(*run_report(path), json)
+    return shell.DONE
 
 
 @app.command
@@ -274,23 +274,23 @@ def compare(
     output
         Figure; its ending says the format. `results/SCENE_compare.png` without.
     """
-    from hfsa.cosim._compare import compare as compare_runs
-    from hfsa.cosim._compare import parse_over
+    from hfsa.cosim._commands.compare import compare as compare_runs
+    from hfsa.cosim._commands.compare import parse_over
+    from hfsa.cosim._commands.comparison_text import comparison_data, comparison_text
+    from hfsa.cosim._commands.runs import Drive
     from hfsa.cosim._comparison_figure import comparison_figure, save
-    from hfsa.cosim._comparison_text import comparison_data, comparison_text
-    from hfsa.cosim._runs import Drive
 
     path = output or Path("results", f"{Path(scene).stem}_compare.png")
-    with _shell.progress("compare") as show:
+    with shell.progress("compare") as show:
         compared = compare_runs(
             scene,
-            _shell.named_values(parameter),
+            shell.named_values(parameter),
             parse_over(over),
             path.parent,
             drive=Drive(input, frequency, amplitude),
             loop=loop,
             jobs=jobs,
-            warn=_shell.warn,
+            warn=shell.warn,
             report=show,
             loops=loops,
             step_size=step,
@@ -300,11 +300,11 @@ def compare(
         )
     outcomes = [run.outcome for run in compared.runs]
     save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
-    _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
+    shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
     failed = [outcome for outcome in outcomes if outcome.failure]
     if len(failed) == len(outcomes):
-        return _shell.SIMULATION_FAILED
-    return _shell.PROBLEMS if failed else _shell.DONE
+        return shell.SIMULATION_FAILED
+    return shell.PROBLEMS if failed else shell.DONE
 
 
 @app.command
@@ -378,21 +378,21 @@ def sweep(
     file
         Results file; `results/SCENE.h5` without.
     """
-    from hfsa.cosim._measure import Request, Settings, load, sweep_scene
-    from hfsa.cosim._reports import sweep_report
+    from hfsa.cosim._commands.measure import Request, Settings, load, sweep_scene
+    from hfsa.cosim._commands.reports import sweep_report
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, **changes)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, **changes)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
-        from hfsa.cosim._loops import sweep_loop
+        from hfsa.cosim._commands.loops import sweep_loop
         from hfsa.cosim.system import StructureError
 
         if method != "linear" or input or output:
             raise StructureError("--open-loop takes --method linear, and no --input and --output")
-        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid, warn=_shell.warn)
-        _shell.answer(*found, json)
-        return _shell.DONE
+        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid, warn=shell.warn)
+        shell.answer(*found, json)
+        return shell.DONE
     settings = Settings(
         method=method,
         algorithm=loaded.scene.algorithm,
@@ -402,19 +402,19 @@ def sweep(
         settling_time=settling_time,
     )
     request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
-    with _shell.progress("sweep") as show:
+    with shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         sweep_scene(
             loaded,
             request,
             path,
             resume=resume,
-            warn=_shell.warn,
+            warn=shell.warn,
             report=lambda p: show(p.work, f"{p.done} of {p.points} points"),
         )
     data, text, is_complete = sweep_report(path)
-    _shell.answer(data, text, json)
-    return _shell.DONE if is_complete else _shell.PROBLEMS
+    shell.answer(data, text, json)
+    return shell.DONE if is_complete else shell.PROBLEMS
 
 
 @app.command
@@ -448,29 +448,29 @@ def stability(
     output
         With `--vary`: its file; `results/SCENE_stability.h5` without.
     """
-    from hfsa.cosim._measure import load
-    from hfsa.cosim._stability import map_stability, scene_stability
+    from hfsa.cosim._commands.measure import load
+    from hfsa.cosim._commands.stability import map_stability, scene_stability
 
-    loaded = load(scene, _shell.named_values(parameter), fuse or (), step_size=step)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), step_size=step)
     if vary:
         from hfsa.cosim._stability_map import default_path, parse_axis, stability_map
 
         axes = [parse_axis(words) for words in vary]
-        with _shell.progress("stability") as show:
+        with shell.progress("stability") as show:
             found = stability_map(
                 scene,
-                _shell.named_values(parameter),
+                shell.named_values(parameter),
                 axes,
                 fuse=fuse or (),
                 step_size=step,
                 algorithm=algorithm,
                 report=show,
             )
-        _shell.answer(*map_stability(found, loaded.title, output or default_path(scene)), json)
+        shell.answer(*map_stability(found, loaded.title, output or default_path(scene)), json)
         agree, simulated = found.agreement
-        return _shell.DONE if agree == simulated else _shell.PROBLEMS
-    _shell.answer(*scene_stability(loaded), json)
-    return _shell.DONE
+        return shell.DONE if agree == simulated else shell.PROBLEMS
+    shell.answer(*scene_stability(loaded), json)
+    return shell.DONE
 
 
 @app.command
@@ -502,8 +502,8 @@ def bode(
     figure = bode_figure([read(path) for path in files], output or (), input or ())
     path = picture or files[0].with_suffix(".png")
     save(figure, path)
-    _shell.answer({"file": path}, str(path), json)
-    return _shell.DONE
+    shell.answer({"file": path}, str(path), json)
+    return shell.DONE
 
 
 def main(tokens: list[str] | None = None) -> int:
@@ -512,11 +512,11 @@ def main(tokens: list[str] | None = None) -> int:
     def verb() -> int:
         """Parse and run; a wrong word has been told by then."""
         try:
-            return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
+            return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or shell.DONE
         except CycloptsError:
-            return _shell.USAGE
+            return shell.USAGE
 
-    return _shell.run(verb)
+    return shell.run(verb)
 
 
 def _export_folder() -> Path:

@@ -1,7 +1,7 @@
 """Iterated coupling whose communication step follows the error it makes; what is not good enough is taken back.
 
-Over a step of h the inputs follow straight lines between values u0 and u1 (`iterated.py`). With the value um before, hm
-earlier, the line misses the curve by at most
+Over a step of h the inputs follow straight lines between values u0 and u1 (`actions/iterated.py`). With the value um
+before, hm earlier, the line misses the curve by at most
 
     e = h^2 / 4 |((u1 - u0) / h - (u0 - um) / hm) / (h + hm)|
 
@@ -17,9 +17,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hfsa.cosim._description import SAMPLE_TIME
+from hfsa.cosim._fmi.description import SAMPLE_TIME
+from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance, State, StepError
-from hfsa.cosim.iterated import Converge
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import StructureError, System
 

@@ -7,7 +7,7 @@
 An output follows some inputs of its component directly, each input follows the output that feeds it. Fetched level by
 level, each passed on at once, every output is fetched after the inputs it depends on were set. Outputs that follow
 themselves have no such order: they are an algebraic loop, which has a level of its own and is solved there as a whole
-(`algebraic_loop.py`).
+(`actions/algebraic_loop.py`).
 """
 
 from collections.abc import Mapping

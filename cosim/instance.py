@@ -21,9 +21,9 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
-from hfsa.cosim._co_simulation import CoSimulationLibrary
-from hfsa.cosim._description import SAMPLE_TIME, Interface
-from hfsa.cosim._instance import BaseInstance, Call, Fmu, Handle, State, StepError
+from hfsa.cosim._fmi.co_simulation import CoSimulationLibrary
+from hfsa.cosim._fmi.description import SAMPLE_TIME, Interface
+from hfsa.cosim._fmi.instance import BaseInstance, Call, Fmu, Handle, State, StepError
 
 __all__ = ["Call", "Fmu", "Handle", "Instance", "State", "StepError", "open_instances"]
 

@@ -27,10 +27,10 @@ from pathlib import Path
 from hfsa.components._model import ModelError
 from hfsa.components._parts import part_named
 from hfsa.cosim import build
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._level_error import Question, ask
-from hfsa.cosim._records import LevelChoice, SystemRecord
 from hfsa.cosim._scene_text import scene_text
+from hfsa.cosim._storage.records import LevelChoice, SystemRecord
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import Component, Scene, StructureError, System
 
@@ -81,7 +81,7 @@ def _key(scene: Scene) -> str:
     """Return a hash of all that a choice depends on: the scene, its foreign FMUs, and the sources of both wings."""
     digest = hashlib.sha256(f"{scene_text(scene)}\0{build.sources()}\0".encode())
     foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
-    for file in [*foreign, *sorted(Path(__file__).parent.glob("*.py"))]:
+    for file in [*foreign, *sorted(Path(__file__).parent.rglob("*.py"))]:
         digest.update(file.read_bytes() + b"\0")
     return digest.hexdigest()[:32]
 

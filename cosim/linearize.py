@@ -14,9 +14,10 @@ sinusoid e enters with its derivatives wherever the FMU has inputs for them, as 
 
     H = H_value + j omega H_rate - omega^2 H_acceleration - j omega^3 H_jerk
 
-Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly: `_sampled.py`.
-Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees what those before it have
-put out, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at its next tick).
+Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly
+(`_linear/sampled.py`). Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees
+what those before it have put out, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at its
+next tick).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,9 +27,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim._blocks import Blocks, Closed
 from hfsa.cosim._equilibrium import equilibrium
-from hfsa.cosim._sampled import SampledSystem
+from hfsa.cosim._linear.blocks import Blocks, Closed
+from hfsa.cosim._linear.sampled import SampledSystem
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import Connection, StructureError, System, companions

@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim._actions import Group
 from hfsa.cosim._feedback_loops import ALGORITHM, Loop, feedback_loops
-from hfsa.cosim._wiring import Wiring
+from hfsa.cosim.actions.action import Group
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.instance import Call, Instance
 from hfsa.cosim.master import Master, sampled_first
 from hfsa.cosim.system import ALGORITHMS, Connection, StructureError, System

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from hfsa.cosim._sampled import SampledSystem
+from hfsa.cosim._linear.sampled import SampledSystem
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import Linearization, linearize, upstream
 from hfsa.cosim.system import Connection, StructureError, System, nearest

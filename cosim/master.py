@@ -16,8 +16,8 @@ exchanged in feedthrough order, so that an output is fetched after the inputs it
    outputs on to those that wait (`gauss_seidel`).
 
 `jacobi_plain` is what other masters do: get all outputs, set all inputs, step all instances. Inputs are held over a
-step, or with `_linear` and `_quadratic` behind the name they move (`_extrapolation.py`). Algebraic loops are solved at
-every point (`algebraic_loop.py`).
+step, or with `_linear` and `_quadratic` behind the name they move (`actions/extrapolation.py`). Algebraic loops are
+solved at every point (`actions/algebraic_loop.py`).
 
 After `initialize` and after `advance` the exchange at the current point has been done: what is read is consistent.
 """
@@ -27,15 +27,15 @@ from functools import partial
 
 import numpy as np
 
-from hfsa.cosim._actions import Stepper, Transfer
-from hfsa.cosim._cycle import coupling_gradient
-from hfsa.cosim._extrapolation import Extrapolation
-from hfsa.cosim._recording import Recording, Watch
-from hfsa.cosim._schedule import Action, Runnable, without_repetition
-from hfsa.cosim._wiring import Wiring, check_sample_times
-from hfsa.cosim.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim._linear.cycle import coupling_gradient
+from hfsa.cosim.actions.action import Stepper, Transfer
+from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.extrapolation import Extrapolation
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.recording import Recording, Watch
+from hfsa.cosim.actions.schedule import Action, Runnable, without_repetition
+from hfsa.cosim.actions.wiring import Wiring, check_sample_times
 from hfsa.cosim.instance import Call, Instance, StepError
-from hfsa.cosim.iterated import Converge
 from hfsa.cosim.system import ALGORITHMS, EXTRAPOLATED, HELD, StructureError, System, connector, nearest
 
 SETTLING_PASSES = 100

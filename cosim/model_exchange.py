@@ -19,9 +19,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hfsa.cosim._description import Interface
-from hfsa.cosim._instance import BaseInstance, Call, Fmu, StepError
-from hfsa.cosim._model_exchange import ModelExchangeLibrary
+from hfsa.cosim._fmi.description import Interface
+from hfsa.cosim._fmi.instance import BaseInstance, Call, Fmu, StepError
+from hfsa.cosim._fmi.model_exchange import ModelExchangeLibrary
 from hfsa.cosim.system import StructureError
 
 MOST_UPDATES = 100

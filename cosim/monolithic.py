@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from hfsa.cosim._instance import Call, StepError
+from hfsa.cosim._fmi.instance import Call, StepError
 from hfsa.cosim._integrator import Integrator
 from hfsa.cosim._joint_ode import JointOde
 from hfsa.cosim.master import Master

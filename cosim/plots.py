@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFormatter
 from numpy.typing import NDArray
 
-from hfsa.cosim._records import ResultsError, Signal, Status
+from hfsa.cosim._storage.records import ResultsError, Signal, Status
 from hfsa.cosim._style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode

@@ -29,9 +29,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim import _hdf5
-from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import (
+from hfsa.cosim._storage import hdf5
+from hfsa.cosim._storage.hdf5 import Node
+from hfsa.cosim._storage.records import (
     InstanceRecord,
     LevelChoice,
     Plan,
@@ -42,7 +42,7 @@ from hfsa.cosim._records import (
     SystemRecord,
     Theory,
 )
-from hfsa.cosim._resume import check_same
+from hfsa.cosim._storage.resume import check_same
 from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
 
@@ -71,7 +71,7 @@ _NAN = np.complex128(complex(np.nan, np.nan))
 class SweepFile:
     """A sweep's results file, open for writing by this process alone."""
 
-    def __init__(self, store: _hdf5.Store):
+    def __init__(self, store: hdf5.Store):
         self.path = store.path
         self._store = store
         # what the file holds: rows are written whole, which is many times faster than entry by entry
@@ -80,15 +80,15 @@ class SweepFile:
     @classmethod
     def create(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
         """Create the file with all points pending; an older file of that name is replaced."""
-        return cls(_hdf5.Store.create(path, system, lambda file: _lay_out(file, plan)))
+        return cls(hdf5.Store.create(path, system, lambda file: _lay_out(file, plan)))
 
     @classmethod
     def resume(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
         """Open the file to go on; `ResultsError` names what differs where it belongs to another sweep."""
-        with _hdf5.open_file(path) as file, _hdf5.translated(path, "read"):
+        with hdf5.open_file(path) as file, hdf5.translated(path, "read"):
             check_same(path, file, plan, system)
-        store = _hdf5.Store(path)
-        _hdf5.set_status(store.file, _hdf5.RUNNING)
+        store = hdf5.Store(path)
+        hdf5.set_status(store.file, hdf5.RUNNING)
         return cls(store)
 
     def unfinished(self) -> list[tuple[int, int]]:
@@ -126,7 +126,7 @@ class SweepFile:
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
         pending = np.any(self._arrays["status"] == Status.PENDING)
-        _hdf5.set_status(self._store.file, _hdf5.INTERRUPTED if pending else _hdf5.COMPLETE)
+        hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
         self._store.close()
 
     def __enter__(self) -> "SweepFile":
@@ -143,12 +143,12 @@ class RunFile:
         def fill(file: Node) -> None:
             """Lay out the time axis and a dataset for each variable."""
             group = file.create_group("time")
-            _hdf5.scale(group, "time", time, "s")
+            hdf5.scale(group, "time", time, "s")
             for name, unit in units.items():
-                _hdf5.filled(group, name, ["time"], np.nan, float, unit)
+                hdf5.filled(group, name, ["time"], np.nan, float, unit)
             group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
 
-        self._store = _hdf5.Store.create(path, system, fill)
+        self._store = hdf5.Store.create(path, system, fill)
 
     def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
         """Write values of recorded variables from a row on, and flush."""
@@ -159,7 +159,7 @@ class RunFile:
     def close(self, failure: str = "") -> None:
         """Close the file with status `complete`, or `failed` with the message as attribute of `/time`."""
         self._store.file["time"].attrs.modify("message", np.bytes_(_clipped(failure)))
-        _hdf5.set_status(self._store.file, _hdf5.FAILED if failure else _hdf5.COMPLETE)
+        hdf5.set_status(self._store.file, hdf5.FAILED if failure else hdf5.COMPLETE)
         self._store.close()
 
 
@@ -206,14 +206,14 @@ class Bode:
 def read(path: str | Path) -> Bode:
     """Read a sweep, finished or not; `ResultsError` where the file holds none."""
     path = Path(path)
-    file = _hdf5.open_file(path)
-    with file, _hdf5.translated(path, "read"):
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
         if "bode" not in file:
             raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
         group = file["bode"]
-        outputs = zip(_hdf5.texts(group["output"]), _hdf5.texts(group["output_unit"]), strict=True)
+        outputs = zip(hdf5.texts(group["output"]), hdf5.texts(group["output_unit"]), strict=True)
         inputs = zip(
-            _hdf5.texts(group["input"]), _hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
+            hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
         )
         numbers = {name: group[name][:] for name in _COMPUTED if name != "message"}
         return Bode(
@@ -221,11 +221,11 @@ def read(path: str | Path) -> Bode:
             frequency=group["frequency"][:],
             outputs=tuple(Signal(name, unit) for name, unit in outputs),
             inputs=tuple(Signal(name, unit, amplitude) for name, unit, amplitude in inputs),
-            message=np.array([[_hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
-            settings=_hdf5.plain(file["sweep"].attrs),
-            attributes=_hdf5.plain(file.attrs) | {"status": _hdf5.status_of(file)},
+            message=np.array([[hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
+            settings=hdf5.plain(file["sweep"].attrs),
+            attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
             theory=_read_theory(file),
-            marks=_marks(_hdf5.text(file["system"].attrs["scene"])),
+            marks=_marks(hdf5.text(file["system"].attrs["scene"])),
             **numbers,
         )
 
@@ -233,23 +233,21 @@ def read(path: str | Path) -> Bode:
 def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:
     """Read a time-domain run: arrays over time by name (`time` [s] first), and the units."""
     path = Path(path)
-    file = _hdf5.open_file(path)
-    with file, _hdf5.translated(path, "read"):
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
         if "time" not in file:
             raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
         group = file["time"]
         names = ["time", *(name for name in group if name != "time")]
-        return {name: group[name][:] for name in names}, {
-            name: _hdf5.text(group[name].attrs["units"]) for name in names
-        }
+        return {name: group[name][:] for name in names}, {name: hdf5.text(group[name].attrs["units"]) for name in names}
 
 
 def read_choices(path: str | Path) -> dict[str, LevelChoice]:
     """Read how the levels of a file's instances were chosen, by instance; empty where the scene named them all."""
     path = Path(path)
-    file = _hdf5.open_file(path)
-    with file, _hdf5.translated(path, "read"):
-        return _hdf5.read_choices(file["system"])
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
+        return hdf5.read_choices(file["system"])
 
 
 _COMPUTED = (
@@ -285,31 +283,31 @@ def _lay_out(file: Node, plan: Plan) -> None:
     for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
         units = bode.create_dataset(f"{side}_unit", data=[s.unit for s in signals], dtype=h5py.string_dtype())
         units.dims[0].attach_scale(bode[side])
-    _hdf5.filled(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
+    hdf5.filled(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
     bode["amplitude"][:] = [signal.amplitude for signal in plan.inputs]
-    _hdf5.filled(bode, "response", entries, _NAN, np.complex128, unit)
-    _hdf5.filled(bode, "magnitude", entries, np.nan, float, unit)
-    _hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
-    _hdf5.filled(bode, "harmonic_distortion", entries, np.nan, float, "1")
-    _hdf5.filled(bode, "remaining_transient", entries, np.nan, float, "1")
-    _hdf5.filled(bode, "wall_time", points, np.nan, float, "s")
+    hdf5.filled(bode, "response", entries, _NAN, np.complex128, unit)
+    hdf5.filled(bode, "magnitude", entries, np.nan, float, unit)
+    hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
+    hdf5.filled(bode, "harmonic_distortion", entries, np.nan, float, "1")
+    hdf5.filled(bode, "remaining_transient", entries, np.nan, float, "1")
+    hdf5.filled(bode, "wall_time", points, np.nan, float, "s")
     members = {status.name.lower(): int(status) for status in Status}
-    status = _hdf5.filled(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
+    status = hdf5.filled(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
     status.attrs["flag_meanings"] = " ".join(members)
-    message = _hdf5.filled(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
+    message = hdf5.filled(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
     message.attrs["_Encoding"] = "utf-8"  # xarray's word for how to decode it
     if plan.theory is not None:
         theory = file.create_group("theory")
         _lay_out_axes(theory, plan.theory.frequency, plan)
-        _hdf5.filled(theory, "response", entries, _NAN, np.complex128, unit)
+        hdf5.filled(theory, "response", entries, _NAN, np.complex128, unit)
         theory["response"][:] = plan.theory.response
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:
-    _hdf5.scale(group, "frequency", frequency, "Hz")
-    _hdf5.scale(group, "output", [signal.name for signal in plan.outputs])
-    _hdf5.scale(group, "input", [signal.name for signal in plan.inputs])
+    hdf5.scale(group, "frequency", frequency, "Hz")
+    hdf5.scale(group, "output", [signal.name for signal in plan.outputs])
+    hdf5.scale(group, "input", [signal.name for signal in plan.inputs])
 
 
 def _clipped(message: str) -> bytes:

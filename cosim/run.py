@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hfsa.cosim._wiring import check_sample_times
+from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from hfsa.cosim._description import SAMPLE_TIME
+from hfsa.cosim._fmi.description import SAMPLE_TIME
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import linearize, upstream
 from hfsa.cosim.stability import ROUNDING

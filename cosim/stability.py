@@ -6,9 +6,10 @@
     step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
     cycle.stability_limits(20e-6, 1e-3, kind="flexible")
 
-The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium (`_cycle.py`); the
-product over one period, the least common multiple of step and sample times, is the one-step matrix. Its eigenvalues
-lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns at arg(lambda) / period.
+The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium
+(`_linear/cycle.py`); the product over one period, the least common multiple of step and sample times, is the one-step
+matrix. Its eigenvalues lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns
+at arg(lambda) / period.
 
 Rigid motion and flexible modes are told apart by frequency: rigid motion of a free body is at 0 Hz, and an algorithm
 may make it grow slowly at every step, while flexible modes leave the unit circle at a step of their own.
@@ -22,10 +23,10 @@ from typing import Literal
 
 import numpy as np
 
-from hfsa.cosim._blocks import Blocks, block
-from hfsa.cosim._cycle import Emit, Layout, Listen, Replace, Turn, operations
+from hfsa.cosim._linear.blocks import Blocks, block
+from hfsa.cosim._linear.cycle import Emit, Layout, Listen, Replace, Turn, operations
+from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance
-from hfsa.cosim.iterated import Converge
 from hfsa.cosim.linearize import FORGOTTEN, operating_point
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, StructureError, System

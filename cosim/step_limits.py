@@ -21,7 +21,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from hfsa.cosim._description import SAMPLE_TIME
+from hfsa.cosim._fmi.description import SAMPLE_TIME
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.stability import NEUTRAL, Cycle, Kind
 from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, StructureError, System

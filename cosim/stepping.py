@@ -20,8 +20,8 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from time import perf_counter
 
-from hfsa.cosim._program import Cycle, Program, Run, watched
-from hfsa.cosim._recording import Recording
+from hfsa.cosim.actions.program import Cycle, Program, Run, watched
+from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import ALGORITHMS, ITERATED, System

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import _pool
-from hfsa.cosim._description import Description, describe
+from hfsa.cosim._fmi.description import Description, describe
 from hfsa.cosim._rig import Bench, Settings, Task, measure
-from hfsa.cosim._wiring import check_sample_times
+from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import open_instances

@@ -42,14 +42,14 @@ typedef struct {
   void* detail;
 } Call;
 
-/* cosim/_extrapolation.py: values at the last three communication points, (3, n). */
+/* cosim/actions/extrapolation.py: values at the last three communication points, (3, n). */
 typedef struct {
   const double* bus;
   double* points;
   size_t n;
 } Remember;
 
-/* cosim/_extrapolation.py: derivatives (2, n) of n inputs, by weights (2, 4, n), and the calls that hand them over. */
+/* cosim/actions/extrapolation.py: derivatives (2, n) of n inputs, by weights (2, 4, n), and the calls that hand them over. */
 typedef struct {
   const Remember* remember;
   const size_t* places;
@@ -60,7 +60,7 @@ typedef struct {
   size_t n_setters, failing;
 } Extrapolate;
 
-/* cosim/algebraic_loop.py: n values of the bus, and the calls that set them and fetch what follows from them. */
+/* cosim/actions/algebraic_loop.py: n values of the bus, and the calls that set them and fetch what follows from them. */
 typedef struct {
   double* bus;
   const size_t* places;
@@ -104,7 +104,7 @@ typedef struct {
 /* Why `hfsa_advance` came back. */
 typedef enum { COMPLETE, CALL_NOT_OK, BUS_WRONG, ROW_WRONG, RECORDING_FULL } Outcome;
 
-/* Statuses of FMI, and what cosim/_library.py makes of a step that went well but asks to end the run. */
+/* Statuses of FMI, and what cosim/_fmi/library.py makes of a step that went well but asks to end the run. */
 enum { FMI_OK = 0, FMI_WARNING = 1, TERMINATED = 100, STALE = 101 };
 
 static int make(const Call* call, double time, double step_size);

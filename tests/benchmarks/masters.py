@@ -25,7 +25,7 @@ from cases import Case, robot, two_fmus
 from fmpy.fmi2 import FMU2Slave
 
 from hfsa.cosim._compiled import stepping_library
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.stepping import make_master
 from hfsa.fmus._binary import HEADERS, binary_path

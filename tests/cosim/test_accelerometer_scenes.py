@@ -8,8 +8,8 @@ import pytest
 
 from hfsa.components import rrr_stage, tba_accelerometer
 from hfsa.cosim import build
-from hfsa.cosim._records import Status
 from hfsa.cosim._rig import Rig, Settings, Task
+from hfsa.cosim._storage.records import Status
 from hfsa.cosim.cli import main
 from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.plots import bode_figure

@@ -10,8 +10,8 @@ from hfsa.components import beam_stage, beam_suspension
 from hfsa.components._rigid_body import Body
 from hfsa.cosim import build
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._records import Status
 from hfsa.cosim._rig import Rig, Settings, Task
+from hfsa.cosim._storage.records import Status
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.stability import Cycle, OneStep
 from hfsa.cosim.stepping import make_master

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfsa.cosim._shell import plain
+from hfsa.cosim._commands.shell import plain
 from hfsa.cosim.cli import main
 from hfsa.cosim.results import Status, read, read_run
 from hfsa.fmus._errors import ExportError

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfsa.cosim._compare import parse_over
+from hfsa.cosim._commands.compare import parse_over
 from hfsa.cosim._comparison_figure import comparison_figure
 from hfsa.cosim._prefixes import readable
 from hfsa.cosim.comparison import CRASHED, Outcome, measure, thinned

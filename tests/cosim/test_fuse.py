@@ -176,7 +176,7 @@ def test_groups_are_exported_with_the_scenes_start_values(hfsa, tmp_path):
     code, answer, _ = hfsa("export", "sdelta_hfsa", "--fuse", "drive[1],drive[2]", "--fmi", 2, "-o", tmp_path)
     assert code == 0
     assert answer.strip() == str(tmp_path / "CDrive.fmi2.fmu")
-    from hfsa.cosim._description import describe
+    from hfsa.cosim._fmi.description import describe
 
     found = describe(tmp_path / "CDrive.fmi2.fmu").variables
     assert (

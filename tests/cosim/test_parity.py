@@ -7,7 +7,7 @@ import pytest
 
 import hfsa.cosim.scenes
 from hfsa.components._parts import find
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.master import Master

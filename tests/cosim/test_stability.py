@@ -8,8 +8,8 @@ import scipy.linalg
 
 from hfsa.components._model import Model
 from hfsa.cosim import build
-from hfsa.cosim._records import Status
 from hfsa.cosim._rig import Rig, Settings, Task
+from hfsa.cosim._storage.records import Status
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linear_response

@@ -7,8 +7,8 @@ import pytest
 
 from hfsa.components import pzt_stack, rrr_stage
 from hfsa.cosim import build
-from hfsa.cosim._records import Status
 from hfsa.cosim._rig import Rig, Settings, Task
+from hfsa.cosim._storage.records import Status
 from hfsa.cosim.cli import main
 from hfsa.cosim.linearize import linearize
 from hfsa.cosim.results import read_run

@@ -8,7 +8,7 @@ import pytest
 
 from hfsa.components import rrr_stage
 from hfsa.controllers.stage_computed_torque import controller
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import StructureError, check

@@ -11,7 +11,7 @@ import xarray
 from hfsa import components
 from hfsa.components._parts import find
 from hfsa.components._study import optimum, response_map
-from hfsa.cosim._study_figure import map_figure
+from hfsa.cosim._commands.study_figure import map_figure
 
 PART = ["analyze", "tba_accelerometer"]
 
@@ -113,7 +113,9 @@ def test_an_optimum_says_what_stops_it_and_what_to_think_of_the_printed_one(hfsa
 
 
 def test_an_optimum_that_did_not_converge_is_a_problem(hfsa, monkeypatch):
-    monkeypatch.setattr("hfsa.cosim._studies.optimum", lambda study, limits: optimum(study, limits, iterations=1))
+    monkeypatch.setattr(
+        "hfsa.cosim._commands.studies.optimum", lambda study, limits: optimum(study, limits, iterations=1)
+    )
     code, out, _ = hfsa(*PART, "--optimize")
     assert code == 1
     assert "NOT an optimum; IPOPT did not converge: Maximum_Iterations_Exceeded" in out

@@ -10,7 +10,7 @@ from typing import ClassVar
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback
 
-from hfsa.cosim._library import LOGGER3, TERMINATED, Library, Library2, Library3
+from hfsa.cosim._fmi.library import LOGGER3, TERMINATED, Library, Library2, Library3
 
 
 class CoSimulationLibrary(Library):

@@ -5,7 +5,7 @@
     [run.outcome.groups[0].peak for run in compared.runs]
 
 All runs are prepared, and whatever is wrong with one is refused, before the first begins; one that fails later leaves
-the others alone. Like `_measure.py` it stands on the roof: it asks `build.py` for files.
+the others alone. Like `measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import contextlib
@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from hfsa.cosim import _pool
+from hfsa.cosim._commands.measure import load
+from hfsa.cosim._commands.runs import Drive, chosen_levels, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
-from hfsa.cosim._measure import load
-from hfsa.cosim._runs import Drive, chosen_levels, prepare
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.system import StructureError
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim import _hdf5
-from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import Plan, ResultsError, SystemRecord
+from hfsa.cosim._storage import hdf5
+from hfsa.cosim._storage.hdf5 import Node
+from hfsa.cosim._storage.records import Plan, ResultsError, SystemRecord
 
 
 def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None:
@@ -16,7 +16,7 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
     if "bode" not in file:
         raise ResultsError(f"{path} holds no sweep to resume; it has {', '.join(file) or 'nothing'}")
     differences = [
-        *_differences(_hdf5.plain(file["sweep"].attrs), dict(plan.settings)),
+        *_differences(hdf5.plain(file["sweep"].attrs), dict(plan.settings)),
         *_axis_differences(file["bode"], plan),
         *_system_differences(file["system"], system),
     ]
@@ -46,7 +46,7 @@ def _axis_differences(bode: Node, plan: Plan) -> list[str]:
         )
     for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
         names = [signal.name for signal in signals]
-        there = _hdf5.texts(bode[side])
+        there = hdf5.texts(bode[side])
         if there != names:
             differences.append(f"{side}s are {', '.join(there)} there and {', '.join(names)} here")
     amplitudes = [signal.amplitude for signal in plan.inputs]
@@ -63,8 +63,8 @@ def _system_differences(group: Node, system: SystemRecord) -> list[str]:
         record = next((r for r in system.instances if r.instance == name), None)
         if record is None or name not in instances:
             differences.append(f"instance {name} is only {'there' if record is None else 'here'}")
-        elif _hdf5.text(instances[name].attrs["sha256"]) != record.sha256:
+        elif hdf5.text(instances[name].attrs["sha256"]) != record.sha256:
             differences.append(f"the FMU of {name} is another ({record.file})")
-    if not differences and _hdf5.text(group.attrs["scene"]) != system.scene:
+    if not differences and hdf5.text(group.attrs["scene"]) != system.scene:
         differences.append("the scene is another")
     return differences

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from hfsa.components._study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
+from hfsa.cosim._commands.shell import rendered, table
+from hfsa.cosim._commands.study_figure import map_figure, save
+from hfsa.cosim._commands.study_file import write_map
 from hfsa.cosim._prefixes import readable
-from hfsa.cosim._shell import rendered, table
-from hfsa.cosim._study_figure import map_figure, save
-from hfsa.cosim._study_file import write_map
 from hfsa.cosim.system import StructureError
 
 _SHARE = 20.0

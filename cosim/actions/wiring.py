@@ -11,9 +11,9 @@ from itertools import groupby
 
 import numpy as np
 
-from hfsa.cosim._actions import Group, Stepper, Transfer
-from hfsa.cosim._description import SAMPLE_TIME
-from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim._fmi.description import SAMPLE_TIME
+from hfsa.cosim.actions.action import Group, Stepper, Transfer
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.feedthrough import feedthrough, spelt
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.system import Connection, Connector, StructureError, System, check

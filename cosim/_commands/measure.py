@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.feedthrough import refuse_loops

@@ -1,6 +1,6 @@
 """An FMU's shared library: what differs between FMI 2 and FMI 3, behind one set of words.
 
-Here is what both interfaces take; `_co_simulation.py` and `_model_exchange.py` have the rest of each. Only the files of
+Here is what both interfaces take; `co_simulation.py` and `model_exchange.py` have the rest of each. Only the files of
 instances use them; together they are all that knows fmpy.fmi2 and fmpy.fmi3. Functions are taken without
 argument types: every argument must be a ctypes object of the C type, and then a call converts nothing.
 """
@@ -24,7 +24,7 @@ from fmpy.fmi2 import (
 from fmpy.fmi3 import fmi3LogMessageCallback
 from fmpy.logging import addLoggerProxy
 
-from hfsa.cosim._description import Description
+from hfsa.cosim._fmi.description import Description
 from hfsa.cosim.system import StructureError
 
 TERMINATED = 100

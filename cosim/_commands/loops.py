@@ -2,7 +2,7 @@
 
     data, text = sweep_loop(load("sdelta_hfsa", {}), "controller.axis[1].command", Path("results/loop.h5"))
 
-Like `_measure.py` it stands on the roof: it asks `build.py` for files.
+Like `measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import math
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
+from hfsa.cosim._commands.measure import Loaded, usage_errors, with_levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
-from hfsa.cosim._description import describe
-from hfsa.cosim._measure import Loaded, usage_errors, with_levels
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.margins import Loop, Margins, find_connection, open_loop

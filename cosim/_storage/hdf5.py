@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hfsa.cosim._records import LevelChoice, ResultsError, SystemRecord
+from hfsa.cosim._storage.records import LevelChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
 

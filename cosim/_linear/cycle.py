@@ -23,14 +23,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from hfsa.cosim._actions import Group, Stepper, Transfer
-from hfsa.cosim._blocks import Block, block, unmoved
-from hfsa.cosim._extrapolation import Extrapolate, Remember
-from hfsa.cosim._sampled import grid
-from hfsa.cosim._schedule import Action
-from hfsa.cosim._wiring import Wiring
-from hfsa.cosim.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.iterated import Converge
+from hfsa.cosim._linear.blocks import Block, block, unmoved
+from hfsa.cosim._linear.sampled import grid
+from hfsa.cosim.actions.action import Group, Stepper, Transfer
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.schedule import Action
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.system import StructureError
 
 ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}

@@ -3,7 +3,7 @@
     ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library)
     run(ready, Path("results/run.h5"))
 
-A scene without inputs has a motion of its own and runs as it is. Like `_measure.py` it stands on the roof: it asks
+A scene without inputs has a motion of its own and runs as it is. Like `measure.py` it stands on the roof: it asks
 `build.py` for files.
 """
 
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hfsa.cosim import build, levels
+from hfsa.cosim._commands.measure import Loaded, find_signals, warn_of_step, with_amplitude, with_levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
-from hfsa.cosim._description import describe
+from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._measure import Loaded, find_signals, warn_of_step, with_amplitude, with_levels
 from hfsa.cosim._scene_text import scene_text
-from hfsa.cosim._wiring import check_sample_times
+from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check

@@ -17,10 +17,10 @@ from typing import ClassVar, Self
 import fmpy
 import numpy as np
 
-from hfsa.cosim._co_simulation import CO_SIMULATION
-from hfsa.cosim._description import Interface, describe
-from hfsa.cosim._library import TERMINATED, Library, Log
-from hfsa.cosim._model_exchange import MODEL_EXCHANGE
+from hfsa.cosim._fmi.co_simulation import CO_SIMULATION
+from hfsa.cosim._fmi.description import Interface, describe
+from hfsa.cosim._fmi.library import TERMINATED, Library, Log
+from hfsa.cosim._fmi.model_exchange import MODEL_EXCHANGE
 from hfsa.cosim.system import StructureError, nearest
 
 _LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim._wiring import Wiring
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.instance import Call
 
 # weights of b, h0, h1, h2 in d1 H and d2 H^2

@@ -20,10 +20,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hfsa.cosim._actions import Group, Transfer
-from hfsa.cosim._extrapolation import Extrapolation
-from hfsa.cosim._wiring import Wiring
-from hfsa.cosim.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.action import Group, Transfer
+from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.extrapolation import Extrapolation
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.instance import Call, State, StepError
 from hfsa.cosim.system import StructureError
 

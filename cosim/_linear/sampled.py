@@ -20,7 +20,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.linalg
 
-from hfsa.cosim._blocks import Closed, Ticking
+from hfsa.cosim._linear.blocks import Closed, Ticking
 from hfsa.cosim.system import StructureError
 
 LONGEST_PATTERN = 10_000

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim._actions import Group, Transfer
+from hfsa.cosim.actions.action import Group, Transfer
 from hfsa.cosim.instance import Call, Instance, StepError
 
 TOLERANCE = 1e-10

@@ -1,6 +1,6 @@
 """A scene's limits of stability, as the answer to a command: the steps of every algorithm, and the sample times.
 
-Like `_measure.py` it stands on the roof: it asks `build.py` for files.
+Like `measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import math
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from hfsa.cosim import build
+from hfsa.cosim._commands.measure import Loaded, with_levels
+from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._measure import Loaded, with_levels
-from hfsa.cosim._shell import rendered, table
 from hfsa.cosim._stability_map import StabilityMap
 from hfsa.cosim._stability_map_file import map_figure, write_map
 from hfsa.cosim._style import save

@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hfsa.cosim import algebraic_loop
-from hfsa.cosim._extrapolation import Extrapolate, Remember
-from hfsa.cosim._recording import Watch
-from hfsa.cosim._schedule import Runnable
-from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions import algebraic_loop
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.recording import Watch
+from hfsa.cosim.actions.schedule import Runnable
 from hfsa.cosim.instance import Call
-from hfsa.cosim.iterated import Converge
 
 
 class _Call(Structure):

@@ -14,15 +14,15 @@ import h5py
 import numpy as np
 
 from hfsa.components._study import ResponseMap
-from hfsa.cosim import _hdf5
-from hfsa.cosim._hdf5 import Node
-from hfsa.cosim._records import SystemRecord
+from hfsa.cosim._storage import hdf5
+from hfsa.cosim._storage.hdf5 import Node
+from hfsa.cosim._storage.records import SystemRecord
 
 
 def write_map(path: Path, found: ResponseMap, words: str) -> None:
     """Write a map, complete or not at all; `words` say what was studied. `ResultsError` where that fails."""
-    store = _hdf5.Store.create(path, SystemRecord(found.study.title, words), lambda file: _fill(file, found))
-    _hdf5.set_status(store.file, _hdf5.COMPLETE)
+    store = hdf5.Store.create(path, SystemRecord(found.study.title, words), lambda file: _fill(file, found))
+    hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
 
 
@@ -30,14 +30,14 @@ def _fill(file: Node, found: ResponseMap) -> None:
     group = file.create_group("map")
     for name, values in found.axes.items():
         variable = found.study.variables[name]
-        _hdf5.scale(group, name, values, variable.unit).attrs["long_name"] = variable.description
+        hdf5.scale(group, name, values, variable.unit).attrs["long_name"] = variable.description
     for name, values in found.responses.items():
         response = found.study.responses[name]
-        dataset = _hdf5.filled(group, name, list(found.axes), np.nan, float, response.unit)
+        dataset = hdf5.filled(group, name, list(found.axes), np.nan, float, response.unit)
         dataset[:] = values
         dataset.attrs["long_name"] = response.description
     design = file.create_group("design")
-    _hdf5.scale(design, "dimension", list(found.study.variables))
-    _hdf5.filled(design, "value", ["dimension"], np.nan, float)[:] = found.study.values
+    hdf5.scale(design, "dimension", list(found.study.variables))
+    hdf5.filled(design, "value", ["dimension"], np.nan, float)[:] = found.study.values
     units = [variable.unit for variable in found.study.variables.values()]
     design.create_dataset("unit", data=units, dtype=h5py.string_dtype()).dims[0].attach_scale(design["dimension"])

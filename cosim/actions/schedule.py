@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable
 
-from hfsa.cosim._actions import Group, Stepper, Transfer
-from hfsa.cosim._extrapolation import Extrapolate, Remember
-from hfsa.cosim.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.action import Group, Stepper, Transfer
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Call
-from hfsa.cosim.iterated import Converge
 
 Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge
 

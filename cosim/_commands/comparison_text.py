@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 from rich.table import Table
 
-from hfsa.cosim._compare import Comparison, Run
+from hfsa.cosim._commands.compare import Comparison, Run
+from hfsa.cosim._commands.reports import limits_data
+from hfsa.cosim._commands.shell import rendered
+from hfsa.cosim._commands.shell import table as empty_table
 from hfsa.cosim._prefixes import readable
-from hfsa.cosim._reports import limits_data
-from hfsa.cosim._shell import rendered
-from hfsa.cosim._shell import table as empty_table
 from hfsa.cosim.comparison import Group, Outcome
 from hfsa.cosim.sampling import SamplingLimit
 

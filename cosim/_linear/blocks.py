@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from hfsa.cosim._description import NEXT, SAMPLE_TIME
+from hfsa.cosim._fmi.description import NEXT, SAMPLE_TIME
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.system import Connection, StructureError, System, connector
 

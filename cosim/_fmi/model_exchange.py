@@ -8,7 +8,7 @@ from typing import ClassVar
 from fmpy.fmi2 import FMU2Model, fmi2EventInfo
 from fmpy.fmi3 import FMU3Model
 
-from hfsa.cosim._library import LOGGER3, TERMINATED, Library, Library2, Library3
+from hfsa.cosim._fmi.library import LOGGER3, TERMINATED, Library, Library2, Library3
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Linear maps of FMUs and of the actions of a cycle."""
