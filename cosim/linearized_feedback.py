@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from hfsa.cosim._feedback_loops import ALGORITHM, Loop, feedback_loops
-from hfsa.cosim.actions.action import Group
+from hfsa.cosim.actions.action import Group, Work
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.instance import Call, Instance
 from hfsa.cosim.master import Master, sampled_first
@@ -75,28 +75,7 @@ class LinearizedFeedback(Master):
             yield from (group for group in stepper.groups if any(t.target in waiting for t in group.transfers))
 
 
-class _Work:
-    """Prepared calls that are run as one action of a master; `failing` is the call that the last status is of."""
-
-    failing: Call | None = None
-
-    @property
-    def call(self):
-        """What a master runs."""
-        return self
-
-    def _run(self, calls: Sequence[Call]) -> int:
-        """Run calls; return the first status that is not ok."""
-        warning = 0
-        for call in calls:
-            if status := call.run():
-                self.failing, warning = call, warning or status
-                if status > 1:
-                    return status
-        return warning
-
-
-class _Point(_Work):
+class _Point(Work):
     """What is known at a communication point: values and rates on the bus, and the plants' gains.
 
     Attributes:
@@ -152,7 +131,7 @@ class _Point(_Work):
 
 
 @dataclass(eq=False)
-class _Lines(_Work):
+class _Lines(Work):
     """Gives the inputs of one instance their slopes for the step that follows.
 
     Attributes:
@@ -181,7 +160,7 @@ class _Lines(_Work):
         return self._run([self.setter])
 
 
-class _Gains(_Work):
+class _Gains(Work):
     """The gains of one plant: derivatives of what its controllers command with respect to what it puts out.
 
     `loops` are the ways around, one or more for each gain.
@@ -223,7 +202,7 @@ class _Gains(_Work):
         return found
 
 
-class _Slopes(_Work):
+class _Slopes(Work):
     """Derivatives of a controller's commands, `values[k]` that of loop k."""
 
     def __init__(self, controller: Instance, loops: Sequence[Loop]):
@@ -250,7 +229,7 @@ class _Slopes(_Work):
 
 
 @dataclass(eq=False)
-class _Rates(_Work):
+class _Rates(Work):
     """Rates of outputs of one instance at one feedthrough level, from time, its states and its fed inputs.
 
     Attributes:

@@ -4,9 +4,36 @@ All connected outputs lie in one array, the bus. An algorithm is an order of act
 returns the status of what it did.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Self
 
 from hfsa.cosim.instance import Call
+
+
+class Work:
+    """An action that is more than one call of an FMU: what a master runs is the action itself.
+
+    Attributes:
+        failing: the call that the last status is of.
+    """
+
+    failing: Call | None = None
+
+    @property
+    def call(self) -> Self:
+        """What a master runs."""
+        return self
+
+    def _run(self, calls: Iterable[Call]) -> int:
+        """Run calls; return the first status that is worse than a warning, else the first warning's."""
+        warning = 0
+        for call in calls:
+            if status := call.run():
+                self.failing, warning = call, warning or status
+                if status > 1:
+                    return status
+        return warning
 
 
 @dataclass(eq=False)

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer
-from hfsa.cosim.instance import Call, Instance, StepError
+from hfsa.cosim.actions.action import Group, Transfer, Work
+from hfsa.cosim.instance import Instance, StepError
 
 TOLERANCE = 1e-10
 """Largest last change but one of a value on a loop, relative to the value or its nominal."""
@@ -40,7 +40,7 @@ _DIFFERENCE = 1e-6
 
 
 @dataclass(eq=False)
-class AlgebraicLoop:
+class AlgebraicLoop(Work):
     """One algebraic loop: an action of the master like fetching a group.
 
     Attributes:
@@ -50,7 +50,6 @@ class AlgebraicLoop:
             input) of each.
         scale: nominals of the values, (n,); `words` spell the loop out.
         inverse: (1 - dy/dw)^-1, (n, n).
-        failing: the call that the last status is of.
     """
 
     number: int
@@ -64,7 +63,6 @@ class AlgebraicLoop:
     words: str
     instances: dict[str, Instance]
     inverse: np.ndarray = field(init=False)
-    failing: Call | None = field(init=False, default=None)
 
     def __post_init__(self):
         n = len(self.places)
@@ -74,11 +72,6 @@ class AlgebraicLoop:
     def forget(self) -> None:
         """Begin anew: the next run starts from what the outputs are then."""
         self.inverse[:] = np.nan
-
-    @property
-    def call(self) -> "AlgebraicLoop":
-        """What a master runs."""
-        return self
 
     def run(self) -> int:
         """Correct the values until they agree; return the status of a call that was not ok, or `STALE`."""
@@ -97,7 +90,7 @@ class AlgebraicLoop:
     def solve(self, time: float) -> None:
         """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps."""
         if not self._is_begun():
-            self._told(self._run(self.groups))
+            self._told(self._fetch())
         for _ in range(REFRESHES):
             self._refresh(time)
             status = self.run()
@@ -118,22 +111,16 @@ class AlgebraicLoop:
 
     def _evaluate(self) -> int:
         """Set the loop's inputs and fetch its outputs; return the first status that is not ok."""
-        set_ = self._run(self.inner)
+        set_ = self._run(transfer.call for transfer in self.inner)
         self.guess[:] = self.bus[self.places]
         if set_ > 1:
             return set_
-        got = self._run(self.groups)
+        got = self._fetch()
         return got if got > 1 else set_ or got
 
-    def _run(self, actions: Sequence[Group | Transfer]) -> int:
-        """Run actions; return the first status that is worse than a warning, else a warning's."""
-        warning = 0
-        for action in actions:
-            if status := action.call.run():
-                self.failing, warning = action.call, warning or status
-                if status > 1:
-                    return status
-        return warning
+    def _fetch(self) -> int:
+        """Fetch the loop's outputs; return the first status that is not ok."""
+        return self._run(group.call for group in self.groups)
 
     def _told(self, status: int) -> None:
         """Raise `StepError` for a status that is worse than a warning."""

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hfsa.cosim.actions.action import Work
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.instance import Call
 
@@ -33,7 +34,7 @@ _PARABOLA_TO_END = ((0.5, 0.0, -0.5, 0.0), (1.0, -2.0, 1.0, 0.0))
 
 
 @dataclass(eq=False)
-class Remember:
+class Remember(Work):
     """Keeps the values at the last communication points: `points` is (3, n), h0, h1, h2."""
 
     bus: np.ndarray
@@ -41,11 +42,6 @@ class Remember:
 
     def __post_init__(self):
         self.points = np.zeros((3, len(self.bus)))
-
-    @property
-    def call(self) -> "Remember":
-        """What a master runs."""
-        return self
 
     def run(self) -> int:
         """Take the present values for h0."""
@@ -56,13 +52,12 @@ class Remember:
 
 
 @dataclass(eq=False)
-class Extrapolate:
+class Extrapolate(Work):
     """Gives the inputs of one instance their derivatives for the step that follows.
 
     Attributes:
         places: of the inputs on the bus, (n,); `weights` of b, h0, h1, h2 in d1 H and d2 H^2, (2, 4, n).
         derivatives: d1, d2, (2, n); `setters` hand them over, one or two.
-        failing: the call that the last status is of.
     """
 
     instance: str
@@ -72,12 +67,6 @@ class Extrapolate:
     weights: np.ndarray
     derivatives: np.ndarray
     setters: Sequence[Call]
-    failing: Call | None = field(init=False, default=None)
-
-    @property
-    def call(self) -> "Extrapolate":
-        """What a master runs."""
-        return self
 
     def run(self) -> int:
         """Work the derivatives out and hand them over; return the first status that is not ok."""
@@ -88,13 +77,7 @@ class Extrapolate:
             for weight, values in zip(weights, nodes, strict=True):  # in C the sums have this order
                 total += weight * values
             self.derivatives[order] = total / divisor
-        warning = 0
-        for setter in self.setters:
-            if status := setter.run():
-                self.failing, warning = setter, warning or status
-                if status > 1:
-                    return status
-        return warning
+        return self._run(self.setters)
 
 
 class Extrapolation:

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer
+from hfsa.cosim.actions.action import Group, Transfer, Work
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.wiring import Wiring
@@ -59,7 +59,7 @@ class Line:
         self._values[:] = (last - first) / step_size if self.is_able else (first + last) / 2
 
 
-class Converge:
+class Converge(Work):
     """All instances that are not sampled step together, as often as it takes: an action of the master.
 
     Attributes:
@@ -101,11 +101,6 @@ class Converge:
         self.passes = 0
         self.past: list[tuple[float, np.ndarray]] = []
         self._inverse, self._inverse_step = np.zeros((0, 0)), 0.0
-
-    @property
-    def call(self) -> "Converge":
-        """What a master runs."""
-        return self
 
     def begin(self) -> None:
         """Forget what was before the start."""
