@@ -48,13 +48,6 @@ SETTLING_TOLERANCE = 1e-12
 # The algorithms -------------------------------------------------------------------------------------------------------
 
 
-def exchange(wiring: Wiring) -> Iterator[Action]:
-    """One pass in feedthrough order: fetch a group of outputs, or solve a loop of them, and set the inputs it feeds."""
-    for stage in wiring.stages():
-        yield stage
-        yield from stage.transfers
-
-
 def exchange_plain(wiring: Wiring) -> Iterator[Action]:
     """Fetch all outputs, then set all inputs."""
     yield from wiring.stages()
@@ -123,7 +116,7 @@ def sampled_first(wiring: Wiring) -> Iterator[Action]:
     for stepper in wiring.sampled:
         yield stepper
         stepped.add(stepper.instance)
-        for action in exchange(wiring):
+        for action in wiring.exchange():
             if not (isinstance(action, Transfer) and action.target in stepped):
                 yield action
 
@@ -158,7 +151,7 @@ class Master:
         self.wiring = Wiring(system, instances)
         self.wiring.step_size.value = step_size
         self._moving: Extrapolation | Converge | None = None
-        self.point = list(exchange_plain(self.wiring) if algorithm == "jacobi_plain" else exchange(self.wiring))
+        self.point = list(exchange_plain(self.wiring) if algorithm == "jacobi_plain" else self.wiring.exchange())
         self.cycle = without_repetition([*self._step(), *self.point])
         steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | Converge)]
         self._first_of_point = steppers[-1] + 1 if steppers else 0
@@ -223,7 +216,7 @@ class Master:
         bus, watch = self.wiring.bus, self._watch
         before, change = np.full_like(bus, np.nan), np.full_like(bus, np.inf)
         for _ in range(SETTLING_PASSES):
-            self._run(exchange(self.wiring))
+            self._run(self.wiring.exchange())
             watch.check(self.time, bounds=False)
             change = np.abs(bus - before) / np.maximum(np.abs(bus), watch.nominal)
             if np.all(change <= SETTLING_TOLERANCE):

@@ -95,9 +95,7 @@ class Converge(Work):
         self._instances = [wiring.instances[stepper.instance] for stepper in wiring.others]
         self._steps = [it.stepper(wiring.time, wiring.step_size, is_final=False) for it in self._instances]
         self._states: list[State] = []
-        self.exchange: Sequence[Group | Transfer | AlgebraicLoop] = [
-            action for stage in wiring.stages() for action in (stage, *stage.transfers)
-        ]
+        self.exchange: Sequence[Group | Transfer | AlgebraicLoop] = list(wiring.exchange())
         self.passes = 0
         self.past: list[tuple[float, np.ndarray]] = []
         self._inverse, self._inverse_step = np.zeros((0, 0)), 0.0

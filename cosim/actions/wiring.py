@@ -67,6 +67,12 @@ class Wiring:
                 entered.add(group.loop)
                 yield self.loops[group.loop]
 
+    def exchange(self) -> Iterator[Group | Transfer | AlgebraicLoop]:
+        """Yield one pass in feedthrough order: fetch a group, or solve a loop, and set the inputs that it feeds."""
+        for stage in self.stages():
+            yield stage
+            yield from stage.transfers
+
     def places(self, group: Group) -> list[int]:
         """Return the places of a group on the bus."""
         before = 0
