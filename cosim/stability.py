@@ -16,6 +16,7 @@ may make it grow slowly at every step, while flexible modes leave the unit circl
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -29,7 +30,7 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import FORGOTTEN, operating_point
 from hfsa.cosim.master import Master
-from hfsa.cosim.system import ALGORITHMS, StructureError, System
+from hfsa.cosim.system import ALGORITHMS, StructureError, System, in_order
 
 RIGID = 1.0
 """Frequency [Hz] below which a mode is rigid motion."""
@@ -76,8 +77,10 @@ class OneStep:
         for _ in self._run(whole, None):
             pass
         kept = np.unique(np.concatenate([np.zeros(0, dtype=int), *self._written()]))
+        self._memory = 1
         while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
             kept = kept[~dead]  # written over before it is read: of no consequence
+            self._memory += 1
         self._kept = kept
         self.matrix = whole[np.ix_(kept, kept)]
 
@@ -138,24 +141,26 @@ class OneStep:
         sine = layout.at(layout.lock_in, ["sine"])
         count = sum(component == layout.lock_in and name.startswith("signal[") for component, name in layout.place)
         signals = layout.at(layout.lock_in, [f"signal[{i}]" for i in range(1, count + 1)])
-        unit = np.eye(layout.size)
-        result = np.zeros((len(frequency), len(signals)), complex)
-        for i, omega in enumerate(2 * np.pi * np.asarray(frequency, float)):
-            v = np.zeros((layout.size, 1), complex)
-            for _ in self._run(v, omega):
-                pass
-            # what the excitation turns by in a period, everything does
-            v = np.linalg.solve(np.exp(1j * omega * self.period) * unit - self._whole, v)
-            samples = [now[signals, 0] / now[sine, 0] for now in self._run(v, omega)]
-            result[i] = np.mean(samples, axis=0)
-        return result
+        omega = 2 * np.pi * np.asarray(frequency, float)
+        forced = np.zeros((layout.size, len(omega)), complex)
+        for _ in self._run(forced, omega):
+            pass
+        # what the excitation turns by in a period, everything does
+        turn, kept = np.exp(1j * omega * self.period), self._kept
+        v = np.zeros_like(forced)
+        left = turn[:, None, None] * np.eye(len(kept)) - self.matrix
+        v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
+        for _ in range(self._memory):  # what is written over follows what is kept
+            v = (self._whole @ v + forced) / turn
+        samples = [now[signals] / now[sine] for now in self._run(v, omega)]
+        return np.mean(samples, axis=0).T
 
-    def _run(self, v: np.ndarray, omega: float | None) -> Iterator[np.ndarray]:
+    def _run(self, v: np.ndarray, omega: np.ndarray | None) -> Iterator[np.ndarray]:
         """Take vectors v, (size, m), through one period in place; yields them at each sample of the amplifier.
 
-        The sinusoid at `omega` [rad/s] begins with phase 0; `None` for none.
+        Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; `None` for none.
         """
-        phase = 0.0 if omega is None else 1.0 + 0.0j
+        phase = 0.0 if omega is None else np.ones(len(omega), complex)
         turn = 1.0 if omega is None else np.exp(1j * omega * self.step_size)
         for operation in (operation for step in self._operations for operation in step):
             match operation:
@@ -164,10 +169,10 @@ class OneStep:
                 case Replace(rows, columns, matrix):
                     v[rows] = matrix @ v[columns]
                 case Emit(rows, orders):
-                    derivative = (1j * (omega or 0.0)) ** np.maximum(orders, 0) * (orders >= 0)
-                    v[rows] = 0.0 if omega is None else (derivative * phase)[:, None]
+                    order = orders[:, None]
+                    v[rows] = 0.0 if omega is None else (order >= 0) * (1j * omega) ** np.maximum(order, 0) * phase
                 case Turn():
-                    phase *= turn
+                    phase = phase * turn
                 case Listen():
                     yield v
 
@@ -192,6 +197,8 @@ class Cycle:
         lock_in: str | None = None,
         starts: Mapping[str, float] | None = None,
     ):
+        self._system, self._instances, self._algorithm = system, instances, algorithm
+        self._instruments = source, lock_in
         instruments = {source, lock_in}
         components = [component for component in system.components if component.name not in instruments]
         names = [component.name for component in components]
@@ -203,9 +210,20 @@ class Cycle:
             return [variable for component, variable in map(system.split, ends) if component == name]
 
         fed, feeding = [c.end for c in system.connections], [c.start for c in system.connections]
-        blocks = {name: block(instances[name], connected(name, fed), connected(name, feeding)) for name in names}
-        master = Master(instances, system, algorithm)
-        self._layout = Layout(master.wiring, master.cycle, blocks, source, lock_in)
+        self._blocks = {name: block(instances[name], connected(name, fed), connected(name, feeding)) for name in names}
+        self._layout = self._arranged()
+
+    def _arranged(self) -> Layout:
+        """Return where everything is when the linearised FMUs step in the order of the system."""
+        master = Master(self._instances, self._system, self._algorithm)
+        return Layout(master.wiring, master.cycle, self._blocks, *self._instruments)
+
+    def in_order(self, names: Sequence[str]) -> "Cycle":
+        """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
+        other = copy(self)
+        other._system = in_order(self._system, names)
+        other._layout = other._arranged()
+        return other
 
     def over(self, step_size: float) -> OneStep:
         """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""

@@ -251,6 +251,33 @@ def expand(name: str) -> list[str]:
     return members
 
 
+def meant(word: str, known: Sequence[str]) -> list[str]:
+    """Return the components that a word means: one, a range, or by their common name all that are numbered.
+
+    `drive[1..3]`, `drive` and `drives` are three of them. `StructureError` with the nearest names for other words.
+    """
+    names = expand(word)
+    if all(name in known for name in names):
+        return names
+    for common in (word, word.removesuffix("s")):
+        if numbered := [name for name in known if name.endswith("]") and name.partition("[")[0] == common]:
+            return numbered
+    missing = next(name for name in names if name not in known)
+    raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
+
+
+def in_order(system: System, names: Sequence[str]) -> System:
+    """Return the system whose components of these names stand in this order, in the places that they have taken up.
+
+    The others stay where they are. `StructureError` for a name that does not exist or is given twice.
+    """
+    for name in names:
+        if names.count(name) > 1:
+            raise StructureError(f"{name} is named twice in an order; a component steps once")
+    moved = iter([system[name] for name in names])
+    return System([next(moved) if c.name in names else c for c in system.components], system.connections)
+
+
 def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
     """Return start values member by member; those of an `Analysis` still under the name with its range."""
     members: dict[str, Any] = {}
