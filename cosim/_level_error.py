@@ -145,8 +145,7 @@ class Responses:
         """Return a system linearised at its operating point."""
         scene = self._scene
         system = upstream(system, [*scene.inputs, *scene.outputs])
-        instances = open_instances({c.name: files[c.name] for c in system.components})
-        try:
+        with open_instances({c.name: files[c.name] for c in system.components}) as instances:
             columns, orders = sinusoids(system, instances, scene.inputs)
             feeding = [connection.start for connection in system.connections]
             found = LinearSweep(linearize(system, instances, columns, [*scene.outputs, *feeding]), orders)
@@ -157,9 +156,6 @@ class Responses:
                 seen = dict.fromkeys(v for o, v in map(system.split, found.found.outputs) if o == name)
                 bends[name] = bending(instance, own, list(seen))
             return _Linearized(found, len(scene.outputs), bends)
-        finally:
-            for instance in instances.values():
-                instance.close()
 
     def _swing(
         self, found: LinearSweep, system: System, instances: Mapping[str, Instance]

@@ -169,8 +169,7 @@ class _Point:
             raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
         self._system = fused(scene.system, scene.fuse)
         self._files = build.build(self._system)
-        instances = open_instances(self._files)
-        try:
+        with open_instances(self._files) as instances:
             cycle = Cycle(self._system, instances, scene.algorithm)
             own = cycle.over(scene.step_size)
             kind: Kind = counting(cycle, self._system, instances, scene.step_size)
@@ -181,9 +180,6 @@ class _Point:
                 if v.is_real
             }
             states = {f"{c}.{state}" for c, i in instances.items() for state, _ in i.fmu.description.states}
-        finally:
-            for instance in instances.values():
-                instance.close()
         self._mode = max(own.of(kind), key=lambda mode: mode.rate, default=None)
         self._rest = {name: value for name, value in cycle.operating_point.items() if name in states}
         self._nominal = nominal

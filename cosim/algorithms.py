@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim.error_controlled import ErrorControlled
-from hfsa.cosim.instance import Instance, Kind, open_instances
+from hfsa.cosim.instance import Instance, Instances, Kind, open_instances
 from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
@@ -43,7 +43,8 @@ def open_master(
     if algorithm == MONOLITHIC:
         return _opened(files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size))
 
-    def make(instances: dict[str, Instance]) -> Master:
+    def make(instances: Mapping[str, Instance]) -> Master:
+        """Make the master of an algorithm that steps instances."""
         if algorithm == ERROR_CONTROLLED:
             return ErrorControlled(instances, system, step_size, COUPLING * tolerance)
         if algorithm == LINEARIZED_FEEDBACK:
@@ -53,12 +54,11 @@ def open_master(
     return _opened(files, Instance, make)
 
 
-def _opened(files: Mapping[str, Path], kind: type[Kind], make: Callable[[dict[str, Kind]], Master]) -> Master:
+def _opened(files: Mapping[str, Path], kind: type[Kind], make: Callable[[Instances[Kind]], Master]) -> Master:
     """Return the master that is made of instances of a kind; where that fails, nothing is left loaded."""
     instances = open_instances(files, kind)
     try:
         return make(instances)
     except BaseException:
-        for instance in instances.values():
-            instance.close()
+        instances.close()
         raise

@@ -197,11 +197,8 @@ def thinned(
 
 def _sampling(trial: Trial) -> tuple[SamplingLimit | None, tuple[str, ...]]:
     """Return the sampling limit of what runs, or why there is none."""
-    instances = open_instances(trial.ready.files)
-    try:
-        return sampling_limit(trial.ready.system, instances, trial.outputs), ()
-    except (StructureError, StepError) as error:
-        return None, (f"no sampling limit is known: {error}",)
-    finally:
-        for instance in instances.values():
-            instance.close()
+    with open_instances(trial.ready.files) as instances:
+        try:
+            return sampling_limit(trial.ready.system, instances, trial.outputs), ()
+        except (StructureError, StepError) as error:
+            return None, (f"no sampling limit is known: {error}",)

@@ -17,7 +17,7 @@ pointers, value references and arrays from them.
 from collections.abc import Iterable, Mapping, Sequence
 from ctypes import c_double, c_int, c_void_p
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from hfsa.cosim._fmi.co_simulation import CoSimulationLibrary
 from hfsa.cosim._fmi.description import SAMPLE_TIME, Interface
 from hfsa.cosim._fmi.instance import BaseInstance, Call, Fmu, Handle, State, StepError
 
-__all__ = ["Call", "Fmu", "Handle", "Instance", "State", "StepError", "open_instances"]
+__all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "State", "StepError", "open_instances"]
 
 Kind = TypeVar("Kind", bound=BaseInstance)
 
@@ -95,14 +95,28 @@ class Instance(BaseInstance):
             self.release(before)
 
 
-def open_instances(files: Mapping[str, str | Path], kind: type[Kind] = Instance) -> dict[str, Kind]:
-    """Load FMUs and make one instance of each, by component name; close each."""
-    instances: dict[str, Kind] = {}
+class Instances(dict[str, Kind]):
+    """Instances by component name; `close`, or the end of a `with`, frees them all."""
+
+    def close(self) -> None:
+        """Free the instances."""
+        for instance in self.values():
+            instance.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def open_instances(files: Mapping[str, str | Path], kind: type[Kind] = Instance) -> Instances[Kind]:
+    """Load FMUs and make one instance of each; where one fails, nothing is left loaded."""
+    instances: Instances[Kind] = Instances()
     try:
         for name, file in files.items():
             instances[name] = kind(Fmu.load(file, kind.interface), name)
     except BaseException:
-        for instance in instances.values():
-            instance.close()
+        instances.close()
         raise
     return instances

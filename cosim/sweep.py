@@ -130,13 +130,9 @@ def linear(system: System, files: Mapping[str, Path], plan: Plan) -> LinearSweep
     equilibrium.
     """
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
-    instances = open_instances(files)
-    try:
+    with open_instances(files) as instances:
         columns, orders = sinusoids(system, instances, inputs)
         return LinearSweep(linearize(system, instances, columns, outputs), orders)
-    finally:
-        for instance in instances.values():
-            instance.close()
 
 
 def finished(response: NDArray[np.complex128]) -> list[Point]:

@@ -53,12 +53,8 @@ def sweep_loop(
     files = build.build(scene.system)
     check(scene.system, {component: describe(file).variables for component, file in files.items()})
     connection = find_connection(scene.system, name)
-    instances = open_instances(files)
-    try:
+    with open_instances(files) as instances:
         loop = open_loop(scene.system, instances, connection)
-    finally:
-        for instance in instances.values():
-            instance.close()
     margins = loop.margins()
     frequency = _frequencies(scene, loop, margins, low, high, points or _LINE, grid)
     gain = loop.gain(frequency)

@@ -108,13 +108,9 @@ def warn_of_step(
     system: System, files: Mapping[str, Path], algorithm: str, step_size: float, warn: Callable[[str], None]
 ) -> None:
     """Warn of a communication step [s] at which the algorithm is unstable, and say what would do."""
-    instances = open_instances(files)
-    try:
+    with open_instances(files) as instances:
         if sentence := unstable_step(system, instances, algorithm, step_size):
             warn(sentence)
-    finally:
-        for instance in instances.values():
-            instance.close()
 
 
 def _refuse_loops(scene: Scene) -> None:

@@ -4,7 +4,6 @@ Like `measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import math
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +37,7 @@ def scene_stability(loaded: Loaded) -> tuple[dict[str, Any], str]:
     scene, _ = with_levels(loaded.scene, None)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
-    with ExitStack() as stack:
-        instances = open_instances(files)
-        for instance in instances.values():
-            stack.callback(instance.close)
+    with open_instances(files) as instances:
         limits = list(step_limits(system, instances, scene.step_size))
         sampling = sampling_limit(system, instances, scene.outputs)
         growth = None

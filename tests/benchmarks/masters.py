@@ -9,7 +9,6 @@ written for that loop alone, or our loop in C where there is no such program.
 """
 
 import argparse
-import contextlib
 import ctypes
 import os
 import subprocess
@@ -44,10 +43,7 @@ def ours(library: Path | None, record: bool = False, algorithm: str = "jacobi_pl
     """Our master with either loop, recording the watched output at every point or nothing."""
 
     def run(case: Case, steps: int) -> Timed:
-        with contextlib.ExitStack() as stack:
-            instances = open_instances(case.files)
-            for instance in instances.values():
-                stack.callback(instance.close)
+        with open_instances(case.files) as instances:
             master = make_master(instances, case.system, algorithm, case.step_size, library)
             if record:
                 master.record([case.watched], rows=steps + 1)

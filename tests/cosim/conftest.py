@@ -14,7 +14,7 @@ from fmpy.fmi3 import FMU3Slave
 from hfsa.components._model import Model
 from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim.cli import main
-from hfsa.cosim.instance import Fmu, Instance, open_instances
+from hfsa.cosim.instance import Fmu, Instance, Instances, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
 from hfsa.fmus.export import export
@@ -88,16 +88,15 @@ def open_fmu() -> Iterator[Open]:
 @pytest.fixture
 def opened() -> Iterator[Callable[[dict[str, Path]], dict[str, Instance]]]:
     """Open instances by component, closed after the test."""
-    made: list[Instance] = []
+    made: list[Instances[Instance]] = []
 
     def make(files: dict[str, Path]) -> dict[str, Instance]:
-        instances = open_instances(files)
-        made.extend(instances.values())
-        return instances
+        made.append(open_instances(files))
+        return made[-1]
 
     yield make
-    for instance in made:
-        instance.close()
+    for instances in made:
+        instances.close()
 
 
 @pytest.fixture(scope="session")

@@ -157,14 +157,12 @@ def plain(files):
     """Position and force of the loop by `jacobi_plain`, by FMI version."""
     found = {}
     for version in (2, 3):
-        instances = open_instances({"plant": files["Plant", version], "pd": files["Pd", version]})
-        m = Master(instances, System([Component("plant", "x"), Component("pd", "x")], LOOP), "jacobi_plain", 1e-3)
-        recording = m.record(["plant.position"], rows=STEPS + 1)
-        m.initialize(starts={"plant.x": 1.0})
-        m.advance(STEPS)
-        found[version] = recording["plant.position"].copy()
-        for instance in instances.values():
-            instance.close()
+        with open_instances({"plant": files["Plant", version], "pd": files["Pd", version]}) as instances:
+            m = Master(instances, System([Component("plant", "x"), Component("pd", "x")], LOOP), "jacobi_plain", 1e-3)
+            recording = m.record(["plant.position"], rows=STEPS + 1)
+            m.initialize(starts={"plant.x": 1.0})
+            m.advance(STEPS)
+            found[version] = recording["plant.position"].copy()
     return found
 
 

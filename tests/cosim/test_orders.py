@@ -77,12 +77,8 @@ def robot() -> Case:
     names = ("robot.platform.position[1]", "robot.platform.position[3]", "drive[1].motor[1].angle")
     starts = {"reference.command.position[1]": 5e-6, "reference.command.position[3]": 10e-6}
     until = 8e-3
-    instances = open_instances(build(system))
-    try:
+    with open_instances(build(system)) as instances:
         linear = linearize(system, instances, list(starts), names)
-    finally:
-        for instance in instances.values():
-            instance.close()
     way = np.linalg.solve(linear.A, linear.B @ list(starts.values()))  # from where it goes to where it comes from
     times = until / POINTS * np.arange(1, POINTS + 1)
     exact = np.array([linear.C @ (expm(linear.A * time) @ way - way) for time in times])

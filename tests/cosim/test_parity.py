@@ -62,16 +62,12 @@ class Moving:
         return inputs is None or any(f"{component}.{name}" in fed for name in inputs)
 
     def run_here(self) -> np.ndarray:
-        instances = open_instances(self.files)
-        try:
+        with open_instances(self.files) as instances:
             master = Master(instances, self.system, "jacobi_plain", self.step_size)
             recording = master.record(self.outputs, rows=STEPS + 1)
             master.initialize()
             master.advance(STEPS)
             return recording.values[1:].copy()
-        finally:
-            for instance in instances.values():
-                instance.close()
 
     def run_there(self, peer) -> np.ndarray:
         there = peer(self.files, self.step_size, self.values, self.connections)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from hfsa.cosim.build import build, instrument, load_scene
-from hfsa.cosim.instance import Instance, open_instances
+from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import Scene, StructureError
@@ -21,7 +21,7 @@ class Robot:
 
     def __init__(self, arguments: dict[str, str]):
         self.scene: Scene = load_scene("sdelta_hfsa", arguments)
-        self.instances: dict[str, Instance] = open_instances(build(self.scene.system))
+        self.instances = open_instances(build(self.scene.system))
         tuned = self.scene.system["controller"].start
         self._gains = {n: float(v) for n, v in tuned.items() if n.endswith("gain")}
 
@@ -67,8 +67,7 @@ def robot():
 
     yield opened
     for one in made:
-        for instance in one.instances.values():
-            instance.close()
+        one.instances.close()
 
 
 # Tracking -------------------------------------------------------------------------------------------------------------

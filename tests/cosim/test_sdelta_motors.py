@@ -27,13 +27,9 @@ def free_motors(stiffness: str = "ch4", damping: float = 0.0) -> Linearization:
     gone = {"controller", "reference"}
     inner = [c for c in scene.system.connections if not {scene.system.split(e)[0] for e in (c.start, c.end)} & gone]
     system = System([c for c in scene.system.components if c.name not in gone], inner)
-    instances = open_instances(build(system))
-    try:
+    with open_instances(build(system)) as instances:
         outputs = [f"{motor}.{kind}" for kind in ("angle", "speed") for motor in MOTORS]
         return linearize(system, instances, [f"{motor}.torque" for motor in MOTORS], outputs)
-    finally:
-        for instance in instances.values():
-            instance.close()
 
 
 @pytest.fixture(scope="module")

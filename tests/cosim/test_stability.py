@@ -142,10 +142,8 @@ def free_drives() -> System:
 def free():
     """Return a system with free drives and its instances."""
     system = free_drives()
-    instances = open_instances(build.build(system))
-    yield system, instances
-    for instance in instances.values():
-        instance.close()
+    with open_instances(build.build(system)) as instances:
+        yield system, instances
 
 
 @each_algorithm
