@@ -21,7 +21,7 @@ from hfsa.components._model import Kind, Model
 from hfsa.components._parts import part_named
 from hfsa.cosim import build
 from hfsa.cosim._fmi.description import describe
-from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, expand, nearest
+from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, meant
 
 NAME = "fused"
 """Name of the one group of a system; of several it is `fused[1]`, `fused[2]`, ..."""
@@ -83,7 +83,7 @@ def _with_starts(component: Component) -> Model:
 def _in_order(system: System, words: Iterable[str]) -> list[str]:
     """Return the names of a group's components in the system's order; errors as `with_fusion`."""
     known = [component.name for component in system.components]
-    wanted = {name for word in words for name in _meant(word.strip(), known)}
+    wanted = {name for word in words for name in meant(word.strip(), known)}
     if len(wanted) < 2:
         raise StructureError(f"a group to fuse has two components or more; found {', '.join(wanted) or 'none'}")
     for name in known:
@@ -92,18 +92,6 @@ def _in_order(system: System, words: Iterable[str]) -> list[str]:
                 f"{name} is the finished FMU {system[name].part} and cannot be fused: only parts have equations to join"
             )
     return [name for name in known if name in wanted]
-
-
-def _meant(word: str, known: Sequence[str]) -> list[str]:
-    """Return the components that a word means: one, a range, or by their common name all that are numbered."""
-    names = expand(word)
-    if all(name in known for name in names):
-        return names
-    for common in (word, word.removesuffix("s")):
-        if numbered := [name for name in known if name.endswith("]") and name.partition("[")[0] == common]:
-            return numbered
-    missing = next(name for name in names if name not in known)
-    raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
 
 
 def _with_group(system: System, name: str, group: Sequence[str]) -> System:
