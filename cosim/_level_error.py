@@ -6,14 +6,10 @@
 Of a scene with inputs the answer is its response H(f), outputs over inputs, from the FMUs' own derivatives, at
 frequencies over the band and close together around every mode of both systems:
 
-    error = max |H - H_ref| / h        h = |H_ref|, its notches filled
+    error = max |H - H_ref| / h        h = |H_ref|, its notches filled (`_response_scale.py`)
 
 Entries that are zero by symmetry are left out. An output that follows nothing, but follows something at the reference,
 is missing: an error of 1, whether the inputs reach it or not.
-
-Pointwise an anti-resonance would count for infinitely much, because a zero that moves by a hair changes nothing but
-itself: so valleys of |H_ref| that are narrower than an octave are filled up to their lower edge (a morphological
-closing), and there an error is measured by what surrounds it. Slopes and resonances stay as they are.
 
 Where an FMU in which the two systems differ is not linear, the response depends on the amplitude as well. What the
 amplitude adds, to the response and in harmonics, is measured for both systems (`_amplitude_effect.py`) at the ends of
@@ -36,12 +32,12 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from hfsa.cosim import build
 from hfsa.cosim._amplitude_effect import Effect, bending, measure_effect
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
+from hfsa.cosim._response_scale import Scale, near_modes
 from hfsa.cosim._rig import Settings
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.excitation import FEWEST_SAMPLES, logarithmic
@@ -52,9 +48,6 @@ from hfsa.cosim.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector
 
 _POINTS = 400
-_AROUND = np.array([-4, -2, -1, -0.5, 0, 0.5, 1, 2, 4])
-"""Frequencies around a mode, in half-widths of its resonance."""
-
 _LONGEST_PERIOD = 5000
 """Steps in a period of the slowest sine that is co-simulated: at the low end of a wide band it would take minutes."""
 
@@ -121,7 +114,7 @@ class Responses:
         self._size = np.abs(self._reference.response(self._grid))
         amplitudes = [signal.amplitude for signal in self._inputs]
         self._counts = _counting(self._size, scene, files, amplitudes)
-        self._filled = filled(self._size, self._grid)
+        self._scale = Scale(self._grid, self._size)
         self._straight = _BENT * scene.tolerance * self._smallest(files, amplitudes)
 
     def error(self, system: System) -> float:
@@ -133,7 +126,7 @@ class Responses:
             return 1.0
         frequency = self._frequencies(self._reference.sweep, found.sweep)
         reference = self._reference.response(frequency)
-        difference = np.abs(found.response(frequency) - reference) / self._relative_to(frequency, reference)
+        difference = np.abs(found.response(frequency) - reference) / self._scale.at(frequency, reference)
         error = float(difference[:, self._counts].max())
         differing = {c.name for c in system.components if c != self._scene.system[c.name]}
         bent = found.bent(self._straight)
@@ -194,18 +187,7 @@ class Responses:
     def _frequencies(self, *systems: LinearSweep) -> NDArray[np.float64]:
         """Return the grid [Hz], and frequencies around the modes of systems."""
         poles = np.concatenate([system.found.poles for system in systems])
-        poles = poles[poles.imag > 0]
-        around = (poles.imag[:, None] + np.abs(poles.real)[:, None] * _AROUND).ravel() / (2 * np.pi)
-        low, high = self._scene.band
-        return np.unique(np.concatenate([self._grid, around[(around > low) & (around < high)]]))
-
-    def _relative_to(self, frequency: NDArray[np.float64], reference: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Return h at frequencies [Hz], of the shape of the reference's response there."""
-        place = np.interp(np.log(frequency), np.log(self._grid), np.arange(_POINTS))
-        below = np.minimum(place.astype(int), _POINTS - 2)
-        part = (place - below)[:, None, None]
-        between = (1 - part) * self._filled[below] + part * self._filled[below + 1]
-        return np.maximum(np.maximum(np.abs(reference), between), np.finfo(float).tiny)
+        return np.unique(np.concatenate([self._grid, near_modes(poles, self._scene.band)]))
 
     def _amplitude_error(self, system: System | None) -> float:
         """Return what the amplitude makes of the difference to a system, `None` for one that is linear."""
@@ -214,7 +196,7 @@ class Responses:
         if system is not None:
             other = measure_effect(replace(self._scene, system=system), self._inputs, frequency, self._library)
             response, harmonics = response - other.response, harmonics - other.harmonics
-        size = self._relative_to(frequency, self._reference.response(frequency))
+        size = self._scale.at(frequency, self._reference.response(frequency))
         return float(((np.abs(response) + np.abs(harmonics)) / size)[:, self._counts].max())
 
     @cached_property
@@ -260,20 +242,6 @@ class Motion:
             master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))
             master.advance(steps)
             return recording.values.copy()
-
-
-def filled(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return magnitudes with valleys that are narrower than an octave filled up to their lower edge.
-
-    `size` has shape (n, ...), `frequency` [Hz] is (n,) with a constant ratio of neighbours. At each frequency it is the
-    least that a window of an octave which holds it can have for its largest; a window ends with the band.
-    """
-    n = len(frequency)
-    window = min(max(round((n - 1) * np.log(2) / np.log(frequency[-1] / frequency[0])), 1), 2 * n)
-    beyond = np.pad(size, [(window, window), *[(0, 0)] * (size.ndim - 1)])
-    highest = maximum_filter1d(beyond, window, axis=0, mode="constant")
-    lowest = minimum_filter1d(highest, window, axis=0, mode="constant", origin=-1 if window % 2 == 0 else 0)
-    return lowest[window:-window]
 
 
 def _checked_files(system: System) -> dict[str, Path]:

@@ -9,7 +9,8 @@ import pytest
 
 from hfsa.components import tba_accelerometer
 from hfsa.cosim import levels
-from hfsa.cosim._level_error import ask, filled
+from hfsa.cosim._level_error import ask
+from hfsa.cosim._response_scale import filled
 from hfsa.cosim.build import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.system import Component, Connection, Scene, StructureError, System
