@@ -25,7 +25,7 @@ from typing import Literal
 import numpy as np
 
 from hfsa.cosim._linear.blocks import Blocks, block
-from hfsa.cosim._linear.cycle import Emit, Layout, Listen, Replace, Turn, operations
+from hfsa.cosim._linear.cycle import Layout, Listen, Replace, operations
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import FORGOTTEN, operating_point
@@ -74,7 +74,8 @@ class OneStep:
         self.steps = len(self._operations)
         self.period = self.steps * step_size
         self._whole = whole = np.eye(layout.size)
-        for _ in self._run(whole, None):
+        whole[[*layout.now, *layout.next]] = 0.0
+        for _ in self._run(whole):
             pass
         kept = np.unique(np.concatenate([np.zeros(0, dtype=int), *self._written()]))
         self._memory = 1
@@ -87,7 +88,7 @@ class OneStep:
     def _written(self) -> list[np.ndarray]:
         """Return the members that operations write; the others stay what they are, 0."""
         operations = (operation for step in self._operations for operation in step)
-        return [operation.rows for operation in operations if isinstance(operation, Replace | Emit)]
+        return [operation.rows for operation in operations if isinstance(operation, Replace)]
 
     @cached_property
     def _multipliers(self) -> np.ndarray:
@@ -155,26 +156,26 @@ class OneStep:
         samples = [now[signals] / now[sine] for now in self._run(v, omega)]
         return np.mean(samples, axis=0).T
 
-    def _run(self, v: np.ndarray, omega: np.ndarray | None) -> Iterator[np.ndarray]:
+    def _run(self, v: np.ndarray, omega: np.ndarray | None = None) -> Iterator[np.ndarray]:
         """Take vectors v, (size, m), through one period in place; yields them at each sample of the amplifier.
 
-        Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; `None` for none.
+        Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; without, the source rests.
         """
-        phase = 0.0 if omega is None else np.ones(len(omega), complex)
-        turn = 1.0 if omega is None else np.exp(1j * omega * self.step_size)
-        for operation in (operation for step in self._operations for operation in step):
-            match operation:
-                case Replace(rows, columns, None):
-                    v[rows] = v[columns]
-                case Replace(rows, columns, matrix):
-                    v[rows] = matrix @ v[columns]
-                case Emit(rows, orders):
-                    order = orders[:, None]
-                    v[rows] = 0.0 if omega is None else (order >= 0) * (1j * omega) ** np.maximum(order, 0) * phase
-                case Turn():
-                    phase = phase * turn
-                case Listen():
-                    yield v
+        now, after = self._layout.now, self._layout.next
+        turn = 0.0
+        if omega is not None:
+            turn = np.exp(1j * omega * self.step_size)
+            v[now] = (1j * omega) ** np.arange(len(now))[:, None]
+        for step in self._operations:
+            v[after] = v[now] * turn
+            for operation in step:
+                match operation:
+                    case Replace(rows, columns, None):
+                        v[rows] = v[columns]
+                    case Replace(rows, columns, matrix):
+                        v[rows] = matrix @ v[columns]
+                    case Listen():
+                        yield v
 
 
 class Cycle:

@@ -13,8 +13,10 @@ their derivatives, the bus of connected outputs and what it was before. In the l
                     moves by the matrix exponential, ticks that fall into the step change v
     Converge        all steps with the d1 that lead to the outputs they come to
 
-A sine source is an oscillator that its own step turns, and puts out value, rate and acceleration when it is fetched; a
-lock-in amplifier only listens.
+A sine source is what it puts out and that output's derivatives, now and at the next point; its own step makes now of
+next. Who lays lines to where it leads samples it at communication points. A lock-in amplifier only listens.
+
+What linearised feedback does more is in `feedback.py`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,6 +38,9 @@ from hfsa.cosim.system import StructureError
 ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
 """Outputs of a sine source by the derivative that they are; what else it puts out has no part in a response."""
 
+DERIVATIVES = 5
+"""Derivatives of the sinusoid that there are members for, the value included: those put out, and their rates."""
+
 
 @dataclass(frozen=True)
 class Replace:
@@ -47,30 +52,22 @@ class Replace:
 
 
 @dataclass(frozen=True)
-class Emit:
-    """Members `rows` become derivatives of the source's sinusoid, of the given orders; -1 for 0."""
-
-    rows: np.ndarray
-    orders: np.ndarray
-
-
-@dataclass(frozen=True)
-class Turn:
-    """The source steps."""
-
-
-@dataclass(frozen=True)
 class Listen:
     """The amplifier takes a sample."""
 
 
-Operation = Replace | Emit | Turn | Listen
+Operation = Replace | Listen
 
 
 class Layout:
     """Where everything is in the vector.
 
     `blocks` holds the linearised FMU of each component but the source and the lock-in amplifier.
+
+    Attributes:
+        size: of the vector.
+        place: of a component's values and inputs, by (component, name).
+        now, next: places of the source's sinusoid and its derivatives, (`DERIVATIVES`,) each, or none without a source.
     """
 
     def __init__(
@@ -99,6 +96,7 @@ class Layout:
         n = len(wiring.bus)
         self._bus = np.arange(self.size - n, self.size)
         self._past = self._new(3 * n).reshape(3, n)
+        self.now, self.next = (self._new(DERIVATIVES if source else 0) for _ in range(2))
         self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
         for action in cycle:
             if isinstance(action, Extrapolate):
@@ -123,10 +121,10 @@ class Layout:
         """Return the places of some members of a component."""
         return np.array([self.place[component, name] for name in names], dtype=int)
 
-    def fetch(self, group: Group) -> Operation:
+    def fetch(self, group: Group) -> Replace:
         """Return what fetching a group does."""
         if group.instance == self.source:
-            return Emit(self.bus[id(group)], np.array([ORDERS.get(name, -1) for name in group.outputs]))
+            return Replace(self.bus[id(group)], self.now, emission(group.outputs))
         block = self.blocks[group.instance]
         rows = [block.outputs.index(name) for name in group.outputs]
         columns = self.at(group.instance, (*block.values, *block.inputs))
@@ -140,7 +138,6 @@ class Layout:
         whole = np.zeros((len(bus), self.size))
         for group in loop.groups:
             found = self.fetch(group)
-            assert isinstance(found, Replace)
             assert found.matrix is not None
             whole[np.ix_(np.searchsorted(bus, found.rows), found.columns)] = found.matrix
         through = np.zeros((len(bus), len(bus)))
@@ -224,6 +221,10 @@ class Layout:
 
     def step(self, component: str, step_size: float, ticks: int) -> Operation:
         """Return what a step of a component with evenly spaced ticks, the first at once, does."""
+        if component == self.source:
+            return Replace(self.now, self.next, None)
+        if component == self.lock_in:
+            return Listen()
         block = self.blocks[component]
         values, inputs = self.at(component, block.values), self.at(component, block.inputs)
         if component not in self._moving:
@@ -247,10 +248,6 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
 
     def step(component: str, k: int) -> Operation:
         """What a component does in step k of a period; the same matrix for all steps with as many ticks."""
-        if component == layout.source:
-            return Turn()
-        if component == layout.lock_in:
-            return Listen()
         interval = intervals.get(component)
         ticks = 0 if interval is None or (interval > 0 and k % interval) else max(1, -interval)
         key = component, ticks > 0
@@ -273,6 +270,15 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
                 return layout.exchange(action)
 
     return [[operation(action, k) for action in layout.cycle] for k in range(steps)]
+
+
+def emission(outputs: Sequence[str], order: int = 0) -> np.ndarray:
+    """Return what makes outputs of a sine source, or their derivatives of an order, of `Layout.now`."""
+    matrix = np.zeros((len(outputs), DERIVATIVES))
+    for row, name in enumerate(outputs):
+        if name in ORDERS:
+            matrix[row, ORDERS[name] + order] = 1.0
+    return matrix
 
 
 def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int] = ()) -> np.ndarray:

@@ -77,6 +77,20 @@ def test_a_stepped_sweep_measures_what_the_one_step_matrix_says(bench, opened, a
     assert_stepped_is_predicted(bench("sdelta_hfsa", VERTICAL, MOVED[VERTICAL]), opened, algorithm, 250e-6, [5.0])
 
 
+@pytest.mark.parametrize(
+    ("algorithm", "scene", "step_size", "frequency"),
+    [
+        ("quasi_newton", "sdelta_shaker", 2e-3, 24.0),
+        ("quasi_newton", "sdelta_hfsa", 1e-3, 5.0),
+        ("fixed_point", "sdelta_shaker", 500e-6, 24.0),
+    ],
+)
+def test_a_stepped_sweep_with_iterated_steps_measures_the_same(bench, opened, algorithm, scene, step_size, frequency):
+    """Inputs follow lines between points, that of the source as well, whose sine is only known at points then."""
+    at = bench(scene, ACROSS, MOVED[ACROSS])
+    assert_stepped_is_predicted(at, opened, algorithm, step_size, [frequency])
+
+
 @pytest.mark.slow
 @each_algorithm
 @pytest.mark.parametrize("scene", SCENES)
