@@ -23,7 +23,7 @@ _ABOVE = 1e3
 """Where the search ends, relative to the slowest time constant."""
 _SEPARATE = 1e-3
 """Sample time, relative to the fastest rate, below which the delayed command is a fast part of its own."""
-_OVERDAMPED = 1e6
+_OVERDAMPED = 1e4
 """Square of a loop's rates over its stiffness above which its fast poles know nothing of its slow ones."""
 _FIXED_POINT = 6
 """Iterations that then find it: each gains a factor `_SEPARATE` at least."""
@@ -49,8 +49,10 @@ def _modes(C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the poles of x'' + C x' + K x = 0 roughly, (2 n,), and their shapes, columns of (n, 2 n)."""
     n, rates = len(C), np.linalg.eigvalsh(C)
     if rates[0] ** 2 > _OVERDAMPED * np.abs(K).max():
-        fast, slow = eigh(C), eigh(K, C)  # C x' is held by x'' alone, or by K x alone
-        return -np.concatenate([fast[0], slow[0]]), np.hstack([fast[1], slow[1]])
+        fast, slow = -eigh(C)[0], -eigh(K, C)[0]  # C x' is held by x'' alone, or by K x alone
+        shapes = [eigh(C + K / s)[1][:, i] for i, s in enumerate(fast)]  # what was left out turns alike modes far
+        shapes += [eigh(K, C + s * np.eye(n))[1][:, i] for i, s in enumerate(slow)]
+        return np.concatenate([fast, slow]), np.array(shapes).T
     scale = max(np.sqrt(np.abs(K).max()), rates[-1]) or 1.0
     found, vectors = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-K / scale**2, -C / scale]]))
     return scale * found, vectors[:n]

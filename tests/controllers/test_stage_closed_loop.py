@@ -146,6 +146,7 @@ STAGES = [analyze_stage(elongation=elongation) for elongation in ((0.0, 0.0, 0.0
 @example(0.0, 0.0, 0.0, STAGES[0])
 @example(1e20, 1e-3, 0.0, STAGES[1])
 @example(1.0, 1e20, 0.0, STAGES[1])
+@example(1e14, 1e11, 0.0, STAGES[1])
 def test_pd_is_stable_for_all_gains(kp, kv, damping_time, stage):
     """No pole on the right; and they are the poles: a small change of the matrices makes each exact."""
     M, K = stage["inertia"], stage["stiffness"] + kp * ONE
