@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from hfsa.cosim.build import cache_folder
+from hfsa.cosim._fmu_cache import cache_folder
 from hfsa.cosim.stepping import SOURCE, installed_library, library_name
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus.compile import SUFFIX, compile_files

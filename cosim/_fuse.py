@@ -19,8 +19,9 @@ from typing import Any
 
 from hfsa.components._model import Kind, Model
 from hfsa.components._parts import part_named
-from hfsa.cosim import build
 from hfsa.cosim._fmi.description import describe
+from hfsa.cosim._models import model_of, parts
+from hfsa.cosim.build import load_scene
 from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, meant
 
 NAME = "fused"
@@ -48,7 +49,7 @@ def with_fusion(scene: Scene, groups: Iterable[str]) -> Scene:
 def fused(system: System, groups: Sequence[Sequence[str]]) -> System:
     """Return the system with one component in the place of each group (component names).
 
-    `StructureError` where the group's order of ticks cannot be that of its members; errors of `build.fmu_file`.
+    `StructureError` where the group's order of ticks cannot be that of its members; errors of `build.build`.
     """
     for i, group in enumerate(groups, 1):
         system = _with_group(system, NAME if len(groups) == 1 else f"{NAME}[{i}]", group)
@@ -63,16 +64,16 @@ def models_to_export(
     `StructureError` for a level beside groups, and where a member sets the solver, which an FMU is told when it runs.
     """
     if not groups:
-        return [part_named(name, build.parts()).model(level, **arguments)]
+        return [part_named(name, parts()).model(level, **arguments)]
     if level is not None:
         raise StructureError(f"a group has no level {level!r}; name that of each component, -p robot.level={level}")
-    scene = with_fusion(build.load_scene(name, arguments), groups)
+    scene = with_fusion(load_scene(name, arguments), groups)
     return [_with_starts(component) for component in fused(scene.system, scene.fuse).components if component.members]
 
 
 def _with_starts(component: Component) -> Model:
     """Return the model of a fused component with its start values in it; errors as `models_to_export`."""
-    model = build.model_of(component)
+    model = model_of(component)
     for name, value in component.start.items():
         if name.startswith("solver."):
             raise StructureError(f"{name} = {value:g} is set in the FMU when it is run; leave it out of the scene")
@@ -163,7 +164,7 @@ def _clock(component: Component) -> int | None:
     if component.part.endswith(".fmu"):
         description = describe(Path(component.part))
         return (_ALONE if description.is_sampled else _AMONG_OTHERS) if description.has_sample_time else None
-    models = [build.model_of(member) for member in component.members or (component,)]
+    models = [model_of(member) for member in component.members or (component,)]
     if not any(model.is_sampled for model in models):
         return None
     return _AMONG_OTHERS if any(model.of(Kind.STATE, Kind.OUTPUT) for model in models) else _ALONE

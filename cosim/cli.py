@@ -90,7 +90,7 @@ def analyze(
     from hfsa.components._parts import part_named, studied
     from hfsa.cosim._commands.reports import numbers_text
     from hfsa.cosim._commands.studies import Request, study_answer
-    from hfsa.cosim.build import parts
+    from hfsa.cosim._models import parts
 
     values = shell.named_values(parameter)
     request = Request(sensitivity, map, optimize, bounds, output)

@@ -26,9 +26,10 @@ from pathlib import Path
 
 from hfsa.components._model import ModelError
 from hfsa.components._parts import part_named
-from hfsa.cosim import build
 from hfsa.cosim._fmi.description import describe
+from hfsa.cosim._fmu_cache import cache_folder, fmu_file, sources
 from hfsa.cosim._level_error import Question, ask
+from hfsa.cosim._models import AUTO, parts
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim._storage.records import LevelChoice, SystemRecord
 from hfsa.cosim.instance import StepError
@@ -37,7 +38,7 @@ from hfsa.cosim.system import Component, Scene, StructureError, System
 
 def automatic(scene: Scene) -> list[str]:
     """Return the names of the components whose level is to be chosen."""
-    return [component.name for component in scene.system.components if component.level == build.AUTO]
+    return [component.name for component in scene.system.components if component.level == AUTO]
 
 
 def at_highest(scene: Scene) -> Scene:
@@ -56,7 +57,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     """
     if not automatic(scene):
         return {}
-    file = build.cache_folder() / "levels" / f"{_key(scene)}.json"
+    file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
         choices = _Judge(scene, library).choices()
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +80,7 @@ def with_choices(record: SystemRecord, choices: Mapping[str, LevelChoice]) -> Sy
 
 def _key(scene: Scene) -> str:
     """Return a hash of all that a choice depends on: the scene, its foreign FMUs, and the sources of both wings."""
-    digest = hashlib.sha256(f"{scene_text(scene)}\0{build.sources()}\0".encode())
+    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0".encode())
     foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
     for file in [*foreign, *sorted(Path(__file__).parent.rglob("*.py"))]:
         digest.update(file.read_bytes() + b"\0")
@@ -169,7 +170,7 @@ class _Judge:
 
 def _levels(component: Component) -> Sequence[str]:
     """Return the levels that a component can have, cheapest first."""
-    levels = () if component.part.endswith(".fmu") else part_named(component.part, build.parts()).levels
+    levels = () if component.part.endswith(".fmu") else part_named(component.part, parts()).levels
     if not levels:
         raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")
     return levels
@@ -200,13 +201,13 @@ def _component_at(component: Component, level: str) -> Component:
 def _variables(component: Component) -> set[str]:
     """Return the names of a component's variables; none where it cannot be built."""
     try:
-        return set(describe(build.fmu_file(component)).variables)
+        return set(describe(fmu_file(component)).variables)
     except ModelError:
         return set()
 
 
 def _missing_outputs(scene: Scene, name: str) -> list[str]:
     """Return the recorded outputs that a component does not have."""
-    known = describe(build.fmu_file(scene.system[name])).variables
+    known = describe(fmu_file(scene.system[name])).variables
     recorded = [scene.system.split(output) for output in scene.outputs]
     return [variable for component, variable in recorded if component == name and variable not in known]

@@ -21,6 +21,7 @@ from hfsa.cosim import build, excitation, levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, with_fusion
+from hfsa.cosim._load_scene import scenes
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
@@ -100,7 +101,7 @@ def load(
     scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
     if loops == "refuse":
         _refuse_loops(scene)
-    known = build.scenes().get(name)
+    known = scenes().get(name)
     return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
 
 

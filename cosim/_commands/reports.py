@@ -11,7 +11,8 @@ import numpy as np
 
 from hfsa.components._model import Kind, Quantity
 from hfsa.components._parts import Part
-from hfsa.cosim import build
+from hfsa.cosim._load_scene import load_scene, scenes
+from hfsa.cosim._models import parts
 from hfsa.cosim.limits import Acting, acting, is_limit
 from hfsa.cosim.results import Status, read, read_choices, read_run
 from hfsa.cosim.system import StructureError, nearest
@@ -31,19 +32,19 @@ def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
 
     `StructureError` for a name that is not there, with the nearest ones.
     """
-    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": build.scenes()}
-    for part_name, part in build.parts().items():
+    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": scenes()}
+    for part_name, part in parts().items():
         groups[part.module.__name__.split(".")[1]][part_name] = part
-    known = dict.fromkeys(known for parts in groups.values() for known in parts)
+    known = dict.fromkeys(known for group in groups.values() for known in group)
     if name is not None and name not in known:
         raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
     return {
         group: [
             _scene_entry(part) if group == "scenes" else _part_entry(part)
-            for part_name, part in parts.items()
+            for part_name, part in found.items()
             if name in (None, part_name)
         ]
-        for group, parts in groups.items()
+        for group, found in groups.items()
     }
 
 
@@ -75,7 +76,7 @@ def _part_entry(part: Part) -> dict[str, Any]:
 
 
 def _scene_entry(part: Part) -> dict[str, Any]:
-    scene = build.load_scene(part.name)
+    scene = load_scene(part.name)
     return {
         "name": part.name,
         "description": part.doc,

@@ -21,7 +21,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 from hfsa.components._model import Kind
-from hfsa.cosim.build import parts
+from hfsa.cosim._models import parts
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.compile import compile_library

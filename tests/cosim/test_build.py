@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 
 from hfsa.components._model import ModelError
-from hfsa.cosim import build as rooms
+from hfsa.cosim import _fmu_cache
+from hfsa.cosim._fmu_cache import cache_folder, fmu_file
+from hfsa.cosim._level_rules import check_levels
+from hfsa.cosim._models import model_of
 from hfsa.cosim._scene_text import scene_text
-from hfsa.cosim.build import build, cache_folder, check_levels, fmu_file, instrument, load_scene
+from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.system import Component, Connection, StructureError, System
 
 MASS = Component("mass", "mass_on_spring")
@@ -27,7 +30,7 @@ def counted(monkeypatch, tmp_path):
         return [file]
 
     monkeypatch.setenv("HFSA_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(rooms, "export", export)
+    monkeypatch.setattr(_fmu_cache, "export", export)
     return calls
 
 
@@ -44,7 +47,7 @@ def test_arguments_of_a_scene():
     assert (scene.system["robot"].level, scene.system["reference"].level) == ("rigid", "exact")
     assert scene.system["robot"].arguments["payload.mass"] == "1"
     scene = load_scene("sdelta_shaker", {"robot.solver": "rk4"})
-    assert rooms.model_of(scene.system["robot"]).solver == "rk4"
+    assert model_of(scene.system["robot"]).solver == "rk4"
 
 
 @pytest.mark.parametrize(
@@ -111,7 +114,7 @@ def test_the_same_argument_in_other_words(counted):
 
 def test_sources_are_part_of_the_key(counted, monkeypatch):
     first = fmu_file(MASS)
-    monkeypatch.setattr(rooms, "sources", lambda: "changed")
+    monkeypatch.setattr(_fmu_cache, "sources", lambda: "changed")
     assert fmu_file(MASS) != first
 
 
@@ -130,7 +133,7 @@ def test_a_build_that_fails_leaves_nothing(counted, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(rooms, "export", fails)
+        patch.setattr(_fmu_cache, "export", fails)
         with pytest.raises(KeyboardInterrupt):
             fmu_file(MASS)
     assert os.listdir(cache_folder() / "fmus") == []

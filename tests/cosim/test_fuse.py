@@ -9,8 +9,10 @@ import pytest
 
 from hfsa.components import rrr_stage
 from hfsa.cosim._fuse import fused, models_to_export, with_fusion
+from hfsa.cosim._level_rules import check_levels
+from hfsa.cosim._models import model_of
 from hfsa.cosim._scene_text import read_scene_text, scene_text
-from hfsa.cosim.build import build, check_levels, instrument, load_scene, model_of
+from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.levels import at_highest
 from hfsa.cosim.results import read, read_run
 from hfsa.cosim.stepping import make_master

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hfsa.cosim._load_scene import scenes
 from hfsa.cosim._scene_text import read_scene_text, scene_text
-from hfsa.cosim.build import build, instrument, load_scene, scenes
+from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.master import Master
 from hfsa.cosim.system import HELD, check, connector

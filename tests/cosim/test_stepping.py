@@ -11,7 +11,8 @@ import pytest
 
 from hfsa.cosim import _compiled, stepping
 from hfsa.cosim._compiled import chosen_loop, stepping_library
-from hfsa.cosim.build import build, instrument, load_scene, scenes
+from hfsa.cosim._load_scene import scenes
+from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.results import read_run
 from hfsa.cosim.stepping import CompiledMaster, installed_library, library_name, make_master
