@@ -7,7 +7,7 @@
     bode.entry("robot.platform.position[3]", "reference.command.position[3]")    # complex, shape (frequencies,)
 
     /            title created tool tool_version git_commit command python platform format_version status
-    /system      the scene as text; one group per FMU; operating_point
+    /system      the scene as text, components in the order in which they step; one group per FMU; operating_point
     /sweep       the settings, as attributes
     /bode        frequency [Hz], output, input: dimension scales; output_unit, input_unit, amplitude
                  response (complex, output per input), magnitude, phase [rad], harmonic_distortion, remaining_transient
@@ -34,6 +34,7 @@ from hfsa.cosim._storage.hdf5 import Node
 from hfsa.cosim._storage.records import (
     InstanceRecord,
     LevelChoice,
+    OrderChoice,
     Plan,
     Point,
     ResultsError,
@@ -50,6 +51,7 @@ __all__ = [
     "Bode",
     "InstanceRecord",
     "LevelChoice",
+    "OrderChoice",
     "Plan",
     "Point",
     "ResultsError",
@@ -61,6 +63,7 @@ __all__ = [
     "Theory",
     "read",
     "read_choices",
+    "read_order",
     "read_run",
 ]
 
@@ -248,6 +251,14 @@ def read_choices(path: str | Path) -> dict[str, LevelChoice]:
     file = hdf5.open_file(path)
     with file, hdf5.translated(path, "read"):
         return hdf5.read_choices(file["system"])
+
+
+def read_order(path: str | Path) -> OrderChoice | None:
+    """Read how the order of steps of a file's system was computed; `None` where it is the scene's."""
+    path = Path(path)
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
+        return hdf5.read_order(file["system"])
 
 
 _COMPUTED = (

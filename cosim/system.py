@@ -17,6 +17,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from typing import Any
 
 HELD = ("gauss_seidel", "jacobi", "jacobi_plain")
@@ -152,10 +153,19 @@ class System:
 
     def __getitem__(self, name: str) -> Component:
         """Return the component of that name; `StructureError` with the nearest names if there is none."""
-        for component in self.components:
-            if component.name == name:
-                return component
-        raise StructureError(f"no component is called {name!r}{nearest(name, (c.name for c in self.components))}")
+        if name not in self._named:
+            raise StructureError(f"no component is called {name!r}{nearest(name, self._named)}")
+        return self._named[name]
+
+    @cached_property
+    def _named(self) -> dict[str, Component]:
+        """Components by name."""
+        return {component.name: component for component in self.components}
+
+    @cached_property
+    def _wholes(self) -> dict[str, Component]:
+        """Components that members are fused into, by the member's name."""
+        return {member.name: whole for whole in self.components for member in whole.members}
 
     def split(self, name: str) -> tuple[str, str]:
         """Return (component, variable) of a full name; `StructureError` if there is no such component.
@@ -165,9 +175,8 @@ class System:
         component, dot, variable = name.partition(".")
         if not dot:
             raise StructureError(f"{name!r} is not a full name; expected component.variable")
-        for whole in self.components:
-            if any(member.name == component for member in whole.members):
-                return whole.name, whole.variable(component, variable)
+        if component in self._wholes:
+            return self._wholes[component].name, self._wholes[component].variable(component, variable)
         return self[component].name, variable
 
     def own_name(self, name: str) -> str:

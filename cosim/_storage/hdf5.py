@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hfsa.cosim._storage.records import LevelChoice, ResultsError, SystemRecord
+from hfsa.cosim._storage.records import LevelChoice, OrderChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
 
@@ -219,6 +219,8 @@ def _write_system(group: Node, system: SystemRecord) -> None:
         if record.choice is not None:
             _write_choice(instance, record.choice)
     _write_named(group, "operating_point", system.operating_point)
+    if system.order is not None:
+        _write_order(group, system.order)
 
 
 def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
@@ -255,6 +257,31 @@ def read_choices(group: Node) -> dict[str, LevelChoice]:
                 float(instance.attrs["level_error_together"]),
             )
     return choices
+
+
+def _write_order(group: Node, choice: OrderChoice) -> None:
+    """Write how the order of steps was computed: attributes `order_...` beside the scene that has that order."""
+    names = {"order": list(choice.order), "order_own": list(choice.own)}
+    for key, value in names.items():
+        group.attrs.create(key, value, dtype=h5py.string_dtype())
+    for key in ("about", "error", "own_error", "compared", "is_complete"):
+        group.attrs[f"order_{key}"] = getattr(choice, key)
+
+
+def read_order(group: Node) -> OrderChoice | None:
+    """Return how the order of steps was computed, from the group `/system`; `None` where it is the scene's."""
+    if "order" not in group.attrs:
+        return None
+    attributes = group.attrs
+    return OrderChoice(
+        tuple(map(text, attributes["order"])),
+        tuple(map(text, attributes["order_own"])),
+        text(attributes["order_about"]),
+        float(attributes["order_error"]),
+        float(attributes["order_own_error"]),
+        int(attributes["order_compared"]),
+        bool(attributes["order_is_complete"]),
+    )
 
 
 def _git_commit() -> str:

@@ -49,6 +49,40 @@ class LevelChoice:
 
 
 @dataclass(frozen=True)
+class OrderChoice:
+    """An order of steps that was computed (`order.py`), of the components that step after the sampled ones.
+
+    Attributes:
+        order, own: the chosen one, and that of the scene.
+        about: what shall err least, `response` or `modes`.
+        error, own_error: relative error of the two; infinite where one is unstable.
+        compared: orders that were compared; `is_complete` where these are all that differ.
+    """
+
+    order: tuple[str, ...]
+    own: tuple[str, ...]
+    about: str
+    error: float
+    own_error: float
+    compared: int
+    is_complete: bool
+
+    @property
+    def sentence(self) -> str:
+        """The choice on one line, with both errors."""
+        how = "all that differ" if self.is_complete else "by exchanging neighbours until none is better"
+        own = f"; in the scene's own {_erring(self.own_error)}" if self.order != self.own else ", the scene's own"
+        return (
+            f"order {', '.join(self.order)}: {self.about} {_erring(self.error)}{own}; {self.compared} compared, {how}"
+        )
+
+
+def _erring(error: float) -> str:
+    """Return an error in words."""
+    return f"within {100 * error:.3g} %" if error < float("inf") else "unstable"
+
+
+@dataclass(frozen=True)
 class InstanceRecord:
     """What a result depends on of one FMU instance; `start` holds the start values that were set, by variable.
 
@@ -68,12 +102,16 @@ class InstanceRecord:
 
 @dataclass(frozen=True)
 class SystemRecord:
-    """The system of a result: the scene as text, its FMUs, the states at the operating point by full name."""
+    """The system of a result: the scene as text, its FMUs, the states at the operating point by full name.
+
+    `order` says how the order of steps was chosen, where it was computed.
+    """
 
     title: str
     scene: str
     instances: Sequence[InstanceRecord] = ()
     operating_point: Mapping[str, float] = field(default_factory=dict)
+    order: OrderChoice | None = None
 
 
 class Status(enum.IntEnum):
