@@ -1,6 +1,8 @@
 """Shared fixtures: parts at every level, their FMUs, exported once, a model as printed, and two masters of others."""
 
 import ctypes
+import fcntl
+import os
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -11,18 +13,23 @@ import numpy as np
 import pytest
 from appendix_d2 import PrintedStage, assembled
 from fmpy import read_model_description
+from hypothesis import settings
 from published import entries, numbers
 
 import hfsa.components
 import hfsa.controllers
 from hfsa.components._model import Model
 from hfsa.components._parts import find
+from hfsa.fmus.c_code import generate
 from hfsa.fmus.export import export
 
 PARTS = {name: part for name, part in find([hfsa.components, hfsa.controllers]).items() if part.build}
 VARIANTS = [(name, level) for name, part in PARTS.items() for level in part.levels or (None,)]
 
 Files = dict[int, Path]
+
+settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.load_profile("repeatable")  # --hypothesis-profile=default looks further
 
 
 def pytest_generate_tests(metafunc):
@@ -33,14 +40,21 @@ def pytest_generate_tests(metafunc):
 
 
 @pytest.fixture(scope="session")
-def exported(tmp_path_factory) -> Callable[[str, Model], Files]:
-    """Export a model once per session and key; the files by FMI version."""
-    known: dict[str, Files] = {}
+def exported(tmp_path_factory) -> Callable[[Model], Files]:
+    """Export a model once, by whichever of the processes of a test run needs it first; files by FMI version."""
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "exported"
+    shared.mkdir(exist_ok=True)
 
-    def files(key: str, model: Model) -> Files:
-        if key not in known:
-            known[key] = dict(zip((2, 3), export(model, tmp_path_factory.mktemp(model.name)), strict=True))
-        return known[key]
+    def files(model: Model) -> Files:
+        folder = shared / generate(model).token.strip("{}")
+        with open(folder.with_suffix(".lock"), "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not folder.is_dir():
+                unfinished = folder.with_suffix(".unfinished")
+                export(model, unfinished)
+                unfinished.rename(folder)
+        return {version: folder / f"{model.name}.fmi{version}.fmu" for version in (2, 3)}
 
     return files
 
@@ -52,13 +66,13 @@ def part_model(variant: tuple[str, str | None]) -> Model:
 
 
 @pytest.fixture(scope="session")
-def part_files(variant: tuple[str, str | None], part_model: Model, exported) -> Files:
-    return exported(str(variant), part_model)
+def part_files(part_model: Model, exported) -> Files:
+    return exported(part_model)
 
 
 @pytest.fixture(scope="session")
 def mass_on_spring_files(exported) -> Files:
-    return exported(str(("mass_on_spring", None)), PARTS["mass_on_spring"].model())
+    return exported(PARTS["mass_on_spring"].model())
 
 
 @pytest.fixture(scope="session")

@@ -28,7 +28,7 @@ KIND = pytest.mark.parametrize("kind", EXPECTED)
 coordinate = st.floats(-5, 5)
 points = st.tuples(coordinate, coordinate, coordinate).map(np.array)
 rotations = st.integers(0, 2**32 - 1).map(lambda seed: Rotation.random(rng=np.random.default_rng(seed)))
-hundred = settings(max_examples=100, deadline=None, derandomize=True)
+hundred = settings(max_examples=100)
 
 
 def seen_from(C: np.ndarray, point: np.ndarray, rotation: Rotation) -> np.ndarray:
@@ -116,7 +116,7 @@ def compliant(screws: list[list[float]], values: list[float]) -> np.ndarray:
     ("pitch", "kind"), [(0.0, "R"), (0.09, "R"), (0.11, "H"), (-0.5, "H"), (9.9, "H"), (10.1, "T")]
 )
 @given(point=points, rotation=rotations)
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=10)
 def test_a_freedom_is_a_rotation_a_helix_or_a_translation_by_its_pitch(pitch, kind, point, rotation):
     C = compliant([[pitch, 0, 0, 1, 0, 0]], [1.0])
     (freedom,) = mobility(seen_from(C, point, rotation)).freedoms

@@ -20,7 +20,7 @@ from hfsa.components.beam_module import analyze
 PART = find([hfsa.components])["beam_module"]
 KIND = pytest.mark.parametrize("kind", KINDS)
 E, G, NU = 69e9, 26e9, 0.33
-few = settings(max_examples=30, deadline=None, derandomize=True)
+few = settings(max_examples=30)
 
 radii, tilts = st.floats(0.1, 3), st.floats(5, 90)
 slendernesses = st.floats(1200, 1e5)
@@ -159,7 +159,7 @@ def test_three_beams_in_closed_form(r, d, delta):
 
 
 @given(arguments=modules(), seed=seeds)
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 def test_every_module_is_symmetric_definite_and_the_same_in_every_frame(arguments, seed):
     """The eigenvalues of GAMMA K are those of the spring, whatever the axes and the reference point."""
     C = analyze(**arguments)["compliance"]
@@ -173,7 +173,7 @@ def test_every_module_is_symmetric_definite_and_the_same_in_every_frame(argument
 
 @pytest.mark.parametrize("kind", ["three_beam", "tilted", "inverted", "double_tilted"])
 @given(r=radii, tilt=tilts, n=st.integers(4, 12))
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=10)
 def test_compliance_is_inverse_to_the_number_of_beams(kind, r, tilt, n):
     given = {"kind": kind, "radius": r} | ({"tilt": tilt} if kind != "three_beam" else {})
     three, many = (analyze(count=count, **given)["compliance"] for count in (3, n))
@@ -274,7 +274,7 @@ def test_the_material_has_the_missing_one_of_its_constants():
 
 @KIND
 @given(size=st.floats(1e-3, 1e3))
-@settings(max_examples=5, deadline=None, derandomize=True)
+@settings(max_examples=5)
 def test_a_module_is_normalised_alike_in_every_size(kind, size):
     section = {"diameter": 0.04 * size} if KINDS[kind].element == "beam" else {}
     found = analyze(kind=kind, dimensions=Dimensions(length=size, **section), material=Material(E=1.0, nu=0.3))

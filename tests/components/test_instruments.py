@@ -32,7 +32,7 @@ class LockIn:
 LOCK_IN = LockIn()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     a=st.floats(-1, 1),
     b=st.floats(-1, 1),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from hfsa.components._screws import GAMMA, axis, exponential, logarithm, numbers, shift, skew, unit_screw
 
 vectors = st.tuples(*[st.floats(-1, 1) for _ in range(3)]).map(np.array)
-few = settings(max_examples=50, deadline=None, derandomize=True)
+few = settings(max_examples=50)
 
 
 @given(vectors, st.floats(1e-8, np.pi))

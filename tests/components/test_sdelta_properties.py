@@ -17,7 +17,7 @@ from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics, direct
 from hfsa.components._sdelta_stiffness import PRESETS, Springs, limb_stiffness, spring_forces, stiffness
 
 ZERO = np.zeros(3)
-few = settings(max_examples=30, deadline=None, derandomize=True)
+few = settings(max_examples=30)
 
 
 def numbers_in(low: float, high: float, size: int) -> st.SearchStrategy[np.ndarray]:

@@ -141,7 +141,7 @@ GAIN = st.one_of(st.just(0.0), st.floats(-3, 20).map(lambda exponent: 10.0**expo
 STAGES = [analyze_stage(elongation=elongation) for elongation in ((0.0, 0.0, 0.0), (12e-6, 3e-6, 7e-6))]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(GAIN, GAIN, st.sampled_from([0.0, 6.02e-6]), st.sampled_from(STAGES))
 @example(0.0, 0.0, 0.0, STAGES[0])
 @example(1e20, 1e-3, 0.0, STAGES[1])

@@ -54,7 +54,7 @@ def tick_of(model: Model) -> ca.Function:
 
 
 @pytest.mark.parametrize("level", MODELS)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(micrometres, speeds, micrometres, speeds, accelerations)
 def test_computed_torque_leaves_a_linear_error(level, elongation, rate, r, r_rate, r_acceleration):
     """On a stage that is its model the elongations accelerate as demanded, whatever the state, but for the hold."""
@@ -92,7 +92,7 @@ def acceleration(level, elongation, rate, force) -> np.ndarray:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(micrometres)
 def test_feed_forward_holds_the_stage(model, r):
     out = np.array(FEED_FORWARD[model].out(0.0, [], [], r, [52.0625e6, 833 / 150])).ravel()

@@ -17,7 +17,6 @@ from hfsa.cosim.cli import main
 from hfsa.cosim.instance import Fmu, Instance, Instances, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
-from hfsa.fmus.export import export
 
 MASS, DAMPING, STIFFNESS = 1.0, 0.5, 100.0
 GAIN, RATE_GAIN, FILTER_TIME = 40.0, 2.0, 0.02
@@ -61,14 +60,10 @@ def sampled_controller() -> Model:
 
 
 @pytest.fixture(scope="session")
-def files(tmp_path_factory) -> dict[tuple[str, int], Path]:
+def files(exported) -> dict[tuple[str, int], Path]:
     """The three models' FMUs by (name, FMI version)."""
-    folder = tmp_path_factory.mktemp("fmus")
-    found = {}
-    for model in (plant(), controller(), sampled_controller()):
-        for version, file in zip((2, 3), export(model, folder), strict=True):
-            found[model.name, version] = file
-    return found
+    models = plant(), controller(), sampled_controller()
+    return {(model.name, version): file for model in models for version, file in exported(model).items()}
 
 
 @pytest.fixture

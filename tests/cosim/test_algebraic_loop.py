@@ -12,7 +12,6 @@ from hfsa.cosim.instance import StepError
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import EXTRAPOLATED, HELD, Component, Connection, StructureError, System
-from hfsa.fmus.export import export
 
 RING = [Connection("a.y", "b.u"), Connection("b.y", "a.u")]
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -51,13 +50,9 @@ def accelerating() -> Model:
 
 
 @pytest.fixture(scope="module")
-def parts(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("loops")
-    return {
-        (model.name, version): file
-        for model in (gain(), body(), accelerating())
-        for version, file in zip((2, 3), export(model, folder), strict=True)
-    }
+def parts(exported):
+    models = gain(), body(), accelerating()
+    return {(model.name, version): file for model in models for version, file in exported(model).items()}
 
 
 @pytest.fixture(params=["python", "c"])

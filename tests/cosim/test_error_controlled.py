@@ -9,7 +9,6 @@ from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.error_controlled import SCALE, TOLERANCE, ErrorControlled
 from hfsa.cosim.system import ERROR_CONTROLLED, Component, Connection, StructureError, System
-from hfsa.fmus.export import export
 
 LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -29,8 +28,8 @@ def servo() -> Model:
 
 
 @pytest.fixture(scope="module")
-def servos(tmp_path_factory):
-    return dict(zip((2, 3), export(servo(), tmp_path_factory.mktemp("servo")), strict=True))
+def servos(exported):
+    return exported(servo())
 
 
 def exact(time: np.ndarray) -> np.ndarray:
@@ -97,7 +96,7 @@ def climbed(time: np.ndarray) -> np.ndarray:
 def test_jumps_at_ticks(opened, files, servos, exported):
     """Steps are short behind a tick where the inputs jump, and long before the next."""
     connections = [*LOOP, Connection("stair.reference", "pd.reference")]
-    instances = opened({"stair": exported("Stair", stair())[2], "plant": files["Plant", 2], "pd": servos[2]})
+    instances = opened({"stair": exported(stair())[2], "plant": files["Plant", 2], "pd": servos[2]})
     system = System([Component(name, "x") for name in ("stair", "plant", "pd")], connections)
     master = ErrorControlled(instances, system, 5e-3, 1e-4)
     recording = master.record(["plant.position"], rows=201)
@@ -139,7 +138,7 @@ def hardening() -> Model:
 
 def test_an_fmu_that_is_solved_coarser_than_the_tolerance(opened, servos, exported):
     tolerance = 1e-8
-    instances = opened({"plant": exported("Hardening", hardening())[3], "pd": servos[3]})
+    instances = opened({"plant": exported(hardening())[3], "pd": servos[3]})
     system = System([Component("plant", "x"), STEPPED], LOOP)
     master = ErrorControlled(instances, system, 0.01, tolerance)
     with pytest.raises(

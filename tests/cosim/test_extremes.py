@@ -82,7 +82,7 @@ def stiff_loop(files, exported, opened):
 
     def make(algorithm: str, step_size: float) -> Master:
         system = System([Component("plant", "x", start={"x": 1e-9}), Component("law", "x")], LOOP)
-        found = {"plant": files["Plant", 2], "law": exported("StiffLaw", law())[2]}
+        found = {"plant": files["Plant", 2], "law": exported(law())[2]}
         return Master(opened(found), system, algorithm, step_size)
 
     return make
@@ -136,7 +136,7 @@ def test_damping_of_none_and_critical_at_1_nm_and_1_m(alone, mass_on_spring_file
 
 def test_an_error_controlled_solver_is_as_accurate_at_1_nm_as_at_1_m(alone, exported):
     """1.0e-9 and 0.8e-9 of the amplitude over 16 periods, where the nominal value is 1 mm."""
-    file = exported("rosenbrock", rosenbrock())[2]
+    file = exported(rosenbrock())[2]
     errors = []
     for amplitude in (1e-9, 1.0):
         time, (position,) = alone(file, 1e-3, 1000, {POSITION: amplitude, "mass.damping": 0.0}, [POSITION])
@@ -153,9 +153,7 @@ def test_an_error_controlled_solver_is_as_accurate_at_1_nm_as_at_1_m(alone, expo
 def test_springs_of_1_and_1e12_in_one_model(alone, exported, step_size, damping):
     """The slow mass to 1e-14; the fast one as well when critically damped, else as exact as its phase at 1e6 rad/s."""
     starts = {"mass.stiff": 1e12, "mass.damping": damping}
-    time, (slow, fast) = alone(
-        exported("TwoMasses", two_masses())[2], step_size, 1000, starts, ["mass.position", "mass.y"]
-    )
+    time, (slow, fast) = alone(exported(two_masses())[2], step_size, 1000, starts, ["mass.position", "mass.y"])
     assert np.abs(slow - np.cos(time)).max() < 1e-14
     phase = 1e6 * time
     expected = (1 + phase) * np.exp(-phase) if damping else np.cos(phase)
@@ -171,7 +169,7 @@ def test_a_spring_of_1_behind_one_of_1e12(alone, exported):
     soft, stiff = 1.0, 1e12
     square = 2 * soft * stiff / (soft + 2 * stiff + np.hypot(soft, 2 * stiff))
     starts = {"mass.between": stiff, "mass.y": 1 / (1 - square / stiff)}
-    time, (position,) = alone(exported("TwoMasses", two_masses())[2], 1e-3, 1000, starts, ["mass.position"])
+    time, (position,) = alone(exported(two_masses())[2], 1e-3, 1000, starts, ["mass.position"])
     assert np.abs(position - np.cos(np.sqrt(square) * time)).max() < 1e-7
 
 

@@ -12,7 +12,6 @@ from hfsa.controllers import sdelta_tuning
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.linearize import linear_response, linearize
 from hfsa.cosim.system import Component, Connection, StructureError, System
-from hfsa.fmus.export import export
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 
@@ -214,9 +213,8 @@ def robot_in_one() -> Model:
 
 
 @pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("small")
-    return {model.name: export(model, folder, (2,))[0] for model in (plant(), filter_(), law(), robot_in_one())}
+def small(exported):
+    return {model.name: exported(model)[2] for model in (plant(), filter_(), law(), robot_in_one())}
 
 
 def recursion(frequency, *, load, wanted, ratio=1, with_filter=False, filter_first=True):

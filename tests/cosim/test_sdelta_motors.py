@@ -90,7 +90,7 @@ gains = st.lists(st.floats(-3, 4), min_size=6, max_size=6)
 
 
 @given(proportional=gains, derivative=gains)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_continuous_pd_is_stable_whatever_its_gains(damped, proportional, derivative):
     """Collocated and passive; crossing the first resonance only locks the motors."""
     angle, speed = damped.C[:6], damped.C[6:]

@@ -22,7 +22,6 @@ from hfsa.cosim.instance import StepError
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import HELD, Component, Connection, System
-from hfsa.fmus.export import export
 
 KP, KV = 5e16, 6e8
 HELD_LIMIT, LATE_LIMIT, TWICE_LATE_LIMIT, LINE_LIMIT = 3.333e-9, 1.537e-9, 0.938e-9, 1.686e-9
@@ -72,11 +71,10 @@ def relay() -> Model:
 
 
 @pytest.fixture(scope="module")
-def limit_files(tmp_path_factory):
+def limit_files(exported):
     """FMUs by component name."""
-    folder = tmp_path_factory.mktemp("limits")
     makers = {"plant": plant, "law": law, "relay": relay}
-    return {name: export(make(), folder, (2,))[0] for name, make in makers.items()}
+    return {name: exported(make())[2] for name, make in makers.items()}
 
 
 @pytest.fixture

@@ -119,7 +119,7 @@ def test_computed_torque_on_the_printed_model_hardly_moves(track, exported, prin
     printed = printed_stage(elongation, rate)
     forces = printed.K @ acceleration + printed.C @ rate + printed.H
     made = ca.Function("printed", [elongation, rate, acceleration], [forces])
-    file = exported("computed torque on D.2", controller(made))[2]
+    file = exported(controller(made))[2]
     found = track(4.0, {"controller": file}, law="ctc", actuator="force", sample_time=50e-6)
     assert found.error[:, -1] == pytest.approx([11.09e-6] * 3, abs=0.005e-6)
 

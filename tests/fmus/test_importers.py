@@ -183,7 +183,7 @@ def test_a_part_steps_in_libcosim(part_model, part_files, reference, libcosim):
 @pytest.fixture(scope="module")
 def pair(exported, mass_on_spring_files):
     """The files of a sine and of the mass on a spring that it drives, by FMI version."""
-    sources = exported("sine_source in m", sine_source(unit="m"))
+    sources = exported(sine_source(unit="m"))
     return {v: {"source": file, "mass": mass_on_spring_files[v]} for v, file in sources.items()}
 
 
