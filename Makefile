@@ -19,10 +19,10 @@ demo: .venv/installed
 	$(BIN)/hfsa bode results/demo.h5 results/demo_hfsa.h5 -o results/demo.png
 
 test: .venv/installed
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8
 
 slow: .venv/installed
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 8
 
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py

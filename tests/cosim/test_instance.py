@@ -293,7 +293,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
 def test_processes_leave_no_folder_behind(files, tmp_path, method):
     (tmp_path / "worker.py").write_text(WORKER)
-    (tmp_path / "here").mkdir()
     command = [sys.executable, "worker.py", str(files["Plant", 2]), method]
-    subprocess.run(command, cwd=tmp_path, env={**os.environ, "TMPDIR": str(tmp_path / "here")}, check=True)
-    assert [name for name in os.listdir(tmp_path / "here") if name.startswith("hfsa-")] == []
+    with tempfile.TemporaryDirectory() as here:  # a short path: the fork server's socket has 107 characters at most
+        subprocess.run(command, cwd=tmp_path, env={**os.environ, "TMPDIR": here}, check=True)
+        assert [name for name in os.listdir(here) if name.startswith("hfsa-")] == []
