@@ -14,6 +14,8 @@ from hfsa.components._model import Model, one_of
 
 LENGTH, DIAMETER = 0.05, 2e-3
 """Of a beam, unless said otherwise [m]."""
+DAMPING_RATIO = 0.01
+"""Of the platform's modes, unless said otherwise: assumed."""
 SMALL = 0.1
 """Largest normalised displacement of linear beams."""
 

@@ -30,7 +30,7 @@ import numpy as np
 
 from hfsa.components._beam_kinds import KindName
 from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._beam_spring import displacement_outputs, spring
+from hfsa.components._beam_spring import DAMPING_RATIO, displacement_outputs, spring
 from hfsa.components._model import Model
 from hfsa.components._modes import modal_damping, modes
 from hfsa.components._rigid_body import ACCELERATION, DISC, POSE, TWIST, WRENCH, Body, declared, mass_matrix, put_out
@@ -63,7 +63,7 @@ def beam_stage(
     module = spring("beam_stage", kind, tilt, count, length_error, material, dimensions)
     M, K = mass_matrix(platform, "beam_stage: platform"), module.dimensional_stiffness()
     m = Model("BeamStage", "Platform on compliant beams")
-    ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode", min=0)
+    ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode", min=0)
     load = declared(m.input, "wrench", WRENCH, "on the platform at the reference point")
     base = declared(m.input, "base", ACCELERATION, "of the base at the reference point")
     q = declared(m.state, "center", POSE, "of the reference point, relative to the base")

@@ -35,12 +35,11 @@ import numpy as np
 from hfsa.components._beam_assembly import at_point
 from hfsa.components._beam_kinds import KindName
 from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._beam_spring import displacement_outputs, spring
+from hfsa.components._beam_spring import DAMPING_RATIO, displacement_outputs, spring
 from hfsa.components._model import Model, ModelError
 from hfsa.components._modes import modal_damping, modes
 from hfsa.components._rigid_body import DISC, POSE, TWIST, WRENCH, Body, Triple, declared, mass_matrix, put_out
 
-DAMPING_RATIO = 0.01
 _HERE = (0.0, 0.0, 0.0)
 
 
