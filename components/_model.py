@@ -16,57 +16,22 @@ at each tick the outputs are evaluated first, from the states and inputs before 
 A range in a name, `drive[1..3].slide`, declares one quantity per member and stands for a column vector of symbols.
 """
 
-import difflib
-import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import casadi as ca
 
+from hfsa.components._errors import ModelError, nearest, one_of
+from hfsa.components._quantity import Kind, Quantity, expand
 from hfsa.components._units import unit as parse_unit
 
+__all__ = ["SOLVERS", "Kind", "Model", "ModelError", "Motion", "Quantity", "expand", "nearest", "one_of"]
+
 _NAME = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?(\.[A-Za-z_]\w*(\[[1-9]\d*\])?)*$")
-_RANGE = re.compile(r"\[1\.\.([1-9]\d*)\]")
 
 SOLVERS = ("exact", "rosenbrock", "rk4", "cvode")
 """Solvers of an exported Co-Simulation FMU; see `fmus/README.md`."""
-
-
-class ModelError(ValueError):
-    """A quantity, an equation or an argument of a model that cannot be; the message names it."""
-
-
-class Kind(StrEnum):
-    """What a quantity is to its model."""
-
-    PARAMETER = "parameter"
-    INPUT = "input"
-    STATE = "state"
-    SAMPLED_STATE = "sampled_state"
-    OUTPUT = "output"
-    SAMPLED_OUTPUT = "sampled_output"
-
-
-@dataclass(frozen=True, eq=False)
-class Quantity:
-    """A scalar quantity of a model: each fact once, in FMI words.
-
-    `expression` is the CasADi symbol of a parameter, input or state, and what an output equals. `fixed` parameters can
-    be set only before initialization, the others at any communication point.
-    """
-
-    name: str
-    kind: Kind
-    unit: str
-    description: str
-    start: float
-    nominal: float
-    min: float | None
-    max: float | None
-    expression: ca.SX
-    fixed: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +217,7 @@ class Model:
         quantity = self[name]
         if quantity.kind is Kind.OUTPUT:
             raise ModelError(f"{self.name}: {name} is an output; its value follows from the others and has no start")
-        self._quantities[name] = _checked(replace(quantity, start=float(start)))
+        self._quantities[name] = replace(quantity, start=float(start))
 
     def substitute(self, symbols: ca.SX, expressions: ca.SX) -> None:
         """Put expressions in the place of symbols, columns of one length, wherever states and outputs use them."""
@@ -319,7 +284,7 @@ class Model:
             parse_unit(quantity.unit)
         except ValueError as error:
             raise ModelError(f"{self.name}: {quantity.name}: {error}") from None
-        self._quantities[quantity.name] = _checked(quantity)
+        self._quantities[quantity.name] = quantity
 
     def _require_sampling(self, name: str) -> None:
         if not self.is_sampled:
@@ -370,30 +335,6 @@ class Equations(dict[str, ca.SX]):
             super().__setitem__(name, column[i])
 
 
-def expand(name: str) -> list[str]:
-    """Return the members of a name with a range: `drive[1..3].slide` -> [`drive[1].slide`, ...]; other names alone."""
-    match = _RANGE.search(name)
-    if match is None:
-        return [name]
-    return [f"{name[: match.start()]}[{i}]{name[match.end() :]}" for i in range(1, int(match[1]) + 1)]
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""
-    names = list(names)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
-    if near:
-        return f"; did you mean {', '.join(near)}?"
-    return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
-
-
-def one_of(name: str, names: Iterable[str], what: str) -> str:
-    """Return `name`; `ModelError` that says `what` it is, with the nearest names, unless it is one of `names`."""
-    if name not in (names := list(names)):
-        raise ModelError(f"{what} is {name!r}{nearest(name, names)}")
-    return name
-
-
 def _column(name: str, value: float | Sequence[float], size: int) -> list[float]:
     values = [float(value)] * size if isinstance(value, int | float) else [float(v) for v in value]
     if len(values) != size:
@@ -403,17 +344,3 @@ def _column(name: str, value: float | Sequence[float], size: int) -> list[float]
 
 def _nominal(nominal: float | None, start: float) -> float:
     return nominal if nominal is not None else (abs(start) or 1.0)
-
-
-def _checked(quantity: Quantity) -> Quantity:
-    if not math.isfinite(quantity.start):
-        raise ModelError(f"{quantity.name} starts at {quantity.start}, expected a finite number")
-    if not (quantity.nominal > 0 and math.isfinite(quantity.nominal)):
-        raise ModelError(f"{quantity.name} has nominal {quantity.nominal}, expected a positive number")
-    low = -math.inf if quantity.min is None else quantity.min
-    high = math.inf if quantity.max is None else quantity.max
-    if not low <= quantity.start <= high:
-        raise ModelError(
-            f"{quantity.name} is {quantity.start:g} {quantity.unit}, expected {low:g} to {high:g} {quantity.unit}"
-        )
-    return quantity
