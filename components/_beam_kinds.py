@@ -82,15 +82,18 @@ def _three_beam(g: Geometry, K: Stiffnesses) -> np.ndarray:
 
 
 def _double(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Three beams within three others that go back: the stage comes out where the base begins."""
     outer = side_by_side(K[g.count :], ring(g.outer_radius, 0.0, g.count))
     return one_on_another(_three_beam(g, K[: g.count]), mirrored(outer), 1.0)
 
 
 def _tilted(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Beams that lean outwards, towards the stage."""
     return side_by_side(K, ring(g.radius, g.tilt, g.count))
 
 
 def _inverted(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Beams that lean inwards: their feet stand where those of the tilted ones end."""
     return side_by_side(K, ring(g.radius + math.sin(g.tilt), -g.tilt, g.count))
 
 
@@ -101,14 +104,17 @@ def _double_tilted(g: Geometry, K: Stiffnesses) -> np.ndarray:
 
 
 def _parallelogram(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Two sheets side by side."""
     return side_by_side(K, pair(g.spacing))
 
 
 def _four_sheet(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Four sheets around the axis."""
     return side_by_side(K, cross(g.spacing))
 
 
 def _double_four_sheet(g: Geometry, K: Stiffnesses) -> np.ndarray:
+    """Four sheets within four others that go back."""
     outer = side_by_side(K[g.count :], cross(g.outer_spacing))
     return one_on_another(_four_sheet(g, K[: g.count]), mirrored(outer), 1.0)
 

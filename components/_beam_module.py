@@ -155,6 +155,7 @@ class Module(NamedTuple):
         return rigidity / length * np.outer(scale, scale) * (K + K.T) / 2
 
     def _size(self) -> Size:
+        """The dimensions; `ModelError` where the module has none."""
         if self.size is None:
             raise ModelError(
                 "a beam module without dimensions.length has no stiffness in SI units, only a normalised one"
@@ -275,6 +276,7 @@ def _elastic(material: Material) -> _Elastic:
 
 
 def _count(kind: str, count: int | None) -> int:
+    """Return the number of beams between two bodies, the kind's own unless said; `ModelError` for fewer than three."""
     if count is None:
         return KINDS[kind].count
     if count < 3:
@@ -341,12 +343,14 @@ def _element(kind: str, values: Mapping[str, float], shortest: float) -> np.ndar
 
 
 def _finite(name: str, value: float) -> float:
+    """Return a number; `ModelError` unless it is finite."""
     if not math.isfinite(value):
         raise ModelError(f"beam module: {name} is {value}, expected a finite number")
     return float(value)
 
 
 def _above_zero(name: str, value: float, unit: str) -> float:
+    """Return a number; `ModelError` unless it is finite and above 0."""
     if not (math.isfinite(value) and value > 0):
         raise ModelError(f"beam module: {name} is {value:g} {unit}".rstrip() + ", expected above 0")
     return float(value)

@@ -144,6 +144,7 @@ class _Composition:
                 joined.put(joined.model[_SAMPLE_TIME].expression, common)
 
     def _declared(self, name: str, q: Quantity) -> ca.SX:
+        """Declare a quantity of a member in the whole, by another name; returns its symbol there."""
         declare = {
             Kind.PARAMETER: partial(self.whole.parameter, name, q.start, q.unit, q.description, fixed=q.fixed),
             Kind.INPUT: partial(self.whole.input, name, q.unit, q.description, start=q.start),
@@ -153,6 +154,7 @@ class _Composition:
         return declare[q.kind](min=q.min, max=q.max, nominal=q.nominal)
 
     def _symbol(self, member: str, q: Quantity) -> ca.SX:
+        """Return the symbol in the whole of a member's quantity."""
         return self.whole[f"{member}.{q.name}"].expression
 
     # Feedthrough ------------------------------------------------------------------------------------------------------
@@ -267,6 +269,7 @@ def _feeders(parts: Mapping[str, Model], connections: Sequence[tuple[str, str]])
 
 
 def _pairwise(start: str, end: str) -> list[tuple[str, str]]:
+    """Return the connections between the members of two ranges, or of two names."""
     starts, ends = expand(start), expand(end)
     if len(starts) != len(ends):
         raise ModelError(f"connection {start} -> {end} joins {len(starts)} output(s) to {len(ends)} input(s)")

@@ -153,6 +153,7 @@ def _is_linear(model: Model, v: list[ca.SX], der: ca.SX) -> bool:
 
 
 def _function(name: str, arguments: list, results: list, result_names: tuple[str, ...]) -> ca.Function:
+    """Return a CasADi function by its labels; what expressions of SX share is worked out once."""
     if isinstance(arguments[0], ca.SX):
         results = ca.cse([ca.SX(r) for r in results])
     labels = [f"i{k}" for k in range(len(arguments))]
@@ -160,10 +161,12 @@ def _function(name: str, arguments: list, results: list, result_names: tuple[str
 
 
 def _like(columns: list[ca.SX], prefix: str) -> list[ca.SX]:
+    """Return new symbols of the shapes of columns."""
     return [ca.SX.sym(f"{prefix}{k}", column.shape[0]) for k, column in enumerate(columns)]
 
 
 def _split(stacked: ca.SX, parts: list[ca.SX]) -> list[ca.SX]:
+    """Return the parts of columns that were stacked."""
     offsets = [0]
     for part in parts:
         offsets.append(offsets[-1] + part.shape[0])

@@ -63,10 +63,12 @@ def linearize(model: Model, values: Mapping[str, float] | None = None, *, time: 
 
 
 def _labels(model: Model, kind: Kind) -> list[str]:
+    """Return the names of a kind as `control` takes them: without dots."""
     return [q.name.replace(".", "/") for q in model.of(kind)]
 
 
 def _values(model: Model, kind: Kind, values: Mapping[str, float]) -> np.ndarray:
+    """Return the values of a kind, its start values where none is given, (n,)."""
     return np.array([values.get(q.name, q.start) for q in model.of(kind)], dtype=float)
 
 

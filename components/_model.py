@@ -255,6 +255,7 @@ class Model:
     # Frame ----------------------------------------------------------------------------------------------------------
 
     def _symbols(self, name, kind, unit, description, start, nominal, min, max, *, fixed=False) -> ca.SX:
+        """Declare quantities that are symbols, one per member of a range; returns their column."""
         members = expand(name)
         symbols = [ca.SX.sym(member) for member in members]
         for member, symbol, value in zip(members, symbols, _column(name, start, len(members)), strict=True):
@@ -264,6 +265,7 @@ class Model:
         return ca.vertcat(*symbols)
 
     def _expressions(self, name, kind, expression, unit, description, start, nominal, min, max) -> None:
+        """Declare outputs, one per member of a range."""
         members = expand(name)
         column = ca.SX(expression)
         if column.shape != (len(members), 1):
@@ -274,6 +276,7 @@ class Model:
             self._add(Quantity(member, kind, unit, description, starts[i], nominal_i, min, max, column[i]))
 
     def _add(self, quantity: Quantity) -> None:
+        """Add a quantity; `ModelError` for a name or unit that is not spelt so, or a name that is there already."""
         if not _NAME.match(quantity.name):
             raise ModelError(
                 f"{self.name}: name {quantity.name!r} is not of the form terminal.member[1] with 1-based indices"
@@ -287,6 +290,7 @@ class Model:
         self._quantities[quantity.name] = quantity
 
     def _require_sampling(self, name: str) -> None:
+        """Raise `ModelError` unless the model has a sample time."""
         if not self.is_sampled:
             raise ModelError(
                 f"{self.name}: {name} is sampled, but the model has no sample time; call m.sample_time(...) first"
@@ -305,6 +309,7 @@ class Model:
         return tuple(names)
 
     def _check_symbols(self, where: str, expression: ca.SX, allowed: Iterable[ca.SX]) -> None:
+        """Raise `ModelError` for an expression that uses other symbols than those allowed."""
         free = ca.symvar(ca.SX(expression))
         known = {s.element_hash() for column in allowed for s in ca.symvar(column)}
         for symbol in free:
@@ -336,6 +341,7 @@ class Equations(dict[str, ca.SX]):
 
 
 def _column(name: str, value: float | Sequence[float], size: int) -> list[float]:
+    """Return the start values of a range, one number for all or a number each, (size,)."""
     values = [float(value)] * size if isinstance(value, int | float) else [float(v) for v in value]
     if len(values) != size:
         raise ModelError(f"{name} has {len(values)} start values, expected {size}")
@@ -343,4 +349,5 @@ def _column(name: str, value: float | Sequence[float], size: int) -> list[float]
 
 
 def _nominal(nominal: float | None, start: float) -> float:
+    """Return the nominal, by default the size of the start value."""
     return nominal if nominal is not None else (abs(start) or 1.0)

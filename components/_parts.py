@@ -142,6 +142,7 @@ def studied(name: str, parts: Mapping[str, Part]) -> Part:
 
 
 def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
+    """Return the arguments of a function by name, dataclasses field by field."""
     if function is None:
         return {}
     hints = get_type_hints(function)
@@ -219,6 +220,7 @@ def _read(where: str, annotation: Any, value: Any) -> Any:
 
 
 def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
+    """Return a value as the first of the types that takes it; the error is that of the first."""
     if value is None and NoneType in members:
         return None
     errors = []
@@ -250,4 +252,5 @@ def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[
 
 
 def _constant(value: Any) -> float | str:
+    """Return a value as a constant of an FMU."""
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)

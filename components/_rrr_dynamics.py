@@ -177,6 +177,7 @@ def potential(mechanism: Mechanism) -> ca.SX:
 
 
 def _energy(bends: ca.SX) -> ca.SX:
+    """Energy of hinges that are bent by angles [J]."""
     return hinge.STIFFNESS / 2 * ca.sumsqr(bends)
 
 

@@ -227,8 +227,10 @@ def _turn(rest: np.ndarray, moved: ca.SX) -> ca.SX:
 
 
 def _directions(angles: np.ndarray) -> np.ndarray:
+    """Unit vectors at angles, (n, 2)."""
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def _rotation(angle: float) -> np.ndarray:
+    """Rotation by an angle, (2, 2)."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

@@ -148,8 +148,10 @@ def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[n
 
 
 def _pairs(slide: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Two numbers of each drive, one drive after the other, (6,)."""
     return np.column_stack([slide, angle]).ravel()
 
 
 def _text(values: np.ndarray) -> str:
+    """A column of numbers as a message shows it."""
     return f"({', '.join(f'{value + 0.0:.9g}' for value in values)})"

@@ -259,6 +259,7 @@ def _solver(
     solver = ca.nlpsol("optimum", "ipopt", {"x": u, "f": -found / size, "g": kept}, options)
 
     def solve(start: NDArray[np.float64]) -> _End:
+        """Search from one start."""
         x0 = np.divide(start - middle, half, out=np.zeros_like(half), where=half > 0)
         solved = solver(x0=x0, lbx=-free, ubx=free, lbg=0, ubg=np.inf)
         stats = solver.stats()
@@ -274,6 +275,7 @@ def _kept(study: Study) -> dict[str, ca.SX]:
 
 
 def _optimum(study: Study, limits: Mapping[str, Range], end: _End, starts: int, agreeing: int) -> Optimum:
+    """Return where a search ended, with what it says about the bounds and requirements there."""
     kept = _kept(study)
     margins = _evaluated(study.symbols, list(kept.values()), end.values).ravel()
     values = dict(zip(study.variables, end.values.tolist(), strict=True))

@@ -82,6 +82,7 @@ class Design(NamedTuple):
 
 
 def _silicon(*micrometres: float) -> Shape:
+    """Return a shape in silicon of dimensions in the order of `Shape` [um]."""
     return Shape(*[1e-6 * x for x in micrometres], E=1.618e11, nu=0.222, rho=2330.0)
 
 

@@ -75,6 +75,7 @@ def _references(rule: str) -> dict[str, dict[str, float]]:
 
 
 def _responses(found: designs.Formulas) -> dict[str, float]:
+    """Return what a study asks of a design, by name."""
     values = {"frequency_ratio": found.f_out / found.f_in, "f_in": found.f_in, "f_out": found.f_out}
     assert all(map(math.isfinite, values.values()))
     return values

@@ -98,6 +98,7 @@ def _split(name: str) -> list[str]:
 
 
 def _advice(text: str) -> str:
+    """Return what is wrong with a unit's spelling, or what may be meant."""
     if "^" in text or "*" in text:
         return f"{text!r} is not Modelica spelling; write exponents as m2 and products as N.m"
     near = difflib.get_close_matches(text, _SYMBOLS, n=3, cutoff=0.5)

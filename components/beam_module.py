@@ -108,6 +108,7 @@ def analyze(
 
 
 def _shown(freedom: Freedom) -> dict[str, Any]:
+    """Return a freedom as plain data, without rounding errors."""
     return {
         "type": freedom.type,
         "pitch": None if freedom.pitch is None else _rounded(freedom.pitch),

@@ -87,10 +87,12 @@ def _basis(s: ca.SX, c: ca.SX) -> ca.SX:
 
 
 def _lower(matrix: ca.SX) -> ca.SX:
+    """Lower triangle of a symmetric matrix as a column, row by row."""
     return ca.vertcat(*[matrix[i, j] for i in range(matrix.shape[0]) for j in range(i + 1)])
 
 
 def _symmetric(lower: ca.SX, k: int) -> ca.SX:
+    """The symmetric matrix (k, k) of a lower triangle."""
     matrix = ca.SX(k, k)
     for i in range(k):
         for j in range(i + 1):

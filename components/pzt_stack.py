@@ -176,15 +176,18 @@ def analyze(*, voltage: float = FULL_VOLTAGE, elongation: float = 0.0, force: fl
 
 
 def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _Drive:
+    """The voltage acts at once."""
     return _Drive(target, 0.0, line.elongation / line.voltage * target, 0.0)
 
 
 def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+    """An amplifier charges the stack; elongation is proportional to voltage."""
     voltage, current, limited, _ = _electrical(m, line, target, rate)
     return _Drive(voltage, current, line.elongation / line.voltage * voltage, limited)
 
 
 def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+    """The same, with hysteresis (Bouc-Wen) and creep in the elongation."""
     voltage, current, limited, slope = _electrical(m, line, target, rate)
     A = m.parameter("hysteresis.amplitude", 0.30, "1", "Bouc-Wen A, 0 for no hysteresis", min=0, max=0.9)
     beta = m.parameter("hysteresis.beta", 0.015, "1/V", "Bouc-Wen beta", min=1e-9)

@@ -174,6 +174,7 @@ def _check(level: str, causality: str) -> None:
 
 
 def _mechanism(level: str, geometry: Links, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
+    """Return the mechanism at a level over coordinates that change at rates."""
     levels = {"constant_jacobian": dynamics.constant_jacobian, "exact": dynamics.exact}
     return levels[level](geometry, coordinates, rates)
 
@@ -252,6 +253,7 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
 
 
 def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Declare stiffness, damping and tip mass of the stacks; returns their symbols."""
     return (
         m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness of each stack", min=0),
         m.parameter("stack.damping", stack.DAMPING, "N.s/m", "Damping of each stack", min=0),
@@ -260,6 +262,7 @@ def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
 
 
 def _outputs(m: Model, motion: _Motion) -> None:
+    """Declare what the platform does."""
     (x, v, a) = motion
     m.output("platform.position[1..2]", x[:2], "m", "Position of the centre from rest", nominal=_MOVE[0])
     m.output("platform.rotation", x[2], "rad", "Rotation from rest, counter-clockwise", nominal=_TURN[0])
@@ -289,6 +292,7 @@ def _on_stacks(mechanism: Mechanism) -> ca.Function:
 
 
 def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) -> np.ndarray:
+    """Return the mechanism's coordinates at elongations [m], (3,)."""
     return forward(geometry, elongation) if level == "exact" else np.array(elongation)
 
 
@@ -303,4 +307,5 @@ def _at_voltage(mechanism: Mechanism, voltage: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _frequencies(inertia: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Natural frequencies [Hz], ascending."""
     return modes(inertia, stiffness).omega / (2 * np.pi)

@@ -169,6 +169,7 @@ def analyze(
 
 
 def _elastic_numbers(robot: _Robot) -> dict[str, Any]:
+    """Return the numbers of the platform on its limbs."""
     to_C = shift(-robot.offset)
     K_S = to_C.T @ robot.K @ to_C
     screws = eigenscrews(K_S)
@@ -192,6 +193,7 @@ def _elastic_numbers(robot: _Robot) -> dict[str, Any]:
 
 
 def _robot(posture: Posture, preset: str, payload: Payload) -> _Robot:
+    """Return the robot at a posture with a payload on springs of a preset."""
     springs = PRESETS[one_of(preset, PRESETS, "sdelta: stiffness")]
     kinematics, body = Kinematics.at(posture), with_payload(payload)
     Q = posture.matrix
@@ -262,6 +264,7 @@ def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ra
 
 
 def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, point: str) -> None:
+    """Declare what the tubes feel and what the platform does, seen at the reference point."""
     on_tube = ca.DM(robot.kinematics.lever) * motion.limb_forces
     m.output("drive[1..3].force", on_tube[0::2], "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", on_tube[1::2], "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)

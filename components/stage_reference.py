@@ -77,6 +77,7 @@ def analyze(*, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, 
 
 
 def _ramp(m: Model) -> _Motion:
+    """All elongations rise together, and are held."""
     rate = m.parameter("rate", 3e-6, "m/s", "Rate of all elongations", nominal=1e-6)
     duration = m.parameter("duration", 4.0, "s", "Time after which the elongations are held", min=0)
     moving, ones = m.time < duration, ca.SX.ones(3)
@@ -85,6 +86,7 @@ def _ramp(m: Model) -> _Motion:
 
 
 def _three_axis(m: Model) -> _Motion:
+    """Each elongation swings between 0 and the amplitude, at a frequency of its own."""
     amplitude = m.parameter("amplitude", 8e-6, "m", "Largest elongation", nominal=1e-6)
     frequency = m.parameter("frequency", 5.0, "Hz", "Frequency of the first stack; the others have 2 and 3 times it")
     omega = 2 * ca.pi * frequency * ca.DM([1, 2, 3])
@@ -95,6 +97,7 @@ def _three_axis(m: Model) -> _Motion:
 
 
 def _step(m: Model) -> _Motion:
+    """Elongations that are set at once."""
     target = m.parameter("step.elongation[1..3]", 1e-6, "m", "Elongation after the step", nominal=1e-6)
     begin = m.parameter("step.time", 1e-3, "s", "Time of the step", min=0)
     return _Motion(ca.if_else(m.time < begin, 0, 1) * target, ca.SX.zeros(3), ca.SX.zeros(3))

@@ -266,6 +266,7 @@ def study(
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
+    """Return a design's shape with some dimensions changed; `ModelError` where it is not possible."""
     published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")].shape
     changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
     return designs.possible(published._replace(**changed), rule, published, _OWNER)
@@ -280,6 +281,7 @@ def _sensor(
     driven_mass: float | None,
     gap: float | None,
 ) -> _Sensor:
+    """Return the sensor of a design; what is `None` follows from its shape by the formulas."""
     shape, published = _shape(design, dimensions, rule), DESIGNS[design]
     found = designs.formulas(shape, rule)
     K = np.array([found.K_in, found.K_in, found.K_out])
@@ -298,6 +300,7 @@ def _sensor(
 
 
 def _above_zero(name: str, given: ArrayLike, unit: str) -> np.ndarray:
+    """Return numbers; `ModelError` unless all are finite and above 0."""
     values = np.array(given, dtype=float)
     if not np.all(np.isfinite(values) & (values > 0)):
         raise ModelError(f"{_OWNER}: {name} is {values.tolist()} {unit}, expected above 0")
@@ -366,6 +369,7 @@ def _noise(m: Model, sensor: _Sensor) -> ca.SX:
 
 
 def _outputs(m: Model, sensor: _Sensor, position: ca.SX, noise: ca.SX | int) -> None:
+    """Declare what is read of the proof mass, within the travel."""
     gain = m.parameter("gain", _AT_TRAVEL / sensor.travel, "V/m", "Voltage by displacement")
     travel = m.parameter("travel", sensor.travel, "m", "Largest displacement that is read", min=0)
     small = float(sensor.gain[0])
@@ -380,4 +384,5 @@ def _outputs(m: Model, sensor: _Sensor, position: ca.SX, noise: ca.SX | int) -> 
 
 
 def _in_and_out(values: np.ndarray) -> dict[str, float]:
+    """Return the entries along x and z of three, by name."""
     return {"in_plane": float(values[0]), "out_of_plane": float(values[2])}

@@ -56,12 +56,14 @@ def execution(m: Model, part: str, level: str, sample_time: float, delay: bool) 
 
 
 def _continuous(m: Model, part: str, _sample_time: float, delay: bool) -> Execution:
+    """The law acts at every instant."""
     if delay:
         raise ModelError(f"{part}: delay is one sample time, and level continuous has none; take level sampled")
     return Execution(m, m.output, 0.0)
 
 
 def _sampled(m: Model, _part: str, sample_time: float, delay: bool) -> Execution:
+    """The law acts at ticks; half a sample time is what holding its command delays it by, a delay adds one."""
     period = m.sample_time(sample_time)
     return Execution(m, m.sampled_output, (1.5 if delay else 0.5) * period, delay)
 

@@ -129,6 +129,7 @@ def analyze(
             raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected more than 0")
 
     def stage_at(point: np.ndarray) -> _Stage:
+        """The linearised stage at elongations [m]."""
         found = analyze_stage(level=level, elongation=tuple(point.tolist()))
         return _Stage(found["inertia"], damping, found["stiffness"], found["force"])
 

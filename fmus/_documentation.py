@@ -64,6 +64,7 @@ def documentation(model: Model, sources: Sources, version: Version) -> bytes:
 
 
 def _table(body: etree._Element, rows: list[Variable]) -> None:
+    """Add a table of variables."""
     table = etree.SubElement(body, "table")
     header = etree.SubElement(table, "tr")
     for title in ("Name", "Unit", "Start", "Description"):
@@ -78,4 +79,5 @@ def _table(body: etree._Element, rows: list[Variable]) -> None:
 
 
 def _text(parent: etree._Element, tag: str, text: str) -> None:
+    """Add an element with a text."""
     etree.SubElement(parent, tag).text = text

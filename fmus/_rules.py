@@ -232,6 +232,7 @@ def is_ours(description: ModelDescription) -> bool:
 
 
 def _lists(description: ModelDescription) -> dict[str, list[Unknown]]:
+    """Return the lists of ModelStructure by what they hold."""
     return {
         "outputs": description.outputs,
         "derivatives": description.derivatives,
@@ -240,6 +241,7 @@ def _lists(description: ModelDescription) -> dict[str, list[Unknown]]:
 
 
 def _variable(unknown: Unknown) -> ModelVariable:
+    """Return what an entry of ModelStructure is about."""
     assert unknown.variable is not None  # broken_references has seen to it
     return unknown.variable
 
@@ -250,11 +252,13 @@ def _places(description: ModelDescription) -> dict[int, int]:
 
 
 def _list(element: etree._Element) -> str:
+    """Return the name of the list that an element is in."""
     parent = element.getparent()
     return parent.tag if element.tag == "Unknown" and parent is not None else element.tag
 
 
 def _at(variable: ModelVariable) -> str:
+    """Return a variable with its place in the file."""
     return f"line {variable.sourceline}: {variable.name}"
 
 

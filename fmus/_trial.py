@@ -111,6 +111,7 @@ class _Run:
         self.logged = ""
 
     def _write(self, **entry: str) -> None:
+        """Write one entry at once: the next call may end the process."""
         self._report.write(json.dumps({"interface": self._interface, **entry}) + "\n")
         self._report.flush()
 

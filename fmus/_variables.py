@@ -116,6 +116,7 @@ def _input_derivatives(inputs: list[Quantity]) -> list[tuple]:
 
 
 def _row(q: Quantity, role: Role):
+    """Return what a quantity is as a variable of a role."""
     start = None if role is Role.OUTPUT else q.start
     return (
         q.name,

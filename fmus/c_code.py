@@ -85,6 +85,7 @@ def generate(model: Model) -> Sources:
 
 
 def _casadi_code(name: str, made: Functions) -> str:
+    """Return the C that CasADi generates of functions; `ExportError` for what it has no C for."""
     options = {"casadi_real": "double", "casadi_int": "int", "static_aux": True}
     generator = ca.CodeGenerator("model.c", options)
     for function in made:
@@ -98,6 +99,7 @@ def _casadi_code(name: str, made: Functions) -> str:
 
 
 def _token(equations: str, listed: list[Variable]) -> str:
+    """Return a hash of equations, variables and runtime: the same for the same FMU."""
     digest = hashlib.sha256()
     for path in sorted(RUNTIME.glob("*.[ch]")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -145,6 +147,7 @@ def _table(name: str, token: str, made: Functions, listed: list[Variable], solve
 
 
 def _row(v: Variable) -> str:
+    """Return a variable as a row of the table in C."""
     text = _string(v.start) if isinstance(v.start, str) else "0"
     start = v.start if isinstance(v.start, float | int) else 0.0
     low = -math.inf if v.min is None else v.min

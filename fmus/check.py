@@ -79,6 +79,7 @@ def _archive(file: Path) -> list[str]:
 
 
 def _entries(archive: zipfile.ZipFile) -> Iterator[str]:
+    """Yield what is wrong with the entries of the archive."""
     names = [info.orig_filename for info in archive.infolist()]
     for name, count in Counter(names).items():
         path = PurePosixPath(name)
@@ -201,6 +202,7 @@ def _binaries(folder: Path, description: ModelDescription, report: Report) -> No
 
 
 def _no_binary(folder: Path, library: Path) -> str:
+    """Return that there is no binary for this platform, and which there are."""
     place = library.relative_to(folder).as_posix()
     others = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
     hint = f"; there are binaries for {', '.join(others)}" if others else ""

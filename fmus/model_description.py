@@ -80,6 +80,7 @@ def translation_units(sources: Sources) -> list[str]:
 
 
 def _head(model: Model, token: str, version: Version) -> dict[str, str]:
+    """Return the attributes of the whole."""
     return {
         "fmiVersion": "2.0" if version == 2 else "3.0",
         "modelName": model.name,
@@ -128,6 +129,7 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
 
 
 def _units(root: etree._Element, variables: list[Variable]) -> None:
+    """Add the definitions of the units in use."""
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if _has_unit(v)}):
         unit = parse_unit(name)
@@ -139,6 +141,7 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
 
 
 def _log_categories(root: etree._Element) -> None:
+    """Add the categories that messages are logged under."""
     categories = etree.SubElement(root, "LogCategories")
     for name, description in (
         ("logStatusDiscard", "A step that cannot be completed, and why"),
@@ -148,6 +151,7 @@ def _log_categories(root: etree._Element) -> None:
 
 
 def _model_variables(root: etree._Element, variables: list[Variable], version: Version) -> None:
+    """Add all variables, each derivative with its state."""
     element = etree.SubElement(root, "ModelVariables")
     states = [v for v in variables if v.role is Role.STATE]
     for variable in variables:
@@ -182,6 +186,7 @@ def _variable(parent: etree._Element, variable: Variable, derivative: str | None
 
 
 def _text(parent: etree._Element, common: dict[str, str], start: str, version: Version) -> None:
+    """Add a variable whose value is a text."""
     if version == 2:
         etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "String", {"start": start})
     else:
