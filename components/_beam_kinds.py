@@ -88,12 +88,12 @@ def _double(g: Geometry, K: Stiffnesses) -> np.ndarray:
 
 
 def _tilted(g: Geometry, K: Stiffnesses) -> np.ndarray:
-    """Beams that lean outwards, towards the stage."""
+    """Beams whose axes meet in front of the stage."""
     return side_by_side(K, ring(g.radius, g.tilt, g.count))
 
 
 def _inverted(g: Geometry, K: Stiffnesses) -> np.ndarray:
-    """Beams that lean inwards: their feet stand where those of the tilted ones end."""
+    """The same upside down: their axes meet behind the stage, and their tips are where the feet of the tilted ones were."""
     return side_by_side(K, ring(g.radius + math.sin(g.tilt), -g.tilt, g.count))
 
 
