@@ -93,7 +93,7 @@ def _tilted(g: Geometry, K: Stiffnesses) -> np.ndarray:
 
 
 def _inverted(g: Geometry, K: Stiffnesses) -> np.ndarray:
-    """The same upside down: their axes meet behind the stage, and their tips are where the feet of the tilted ones were."""
+    """The same upside down: their axes meet behind the stage, their tips are where the others had their feet."""
     return side_by_side(K, ring(g.radius + math.sin(g.tilt), -g.tilt, g.count))
 
 
