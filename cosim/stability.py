@@ -24,12 +24,15 @@ from typing import Literal
 
 import numpy as np
 
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim._feedback_loops import feedback_loops
 from hfsa.cosim._linear.blocks import Blocks, block
 from hfsa.cosim._linear.cycle import Layout, Listen, Replace, operations
+from hfsa.cosim._linear.feedback import FeedbackLayout, followed
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import FORGOTTEN, operating_point
-from hfsa.cosim.master import Master
+from hfsa.cosim.master import Master, sampled_first
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, in_order
 
 RIGID = 1.0
@@ -216,8 +219,26 @@ class Cycle:
 
     def _arranged(self) -> Layout:
         """Return where everything is when the linearised FMUs step in the order of the system."""
+        if self._algorithm == LINEARIZED_FEEDBACK:
+            return self._fed_back()
         master = Master(self._instances, self._system, self._algorithm)
         return Layout(master.wiring, master.cycle, self._blocks, *self._instruments)
+
+    def _fed_back(self) -> Layout:
+        """Return the layout of linearised feedback, which the FMUs' blocks suffice for: no ports are asked of them."""
+        wiring = Master(self._instances, self._system).wiring
+        found = followed(feedback_loops(self._system, wiring.connectors), self._blocks)
+        loops = [o for o in found if self._is_a_part(o.plant) or o.gain in wiring.connectors[o.plant]]
+        if not loops:
+            raise StructureError(
+                f"{LINEARIZED_FEEDBACK}: there is nothing to feed back: no part has an output that comes back to it "
+                "through a continuous one without a state between"
+            )
+        return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *self._instruments)
+
+    def _is_a_part(self, component: str) -> bool:
+        """Whether a component is made of parts, and can therefore be exported with ports."""
+        return not self._system[component].part.endswith(".fmu")
 
     def in_order(self, names: Sequence[str]) -> "Cycle":
         """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""

@@ -21,6 +21,7 @@ What linearised feedback does more is in `feedback.py`.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -31,7 +32,6 @@ from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
 from hfsa.cosim.actions.iterated import Converge
-from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.system import StructureError
 
@@ -73,7 +73,7 @@ class Layout:
     def __init__(
         self,
         wiring: Wiring,
-        cycle: Sequence[Action],
+        cycle: Sequence[Any],
         blocks: Mapping[str, Block],
         source: str | None = None,
         lock_in: str | None = None,
@@ -152,9 +152,14 @@ class Layout:
         """Return what setting the inputs of a transfer does."""
         return Replace(self.at(transfer.target, transfer.inputs), self.bus[id(transfer)], None)
 
-    def remember(self) -> Operation:
-        """Return what keeping the values at a point does."""
-        return Replace(self._past.ravel(), np.concatenate([self._bus, *self._past[:2]]), None)
+    def prepare(self, action: Any, step_size: float) -> Sequence[Operation]:
+        """Return what an action does that only makes steps ready."""
+        match action:
+            case Remember():
+                return [Replace(self._past.ravel(), np.concatenate([self._bus, *self._past[:2]]), None)]
+            case Extrapolate():
+                return [self.extrapolate(action, step_size)]
+        raise TypeError(f"no linear map is known of {type(action).__name__}")
 
     def extrapolate(self, action: Extrapolate, step_size: float) -> Operation:
         """Return what giving an instance the derivatives of its inputs does."""
@@ -255,21 +260,19 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
             known[key] = layout.step(component, step_size, ticks)
         return known[key]
 
-    def operation(action: Action, k: int) -> Operation:
-        """An action of the master, in step k, on matrices."""
+    def done(action: Any, k: int) -> Sequence[Operation]:
+        """What an action of the master does in step k."""
         match action:
-            case Remember():
-                return layout.remember()
-            case Extrapolate():
-                return layout.extrapolate(action, step_size)
             case Stepper():
-                return step(action.instance, k)
+                return [step(action.instance, k)]
             case Converge():
-                return layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])
+                return [layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])]
+            case Group() | Transfer() | AlgebraicLoop():
+                return [layout.exchange(action)]
             case _:
-                return layout.exchange(action)
+                return layout.prepare(action, step_size)
 
-    return [[operation(action, k) for action in layout.cycle] for k in range(steps)]
+    return [[operation for action in layout.cycle for operation in done(action, k)] for k in range(steps)]
 
 
 def emission(outputs: Sequence[str], order: int = 0) -> np.ndarray:
