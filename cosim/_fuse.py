@@ -22,7 +22,7 @@ from hfsa.components._parts import part_named
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._models import model_of, parts
 from hfsa.cosim.build import load_scene
-from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, meant
+from hfsa.cosim.system import Component, Connection, Scene, StructureError, System, meant, permuted
 
 NAME = "fused"
 """Name of the one group of a system; of several it is `fused[1]`, `fused[2]`, ..."""
@@ -51,9 +51,32 @@ def fused(system: System, groups: Sequence[Sequence[str]]) -> System:
 
     `StructureError` where the group's order of ticks cannot be that of its members; errors of `build.build`.
     """
-    for i, group in enumerate(groups, 1):
-        system = _with_group(system, NAME if len(groups) == 1 else f"{NAME}[{i}]", group)
+    for name, group in _named(groups).items():
+        system = _with_group(system, name, group)
     return system
+
+
+def stepping_in(scene: Scene, names: Sequence[str]) -> Scene:
+    """Return the scene whose components step in this order, in the places that they have (`system.permuted`).
+
+    A group is named as what it becomes; its members then stand together, in their own order. `StructureError` for a
+    name that does not exist, is given twice, or is that of a member.
+    """
+    groups = _named(scene.fuse)
+    for name in names:
+        for whole, group in groups.items():
+            if name in group:
+                raise StructureError(f"{name} is part of {whole}, which steps as one; name {whole} in the order")
+    inside = {member: whole for whole, group in groups.items() if whole in names for member in group}
+    units = list(dict.fromkeys(inside.get(c.name, c.name) for c in scene.system.components))
+    order = [name for unit in permuted(units, names) for name in groups.get(unit, (unit,))]
+    system = System([scene.system[name] for name in order], scene.system.connections)
+    return dataclasses.replace(scene, system=system)
+
+
+def _named(groups: Sequence[Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Return groups by the name of what they become."""
+    return {NAME if len(groups) == 1 else f"{NAME}[{i}]": group for i, group in enumerate(groups, 1)}
 
 
 def models_to_export(

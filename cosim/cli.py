@@ -22,6 +22,7 @@ from hfsa.cosim._commands.options import (
     Level,
     Loop,
     Loops,
+    Order,
     Output,
     Positive,
     Signals,
@@ -176,6 +177,7 @@ def run(
     stop: Positive = None,
     algorithm: Algorithm | None = None,
     fuse: Fuse = None,
+    order: Order = None,
     tolerance: Tolerance = None,
     loops: Loops = "solve",
     loop: Loop = "c",
@@ -210,7 +212,7 @@ def run(
     from hfsa.cosim._commands.runs import Drive, run_scene
 
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, **changes)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with shell.progress("run") as show:
         show(0.0, "building FMUs")
@@ -239,6 +241,8 @@ def compare(
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
+    fuse: Fuse = None,
+    order: Order = None,
     tolerance: Tolerance = None,
     loops: Loops = "solve",
     loop: Loop = "c",
@@ -292,7 +296,9 @@ def compare(
             jobs=jobs,
             warn=shell.warn,
             report=show,
+            fuse=fuse or (),
             loops=loops,
+            order=order,
             step_size=step,
             stop_time=stop,
             algorithm=algorithm,
@@ -325,6 +331,7 @@ def sweep(
     step: Positive = None,
     algorithm: Algorithm | None = None,
     fuse: Fuse = None,
+    order: Order = None,
     tolerance: Tolerance = None,
     loops: Loops = "solve",
     settling_tolerance: Annotated[float, Parameter(validator=Number(gt=0))] = 1e-3,
@@ -382,7 +389,7 @@ def sweep(
     from hfsa.cosim._commands.reports import sweep_report
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, **changes)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
     path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._commands.loops import sweep_loop

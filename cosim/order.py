@@ -32,13 +32,12 @@ from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import linearize, sinusoids
 from hfsa.cosim.stability import Cycle, OneStep
-from hfsa.cosim.step_limits import counting
-from hfsa.cosim.system import StructureError, System, connector, nearest
+from hfsa.cosim.system import System, connector
 
 ORDERED = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "linearized_feedback")
 """Algorithms to which the order makes a difference."""
 
-COMPUTED = ORDERED[:3]
+COMPUTABLE = ORDERED[:3]
 """Those whose order can be computed."""
 
 MOST = 120
@@ -149,30 +148,13 @@ class Modes:
         return float(error[linear_sum_assignment(error)].max(initial=0.0))
 
 
-def check_order(system: System, instances: Mapping[str, Instance], names: Sequence[str]) -> None:
-    """Raise `StructureError` unless the components of an order exist, each once, and none of them ticks."""
-    free = [name for name in stepping(system, instances) if not instances[name].fmu.description.has_sample_time]
-    for name in names:
-        system[name]
-        if name not in free:
-            raise StructureError(
-                f"{name} ticks; when it does, and after whom, is what the system is, and no order of steps"
-                f"{nearest('', free)}"
-            )
-
-
-def stepping(system: System, instances: Mapping[str, Instance]) -> list[str]:
-    """Return the components that step after the sampled ones, in the system's order."""
-    names = [component.name for component in system.components]
-    return [name for name in names if not instances[name].fmu.description.is_sampled]
-
-
 def best_order(case: Case, question: Question) -> OrderChoice:
     """Return the order of a case that errs least; raises `StructureError` where a response or modes are not known."""
-    names = stepping(case.system, case.instances)
-    fixed = {name for name in names if case.instances[name].fmu.description.has_sample_time}
+    descriptions = {c.name: case.instances[c.name].fmu.description for c in case.system.components}
+    names = [name for name, description in descriptions.items() if not description.is_sampled]
+    fixed = {name for name in names if descriptions[name].has_sample_time}
     cycle = Cycle(case.system, case.instances, case.algorithm)
-    kind = counting(cycle, case.system, case.instances, case.step_size)
+    kind = cycle.counting
 
     def merit(before: Before) -> tuple[float, float]:
         """What an order is worth, the less the better: how fast it grows, 0 where it is stable, and its error."""

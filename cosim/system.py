@@ -276,9 +276,15 @@ def meant(word: str, known: Sequence[str]) -> list[str]:
 
 
 def in_order(system: System, names: Sequence[str]) -> System:
-    """Return the system whose components of these names stand in this order, in the places that they have taken up.
+    """Return the system whose components of these names stand in this order; errors and places as `permuted`."""
+    order = permuted([component.name for component in system.components], names)
+    return System([system[name] for name in order], system.connections)
 
-    The others stay where they are. `StructureError` for a name that does not exist or is given twice.
+
+def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return components of which these take, in this order, the places that they had; the others stay where they are.
+
+    `StructureError` for a name that does not exist or is given twice.
     """
     for name in names:
         if names.count(name) > 1:

@@ -20,9 +20,10 @@ from typing import Any
 
 from hfsa.cosim import _pool
 from hfsa.cosim._commands.measure import load
-from hfsa.cosim._commands.runs import Drive, chosen_levels, prepare
+from hfsa.cosim._commands.runs import Drive, choices_made, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
+from hfsa.cosim.results import OrderChoice
 from hfsa.cosim.system import StructureError
 
 _UNSAFE = re.compile(r"[^\w.+,=-]+")
@@ -31,10 +32,14 @@ _LONGEST_NAME = 150
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a comparison: the compared arguments' values, as they were typed, and what became of it."""
+    """One run of a comparison: the compared arguments' values, as they were typed, and what became of it.
+
+    `order` says how the order of its steps was computed, where it was.
+    """
 
     values: Mapping[str, str]
     outcome: Outcome
+    order: OrderChoice | None = None
 
     @property
     def words(self) -> str:
@@ -107,11 +112,14 @@ def compare(
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
         ready = prepare(loaded, drive or Drive(), library)
-        for sentence in chosen_levels(ready):
+        for sentence in choices_made(ready):
             warn(f"{_words(values)}: {sentence}")
         trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
-    runs = tuple(Run(values, outcomes[path]) for values, path in zip(combinations, paths, strict=True))
+    runs = tuple(
+        Run(values, outcomes[trial.path], trial.ready.record.order)
+        for values, trial in zip(combinations, trials, strict=True)
+    )
     for run in runs:
         for message in run.outcome.warnings:
             warn(f"{run.words}: {message}")

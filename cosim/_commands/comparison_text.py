@@ -9,7 +9,7 @@ from typing import Any, Literal
 from rich.table import Table
 
 from hfsa.cosim._commands.compare import Comparison, Run
-from hfsa.cosim._commands.reports import limits_data
+from hfsa.cosim._commands.reports import limits_data, order_data
 from hfsa.cosim._commands.shell import rendered
 from hfsa.cosim._commands.shell import table as empty_table
 from hfsa.cosim._prefixes import readable
@@ -165,6 +165,7 @@ def _run_data(run: Run) -> dict[str, Any]:
         "limits": limits_data(outcome.limits),
         "sampling": _sampling_data(outcome.sampling),
         "warnings": outcome.warnings,
+        "order": order_data(run.order),
     }
 
 

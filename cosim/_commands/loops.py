@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
-from hfsa.cosim._commands.measure import Loaded, usage_errors, with_levels
+from hfsa.cosim._commands.measure import Loaded, refuse_order, usage_errors, with_levels
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._scene_text import scene_text
@@ -46,6 +46,7 @@ def sweep_loop(
     Frequencies [Hz] are from `low` to `high`, by default the scene's band, widened to what the margins are found at.
     Raises `StructureError` for a connection that does not exist or closes no loop.
     """
+    refuse_order(loaded)
     library = chosen_loop(LOOPS[0], warn) if levels.automatic(loaded.scene) else None
     scene, choices = with_levels(loaded.scene, library)
     for component, choice in choices.items():

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
+from hfsa.cosim._commands.orders import with_computed_order, with_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, with_fusion
@@ -83,26 +84,40 @@ class Request:
 
 @dataclass(frozen=True)
 class Loaded:
-    """A scene with the title that its results carry."""
+    """A scene with the title that its results carry; `order` is what is typed of it (`orders.py`)."""
 
     scene: Scene
     title: str
+    order: str | None = None
 
 
 def load(
-    name: str, arguments: Mapping[str, str], fuse: Sequence[str] = (), loops: str = ALGEBRAIC[0], **changes: Any
+    name: str,
+    arguments: Mapping[str, str],
+    fuse: Sequence[str] = (),
+    loops: str = ALGEBRAIC[0],
+    order: str | None = None,
+    **changes: Any,
 ) -> Loaded:
     """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`.
 
-    `fuse` are groups of components that become one FMU each, as typed; `loops` is one of `ALGEBRAIC`, and where it is
-    `refuse`, an algebraic loop between the FMUs is a `StructureError`.
+    `fuse` are groups of components that become one FMU each, `order` is that of their steps, both as typed; `loops` is
+    one of `ALGEBRAIC`, and where it is `refuse`, an algebraic loop between the FMUs is a `StructureError`.
     """
     scene = with_fusion(build.load_scene(name, arguments), fuse)
     scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
     if loops == "refuse":
         _refuse_loops(scene)
+    if order is not None:
+        scene = with_order(scene, order)
     known = scenes().get(name)
-    return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem)
+    return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem, order)
+
+
+def refuse_order(loaded: Loaded) -> None:
+    """Raise `StructureError` where an order is typed for what takes no steps."""
+    if loaded.order is not None:
+        raise StructureError(f"--order {loaded.order}: the linear method takes no steps, so that there is no order")
 
 
 def warn_of_step(
@@ -133,12 +148,18 @@ def sweep_scene(
 ) -> None:
     """Sweep a scene into the file `path`; with `resume`, go on with the file if there is one."""
     settings = request.settings
+    if settings.method == "linear":
+        refuse_order(loaded)
     is_linear = settings.method == "linear" and not levels.automatic(loaded.scene)
     library = None if is_linear else chosen_loop(request.loop, warn)
     scene, inputs, outputs = _wanted(loaded.scene, request)
     scene, choices = with_levels(scene, library, inputs=inputs, outputs=outputs, band=_band(scene, request))
     for name, choice in choices.items():
         warn(choice.sentence(name))
+    asked = {"inputs": inputs, "outputs": outputs, "band": _band(scene, request)}
+    scene, order = with_computed_order(scene, loaded.order, **asked)
+    if order is not None:
+        warn(order.sentence)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
     draft = _draft(system, files, inputs, outputs, scene, request)
@@ -159,7 +180,9 @@ def sweep_scene(
     with usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
     benches = {name: _bench(scene, name, outputs, library) for name in inputs}
-    record = system_record(loaded.title, text, *((bench.system, bench.files) for bench in benches.values()))
+    record = system_record(
+        loaded.title, text, *((bench.system, bench.files) for bench in benches.values()), order=order
+    )
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, levels.with_choices(record, choices)) as file:
         try:

@@ -66,5 +66,13 @@ Fuse = Annotated[
     ),
 ]
 Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
+Order = Annotated[
+    str | None,
+    Parameter(
+        "--order",
+        help="The order in which components step, where the algorithm has one: NAME,NAME,... take in this order the "
+        "places that they have in the scene; or `computed`, the one whose response errs least at this step.",
+    ),
+]
 Signals = Annotated[list[str] | None, Parameter(negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]

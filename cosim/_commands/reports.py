@@ -14,7 +14,7 @@ from hfsa.components._parts import Part
 from hfsa.cosim._load_scene import load_scene, scenes
 from hfsa.cosim._models import parts
 from hfsa.cosim.limits import Acting, acting, is_limit
-from hfsa.cosim.results import Status, read, read_choices, read_run
+from hfsa.cosim.results import OrderChoice, Status, read, read_choices, read_order, read_run
 from hfsa.cosim.system import StructureError, nearest
 
 _KINDS = {
@@ -191,6 +191,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         "peaks": [_peak(bode, o, i) for o in range(len(bode.outputs)) for i in range(len(bode.inputs))],
         "troubles": troubles,
         "levels": _levels(path),
+        "order": order_data(read_order(path)),
     }
     lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
     lines += [
@@ -226,6 +227,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         ],
         "limits": limits_data(limits),
         "levels": _levels(path),
+        "order": order_data(read_order(path)),
     }
     lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
     lines += [
@@ -243,6 +245,11 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
 def _levels(path: Path) -> dict[str, dict[str, Any]]:
     """Return how levels were chosen, by instance; empty where the scene named them all."""
     return {name: {**asdict(choice), "error": choice.error} for name, choice in read_choices(path).items()}
+
+
+def order_data(choice: OrderChoice | None) -> dict[str, Any] | None:
+    """Return how the order of steps was computed, for JSON; `None` where it is the scene's."""
+    return None if choice is None else asdict(choice)
 
 
 def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:

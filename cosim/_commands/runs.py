@@ -14,6 +14,7 @@ from pathlib import Path
 
 from hfsa.cosim import build, levels
 from hfsa.cosim._commands.measure import Loaded, find_signals, warn_of_step, with_amplitude, with_levels
+from hfsa.cosim._commands.orders import with_computed_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
@@ -49,6 +50,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         scene = with_amplitude(scene, drive.amplitude, [excited], variables)
         band = _band_with(scene.band, drive.frequency)
         scene, choices = with_levels(scene, library, inputs=[excited], band=band)
+        scene, order = with_computed_order(scene, loaded.order, inputs=[excited], band=band)
         system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs)
     elif drive.frequency or drive.amplitude:
         raise StructureError(
@@ -56,15 +58,24 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         )
     else:
         scene, choices = with_levels(scene, library)
+        scene, order = with_computed_order(scene, loaded.order)
         system, names = scene.system, tuple(scene.outputs)
     system = fused(system, scene.fuse)
     files = build.files_for(system, scene.algorithm)
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
-    record = levels.with_choices(system_record(loaded.title, scene_text(scene), (system, files)), choices)
+    record = system_record(loaded.title, scene_text(scene), (system, files), order=order)
     return Ready(
-        system, files, names, scene.stop_time, scene.step_size, record, scene.algorithm, library, scene.tolerance
+        system,
+        files,
+        names,
+        scene.stop_time,
+        scene.step_size,
+        levels.with_choices(record, choices),
+        scene.algorithm,
+        library,
+        scene.tolerance,
     )
 
 
@@ -79,7 +90,7 @@ def run_scene(
 ) -> None:
     """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
-    for sentence in chosen_levels(ready):
+    for sentence in choices_made(ready):
         warn(sentence)
     warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
     ended = run(ready, path, report)
@@ -87,9 +98,10 @@ def run_scene(
         warn(message)
 
 
-def chosen_levels(ready: Ready) -> list[str]:
-    """Return a sentence for each level that was chosen."""
-    return [i.choice.sentence(i.instance) for i in ready.record.instances if i.choice is not None]
+def choices_made(ready: Ready) -> list[str]:
+    """Return a sentence for each level that was chosen, and one for an order that was computed."""
+    chosen = [i.choice.sentence(i.instance) for i in ready.record.instances if i.choice is not None]
+    return [*chosen, ready.record.order.sentence] if ready.record.order else chosen
 
 
 def _band_with(band: tuple[float, float], frequency: float | None) -> tuple[float, float]:
