@@ -289,8 +289,10 @@ def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
     for name in names:
         if names.count(name) > 1:
             raise StructureError(f"{name} is named twice in an order; a component steps once")
-    moved = iter([system[name] for name in names])
-    return System([next(moved) if c.name in names else c for c in system.components], system.connections)
+        if name not in known:
+            raise StructureError(f"no component is called {name!r}{nearest(name, known)}")
+    moved = iter(names)
+    return [next(moved) if name in names else name for name in known]
 
 
 def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
