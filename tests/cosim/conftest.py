@@ -10,53 +10,15 @@ import fmpy
 import pytest
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from spring_loop import controller, plant, sampled_controller
 
-from hfsa.components._model import Model
 from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim.cli import main
 from hfsa.cosim.instance import Fmu, Instance, Instances, open_instances
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
 
-MASS, DAMPING, STIFFNESS = 1.0, 0.5, 100.0
-GAIN, RATE_GAIN, FILTER_TIME = 40.0, 2.0, 0.02
-
 Open = Callable[..., Instance]
-
-
-def plant() -> Model:
-    """A mass on a spring, pushed; its acceleration follows the force directly."""
-    m = Model("Plant", "Mass on a spring, driven by a force")
-    force = m.input("force", "N", "Force on the mass")
-    x = m.state("x", "m", "Position")
-    v = m.state("v", "m/s", "Velocity")
-    m.der[x] = v
-    m.der[v] = (force - DAMPING * v - STIFFNESS * x) / MASS
-    m.output("position", x, "m", "Position")
-    m.output("velocity", v, "m/s", "Velocity")
-    m.output("acceleration", (force - DAMPING * v - STIFFNESS * x) / MASS, "m/s2", "Acceleration")
-    return m
-
-
-def controller() -> Model:
-    """A PD controller whose derivative is filtered; the force follows the position directly."""
-    m = Model("Pd", "PD controller with a filtered derivative")
-    u = m.input("position", "m", "Measured position")
-    w = m.state("filtered", "m", "Filtered position")
-    m.der[w] = (u - w) / FILTER_TIME
-    m.output("force", -GAIN * u - RATE_GAIN * (u - w) / FILTER_TIME, "N", "Force")
-    return m
-
-
-def sampled_controller() -> Model:
-    """The same, sampled: the derivative is a difference of samples."""
-    m = Model("SampledPd", "Sampled PD controller")
-    sample_time = m.sample_time(0.01)
-    u = m.input("position", "m", "Measured position")
-    last = m.sampled_state("last", "m", "Last sample")
-    m.next[last] = u
-    m.sampled_output("force", -GAIN * u - RATE_GAIN * (u - last) / sample_time, "N", "Force")
-    return m
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from spring_loop import LOOP
 
 from hfsa.components._model import Model
 from hfsa.cosim.algorithms import open_master
@@ -10,7 +11,6 @@ from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.error_controlled import SCALE, TOLERANCE, ErrorControlled
 from hfsa.cosim.system import ERROR_CONTROLLED, Component, Connection, StructureError, System
 
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 KP, KD, TF = 400.0, 10.0, 5e-3
 STEPPED = Component("pd", "x", start={"reference": 1.0, "filtered": 1.0})

@@ -2,29 +2,16 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from spring_loop import closed_loop, loop
 
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, System
 
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
-KP, KD, TF = 40.0, 2.0, 0.02
 ORDERS = {"gauss_seidel_linear": 2, "gauss_seidel_quadratic": 3, "jacobi_linear": 2, "jacobi_quadratic": 3}
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 WAYS = pytest.mark.parametrize("way", ["python", "c"])
-
-
-def loop(files, version, controller="Pd"):
-    system = System([Component("plant", "x", start={"x": 1.0}), Component("pd", "x")], LOOP)
-    return system, {"plant": files["Plant", version], "pd": files[controller, version]}
-
-
-def closed_loop(time: float) -> float:
-    """Position of the continuous loop, from x = 1 at rest with the filter at 0."""
-    A = np.array([[0, 1, 0], [-100 - KP - KD / TF, -0.5, KD / TF], [1 / TF, 0, -1 / TF]])
-    return float((expm(A * time) @ [1.0, 0.0, 0.0])[0])
 
 
 def end(master, steps: int) -> float:
@@ -70,7 +57,7 @@ def test_sampled_outputs_are_held(files, opened, library, way):
     """The plant sees a step at each tick, as without extrapolation: both ways are exact."""
     results = []
     for algorithm in ("gauss_seidel", "gauss_seidel_quadratic"):
-        system, found = loop(files, 2, "SampledPd")
+        system, found = loop(files, controller="SampledPd")
         master = make_master(opened(found), system, algorithm, 5e-3, library if way == "c" else None)
         results.append(end(master, 100))
     assert results[0] == pytest.approx(results[1], rel=1e-12)

@@ -2,28 +2,15 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from spring_loop import closed_loop, loop
 
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import ITERATED, Component, Connection, StructureError, System
 
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
-KP, KD, TF = 40.0, 2.0, 0.02
 each_method = pytest.mark.parametrize("method", ITERATED)
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
-
-
-def loop(files, version=2, controller="Pd"):
-    system = System([Component("plant", "x", start={"x": 1.0}), Component("pd", "x")], LOOP)
-    return system, {"plant": files["Plant", version], "pd": files[controller, version]}
-
-
-def closed_loop(time: float) -> float:
-    """Position of the continuous loop, from x = 1 at rest with the filter at 0."""
-    A = np.array([[0, 1, 0], [-100 - KP - KD / TF, -0.5, KD / TF], [1 / TF, 0, -1 / TF]])
-    return float((expm(A * time) @ [1.0, 0.0, 0.0])[0])
 
 
 def positions(master, steps: int) -> np.ndarray:
@@ -75,7 +62,7 @@ def test_a_fixed_point_that_does_not_attract_is_told(files, opened):
 
 @each_method
 def test_sampled_outputs_are_held(files, opened, method):
-    system, found = loop(files, 2, "SampledPd")
+    system, found = loop(files, controller="SampledPd")
     expected = positions(Master(opened(found), system, "gauss_seidel", 5e-3), 100)
     np.testing.assert_allclose(positions(Master(opened(found), system, method, 5e-3), 100), expected, rtol=1e-11)
 

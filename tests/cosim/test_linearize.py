@@ -4,16 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.components._model import Model
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.linearize import linear_response, linearize
-from hfsa.cosim.system import Component, Connection, StructureError, System
+from hfsa.cosim.system import Component, StructureError, System
 from hfsa.fmus.export import export
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
-KP, KD, TF = 40.0, 2.0, 0.02
 
 
 def system(names, connections=(), **starts) -> System:

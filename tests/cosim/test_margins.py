@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from numpy.polynomial import polynomial
+from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.components._model import Model
 from hfsa.cosim.build import build, load_scene
@@ -12,9 +13,7 @@ from hfsa.cosim.margins import find_connection, open_loop
 from hfsa.cosim.system import Component, Connection, StructureError, System
 from hfsa.fmus.export import export
 
-# mass, damping, stiffness of conftest's plant; gains and filter of its controllers
-KP, KD, TF, T = 40.0, 2.0, 0.02, 0.01
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
+T = 0.01
 SYSTEM = System([Component("plant", "x"), Component("pd", "x")], LOOP)
 
 

@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.master import Master
@@ -13,8 +14,6 @@ from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import HELD, Component, Connection, StructureError, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
-KP, KD, TF = 40.0, 2.0, 0.02
 
 
 @pytest.fixture(params=["python", "c"])

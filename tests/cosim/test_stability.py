@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+from spring_loop import LOOP
 
 from hfsa.components._model import Model
 from hfsa.cosim import build
@@ -16,7 +17,7 @@ from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.sweep import Bench
-from hfsa.cosim.system import HELD, Component, Connection, StructureError, System
+from hfsa.cosim.system import HELD, Component, StructureError, System
 from hfsa.fmus.export import export
 
 VERTICAL, ACROSS = "reference.command.position[3]", "reference.command.position[1]"
@@ -27,7 +28,6 @@ MOVED = {
 SCENES = ("sdelta_hfsa", "sdelta_shaker")
 FLEXIBLE_LIMIT = {"jacobi_plain": 62.8e-6, "jacobi": 104.3e-6, "gauss_seidel": 285e-6}
 RIGID_GROWTH = {"jacobi_plain": 0.058, "jacobi": 0.0, "gauss_seidel": 0.058}
-SAMPLED_LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
 each_algorithm = pytest.mark.parametrize("algorithm", HELD)
 
 
@@ -231,7 +231,7 @@ def test_a_sampled_loop_at_a_step_of_its_sample_time_is_the_linear_one(files, op
     """Nothing but the tick passes anything on: these algorithms are exact there, and at any whole part of it."""
     system = System(
         [Component("plant", "x"), Component("pd", "x")],
-        SAMPLED_LOOP,
+        LOOP,
     )
     instances = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
     step = Cycle(system, instances, algorithm).over(0.01 / steps)
@@ -243,7 +243,7 @@ def test_a_sampled_loop_at_a_step_of_its_sample_time_is_the_linear_one(files, op
 
 
 def step_matrix_by_hand() -> np.ndarray:
-    """Return [x; v; last] of conftest's plant and sampled controller over 10 ms."""
+    """Return [x; v; last] of `spring_loop`'s plant and sampled controller over 10 ms."""
     moved = scipy.linalg.expm(0.01 * np.array([[0, 1, 0], [-100, -0.5, 1], [0, 0, 0]]))
     law = np.array([-40 - 2 / 0.01, 0, 2 / 0.01])
     return np.vstack([moved[:2, :2] @ np.eye(2, 3) + np.outer(moved[:2, 2], law), [1, 0, 0]])
@@ -256,7 +256,7 @@ def step_matrix_by_hand() -> np.ndarray:
 def test_whole_parts_of_the_sample_time_give_the_same_sampled_sequence(files, opened, algorithm):
     """A closed loop whose plant is solved exactly: the controller sees the same at every tick."""
     instances = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
-    system = System([Component("plant", "x"), Component("pd", "x")], SAMPLED_LOOP)
+    system = System([Component("plant", "x"), Component("pd", "x")], LOOP)
     sequences = []
     for parts in (1, 2, 5, 8):
         master = Master(instances, system, algorithm, 0.01 / parts)

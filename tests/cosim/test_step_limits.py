@@ -4,18 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from spring_loop import loop
 
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.master import Master
 from hfsa.cosim.step_limits import LIMITED, step_limits, unstable_step
-from hfsa.cosim.system import HELD, Component, Connection, System
-
-LOOP = [Connection("plant.position", "pd.position"), Connection("pd.force", "plant.force")]
-
-
-def loop(files, controller="Pd"):
-    system = System([Component("plant", "x", start={"x": 1.0}), Component("pd", "x")], LOOP)
-    return system, {"plant": files["Plant", 2], "pd": files[controller, 2]}
+from hfsa.cosim.system import HELD, System
 
 
 def growth(master: Master) -> float:
@@ -39,7 +33,7 @@ def test_a_loop_decays_below_its_limit_and_grows_above(files, opened, algorithm)
 
 
 def test_steps_of_a_sampled_loop_fit_its_ticks(files, opened):
-    system, found = loop(files, "SampledPd")
+    system, found = loop(files, controller="SampledPd")
     limits = list(step_limits(system, opened(found), 0.01, HELD, {"pd.sample_time": 0.01}))
     for limit in limits:
         ratio = limit.longest / 0.01 if limit.longest > 0.01 else 0.01 / limit.longest
