@@ -287,10 +287,10 @@ def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
     `StructureError` for a name that does not exist or is given twice.
     """
     for name in names:
-        if names.count(name) > 1:
-            raise StructureError(f"{name} is named twice in an order; a component steps once")
         if name not in known:
             raise StructureError(f"no component is called {name!r}{nearest(name, known)}")
+        if names.count(name) > 1:
+            raise StructureError(f"{name} is named twice in an order; a component steps once")
     moved = iter(names)
     return [next(moved) if name in names else name for name in known]
 
