@@ -95,11 +95,13 @@ class Layout:
             self.bus[id(group)] = np.arange(first, self.size)
         n = len(wiring.bus)
         self._bus = np.arange(self.size - n, self.size)
-        self._past = self._new(3 * n).reshape(3, n)
+        self._past = np.zeros((3, 0), dtype=int)
         self.now, self.next = (self._new(DERIVATIVES if source else 0) for _ in range(2))
         self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
         for action in cycle:
-            if isinstance(action, Extrapolate):
+            if isinstance(action, Remember):
+                self._past = self._new(3 * n).reshape(3, n)
+            elif isinstance(action, Extrapolate):
                 self._let_move(action.instance, action.places)
             elif isinstance(action, Converge):
                 self._guess = self._new(len(action.places))
