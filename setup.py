@@ -5,13 +5,16 @@ from pathlib import Path
 
 from setuptools import Extension, setup
 
-SOURCE = "cosim/runtime/step.c"
-KEY = hashlib.sha256((Path(__file__).parent / SOURCE).read_bytes()).hexdigest()[:12]
+ROOT = Path(__file__).parent
+SOURCES = sorted((ROOT / "cosim/runtime").glob("*.[ch]"))
+KEY = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:12]
+PATHS = [file.relative_to(ROOT).as_posix() for file in SOURCES]
 
-# Plain C, loaded with ctypes: cosim/stepping.py looks for it by this name, and never takes one of another source.
+# Plain C, loaded with ctypes: cosim/stepping.py looks for it by this name, and never takes one of other sources.
 LOOP = Extension(
     f"hfsa.cosim._step_{KEY}",
-    [SOURCE],
+    [path for path in PATHS if path.endswith(".c")],
+    depends=[path for path in PATHS if path.endswith(".h")],
     extra_compile_args=["-O2", "-std=c99", "-fvisibility=hidden", "-ffp-contract=off"],
     optional=True,
 )

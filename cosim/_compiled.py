@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hfsa.cosim._fmu_cache import cache_folder
-from hfsa.cosim.stepping import SOURCE, installed_library, library_name
+from hfsa.cosim.stepping import installed_library, library_name, sources
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus.compile import SUFFIX, compile_files
 
@@ -29,7 +29,7 @@ def stepping_library() -> Path:
         library.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=library.parent) as folder:
             unfinished = Path(folder, library.name)
-            compile_files({SOURCE.name: SOURCE.read_text(encoding="utf-8")}, unfinished)
+            compile_files({file.name: file.read_text(encoding="utf-8") for file in sources()}, unfinished)
             os.replace(unfinished, library)
     return library
 

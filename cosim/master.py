@@ -28,7 +28,7 @@ from functools import partial
 import numpy as np
 
 from hfsa.cosim._linear.cycle import coupling_gradient
-from hfsa.cosim.actions.action import Stepper, Transfer
+from hfsa.cosim.actions.action import Stepper, Transfer, blamed
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.iterated import Converge
@@ -351,12 +351,14 @@ class Master:
         self._recording.take(self.time)
 
     def _report(self, call: Runnable, status: int) -> None:
-        """Raise what a status says, note the first warning of an instance, or solve a loop anew."""
-        if isinstance(call, AlgebraicLoop) and status == STALE:
-            call.solve(self.time)
-            return
-        failing = call if isinstance(call, Call) else getattr(call, "failing", None)
-        assert isinstance(failing, Call)
+        """Raise what a status says, note the first warning of an instance, or make anew what an iteration needs."""
+        if status == STALE:
+            assert isinstance(call, AlgebraicLoop | Converge)
+            status = call.solve(self.time)
+            if not status:
+                return
+        failing = blamed(call)
+        assert failing is not None
         failing.instance.time = self.time
         failing.instance.check(failing, status)
         self.warnings.setdefault(failing.instance.name, failing.instance.warning(failing))

@@ -1,14 +1,15 @@
-"""The master whose stepping loop is `runtime/step.c`: bit for bit what `master.Master` does, without Python in between.
+"""Masters whose stepping loop is in C, `runtime/step.c`: bit for bit what is done without, but no Python in between.
 
     master = make_master(instances, system, "gauss_seidel", 50e-6, library)     # library: Path, or None for Python's
 
-`master.py` decides which prepared calls are made and in which order, here and there. The loop in C is given their
+A master decides which prepared calls are made and in which order, here and there. The loop in C is given their
 function pointers, components, value references and arrays, and makes them for some 50 ms at a time, so that Ctrl-C is
 heard. Whatever is not plainly well it hands back at once: a status, a value that is not finite or out of bounds, a full
-recording. Then the same methods speak as in `master.py`, and where it was but a warning the loop goes on behind it.
+recording, an iteration that needs a new inverse. Then the same methods speak and solve as in Python's loop, and where
+it was no failure the one in C goes on behind it.
 
-The library is compiled at install (`setup.py`) or at first use (`_compiled.py`); its name has a hash of its source, so
-that a library of another source is never taken.
+The library is compiled at install (`setup.py`) or at first use (`_compiled.py`); its name has a hash of its sources, so
+that a library of others is never taken.
 """
 
 import ctypes
@@ -20,13 +21,17 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from time import perf_counter
 
-from hfsa.cosim.actions.program import Cycle, Program, Run, watched
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim.actions.program import Program, watched
 from hfsa.cosim.actions.recording import Recording
+from hfsa.cosim.actions.structures import Cycle, Run
 from hfsa.cosim.instance import Instance
+from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
-from hfsa.cosim.system import ALGORITHMS, ITERATED, System
+from hfsa.cosim.system import ALGORITHMS, System
 
-SOURCE = Path(__file__).parent / "runtime" / "step.c"
+RUNTIME = Path(__file__).parent / "runtime"
+"""The folder of the sources."""
 
 _SPELL = 0.05
 """Time [s] after which the loop in C comes back to see whether anybody wants something else."""
@@ -37,40 +42,38 @@ _COMPLETE, _CALL_NOT_OK, _BUS_WRONG, _ROW_WRONG, _RECORDING_FULL = range(5)
 def make_master(
     instances: Mapping[str, Instance], system: System, algorithm: str, step_size: float, library: Path | None
 ) -> Master:
-    """Return a master that steps in C with the given library, or in Python where there is none.
-
-    What is iterated is so in Python: a step there is many, and what lies between them hardly counts.
-    """
-    if library is None or algorithm in ITERATED:
+    """Return a master that steps in C with the given library, or in Python where there is none."""
+    if algorithm == LINEARIZED_FEEDBACK:
+        if library is None:
+            return LinearizedFeedback(instances, system, step_size)
+        return CompiledFeedback(instances, system, step_size, library=library)
+    if library is None:
         return Master(instances, system, algorithm, step_size)
     return CompiledMaster(instances, system, algorithm, step_size, library=library)
 
 
+def sources() -> list[Path]:
+    """Return the files that the library is made of, by name."""
+    return sorted(RUNTIME.glob("*.[ch]"))
+
+
 @cache
 def library_name() -> str:
-    """Return the name of the library of this source, without an ending; `setup.py` gives the same."""
-    return f"_step_{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:12]}"
+    """Return the name of the library of these sources, without an ending; `setup.py` gives the same."""
+    return f"_step_{hashlib.sha256(b''.join(file.read_bytes() for file in sources())).hexdigest()[:12]}"
 
 
 def installed_library() -> Path | None:
-    """Return the library that was compiled when the package was installed, if there is one of this source."""
+    """Return the library that was compiled when the package was installed, if there is one of these sources."""
     candidates = (Path(__file__).with_name(library_name() + suffix) for suffix in EXTENSION_SUFFIXES)
     return next((file for file in candidates if file.is_file()), None)
 
 
-class CompiledMaster(Master):
-    """`Master`, stepping in C; `library` is the compiled `step.c`."""
+class _Compiled(Master):
+    """A master that steps in C."""
 
-    def __init__(
-        self,
-        instances: Mapping[str, Instance],
-        system: System,
-        algorithm: str = ALGORITHMS[0],
-        step_size: float = 1e-3,
-        *,
-        library: Path,
-    ):
-        super().__init__(instances, system, algorithm, step_size)
+    def _load(self, library: Path) -> None:
+        """Take the loop of the compiled library, and lay out what it is to do."""
         self._advance = ctypes.CDLL(str(library)).hfsa_advance
         self._advance.argtypes = [POINTER(Cycle), POINTER(Run), c_longlong]
         self._run_in_c = Run()
@@ -134,3 +137,27 @@ class CompiledMaster(Master):
             run = self._run_in_c
             run.time, run.values = time.ctypes.data, values.ctypes.data
             run.rows, run.capacity = self._recording.rows, len(time)
+
+
+class CompiledMaster(_Compiled):
+    """`Master`, stepping in C with a compiled library."""
+
+    def __init__(
+        self,
+        instances: Mapping[str, Instance],
+        system: System,
+        algorithm: str = ALGORITHMS[0],
+        step_size: float = 1e-3,
+        *,
+        library: Path,
+    ):
+        super().__init__(instances, system, algorithm, step_size)
+        self._load(library)
+
+
+class CompiledFeedback(_Compiled, LinearizedFeedback):
+    """`LinearizedFeedback`, stepping in C with a compiled library."""
+
+    def __init__(self, instances: Mapping[str, Instance], system: System, step_size: float = 1e-3, *, library: Path):
+        super().__init__(instances, system, step_size)
+        self._load(library)

@@ -273,12 +273,16 @@ class BaseInstance:
 
     def save(self) -> State:
         """Return a copy of the whole state, to come back to with `restore`."""
+        state = self.slot()
+        self._call("save", byref(state.pointer))
+        return state
+
+    def slot(self) -> State:
+        """Return room for a copy of the state, which a `saver` makes; `StructureError` where the FMU makes none."""
         if not self.fmu.description.can_restore:
             raise self._missing("to get and set its state", "canGetAndSetFMUstate")
-        state = State(c_void_p())
-        self._call("save", byref(state.pointer))
-        self._states.append(state)
-        return state
+        self._states.append(State(c_void_p()))
+        return self._states[-1]
 
     def restore(self, state: State) -> None:
         """Put the instance back to a saved state, bit for bit."""
@@ -295,7 +299,7 @@ class BaseInstance:
     def release(self, state: State) -> None:
         """Free a saved state."""
         self._states.remove(state)
-        self._call("release", byref(state.pointer))
+        self._empty(state)
 
     def serialize(self, state: State) -> bytes:
         """Return a saved state as bytes, which any instance of the same FMU takes."""
@@ -349,12 +353,17 @@ class BaseInstance:
             self._instantiate()
 
     def _free(self) -> None:
+        for state in self._states:
+            self._empty(state)
         if self._component.value:
-            for state in list(self._states):
-                self.release(state)
             self._library.free(self._component)
-        self._states.clear()
         self._component.value = None
+
+    def _empty(self, state: State) -> None:
+        """Free what a saved state holds; another may be saved there."""
+        if state.pointer and self._component:
+            self._call("release", byref(state.pointer))
+        state.pointer.value = None
 
     def _check_known(self, name: str) -> None:
         variable = self.fmu.variables.get(name)

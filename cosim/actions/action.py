@@ -35,6 +35,19 @@ class Work:
                     return status
         return warning
 
+    def _told(self, status: int, time: float) -> int:
+        """Return a status that is not worse than a warning; `StepError` at `time` [s] for any other."""
+        if status > 1:
+            assert self.failing is not None
+            self.failing.instance.time = time
+            self.failing.instance.check(self.failing, status)
+        return status
+
+
+def blamed(call: Call | Work) -> Call | None:
+    """Return the FMU's own call that the last status of a call is of."""
+    return call if isinstance(call, Call) else call.failing
+
 
 @dataclass(eq=False)
 class Group:

@@ -87,16 +87,18 @@ class AlgebraicLoop(Work):
             was_close = change <= TOLERANCE
         return STALE
 
-    def solve(self, time: float) -> None:
-        """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps."""
+    def solve(self, time: float) -> int:
+        """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps.
+
+        Returns the status of a call that warned.
+        """
         if not self._is_begun():
-            self._told(self._fetch())
+            self._told(self._fetch(), time)
         for _ in range(REFRESHES):
             self._refresh(time)
             status = self.run()
             if status != STALE:
-                self._told(status)
-                return
+                return self._told(status, time)
         i = int(np.argmax(np.abs(self.change) / self._size()))
         source, output, _, _ = self.ends[i]
         residual = float(self.bus[self.places][i] - self.change[i] - self.guess[i])
@@ -122,21 +124,13 @@ class AlgebraicLoop(Work):
         """Fetch the loop's outputs; return the first status that is not ok."""
         return self._run(group.call for group in self.groups)
 
-    def _told(self, status: int) -> None:
-        """Raise `StepError` for a status that is worse than a warning."""
-        if status > 1:
-            assert self.failing is not None
-            self.failing.instance.check(self.failing, status)
-
     def _is_begun(self) -> bool:
         return not np.isnan(self.inverse[0, 0])
 
     def _correct(self) -> float:
         """Take the step to better values; return the largest change relative to its size."""
         residual = self.bus[self.places] - self.guess
-        self.change[:] = 0.0
-        for column, value in zip(self.inverse.T, residual, strict=True):  # in C the sums have this order
-            self.change += column * value
+        self.change[:] = product(self.inverse, residual)
         self.bus[self.places] = self.guess + self.change
         return float(np.max(np.abs(self.change) / self._size()))
 
@@ -158,6 +152,14 @@ class AlgebraicLoop(Work):
             source, output, _, _ = self.ends[0]
             message = f"the algebraic loop {self.words} has loop gain 1, and so no solution or any number of them"
             raise StepError(source, output, "does not converge", time, message) from None
+
+
+def product(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return a matrix times a vector, summed column by column as in C; a library's sums have orders of their own."""
+    total = np.zeros(len(matrix))
+    for column, value in zip(matrix.T, vector, strict=True):
+        total += column * value
+    return total
 
 
 def direct_gain(instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:

@@ -14,17 +14,24 @@ guess goes on as the values have come.
 
 Sampled outputs are held as ever. Where an FMU takes no derivatives of its inputs, they are held at the middle of the
 line. With straight lines the coupling is of second order, like the trapezoidal rule, and as stable.
+
+`Converge.run` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made or
+the passes do not suffice; `Converge.solve` goes on from there.
 """
 
-from collections.abc import Callable, Sequence
+import ctypes
+from collections.abc import Callable, Iterable, Sequence
+from ctypes import c_double, c_int, c_longlong, c_size_t
+from typing import ClassVar
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work
-from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.action import Group, Transfer, Work, blamed
+from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop, product
 from hfsa.cosim.actions.extrapolation import Extrapolation
+from hfsa.cosim.actions.past import Past
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.instance import Call, State, StepError
+from hfsa.cosim.instance import Call, StepError
 from hfsa.cosim.system import StructureError
 
 TOLERANCE = 1e-10
@@ -36,6 +43,9 @@ ROUNDING = 1e-6
 PASSES = {"fixed_point": 200, "quasi_newton": 8}
 """Steps tried with one guess improving the other, by method."""
 
+ROUNDS = {"fixed_point": 1, "quasi_newton": 2}
+"""Rounds of as many passes, each with an inverse of its own, by method."""
+
 REUSE = 0.3
 """Relative difference of steps up to which an inverse serves both."""
 
@@ -44,19 +54,37 @@ Gradient = Callable[["Converge", float], np.ndarray]
 
 
 class Line:
-    """The inputs of one instance that follow straight lines: from `start` to a guess, in `places` of the bus."""
+    """The inputs of one instance that follow straight lines: from the last point to a guess, in `places` of the bus.
+
+    Attributes:
+        is_able: whether it takes their slopes; otherwise `values` are the lines' middles.
+    """
 
     def __init__(self, wiring: Wiring, instance: str, places: Sequence[int], is_able: bool):
         self.instance, self.places, self.is_able = instance, np.array(places), is_able
         it = wiring.instances[instance]
         handle = it.handle([wiring.split(wiring.connections[i].end)[1] for i in places])
-        self._values = handle.values
+        self.values = handle.values
         self.call = it.derivative_setter(handle, 1) if is_able else it.setter(handle)
 
     def aim(self, start: np.ndarray, guess: np.ndarray, step_size: float) -> None:
         """Lay the line from values on the bus at the beginning to values at the end, (n,) each."""
         first, last = start[self.places], guess[self.places]
-        self._values[:] = (last - first) / step_size if self.is_able else (first + last) / 2
+        self.values[:] = (last - first) / step_size if self.is_able else (first + last) / 2
+
+
+class Progress(ctypes.Structure):
+    """How far the step under way has come, for both stepping loops: `Progress` of runtime/iterated.h."""
+
+    _fields_: ClassVar = [
+        ("passes", c_longlong),
+        ("before", c_double),
+        ("inverse_step", c_double),
+        ("next", c_size_t),
+        ("tried", c_int),
+        ("rounds", c_int),
+        ("warning", c_int),
+    ]
 
 
 class Converge(Work):
@@ -64,11 +92,12 @@ class Converge(Work):
 
     Attributes:
         method: `fixed_point` or `quasi_newton`.
-        lines: inputs that move, by instance; `places` of all of them on the bus.
+        lines: inputs that move, by instance; `places` of all of them on the bus, (n,).
         groups: what may have changed afterwards.
         exchange: at the end of a step.
-        passes: steps tried in all.
-        past: the last communication points, latest first: time [s] and bus.
+        savers, restorers: keep the states of the instances, and bring them back; `tries` are the calls of a pass.
+        guess: of the bus at the end; `change` is what it is to change by in `places`, `nominal` the values' there.
+        inverse: (1 - dy/dw)^-1, (n, n).
     """
 
     def __init__(self, wiring: Wiring, method: str, gradient: Gradient):
@@ -80,7 +109,7 @@ class Converge(Work):
                     "a step taken again needs; algorithms that take each step once are gauss_seidel and jacobi, also "
                     "with _linear and _quadratic"
                 )
-        self._wiring, self.method, self._gradient = wiring, method, gradient
+        self.wiring, self.method, self._gradient = wiring, method, gradient
         extrapolation = Extrapolation(wiring, 1)
         self.unable = extrapolation.unable
         self.lines: list[Line] = []
@@ -91,110 +120,158 @@ class Converge(Work):
         self.places = np.concatenate([np.zeros(0, dtype=int), *(line.places for line in self.lines)])
         self.groups = [group for stepper in wiring.others for group in stepper.groups]
         names = [wiring.split(wiring.connections[i].start) for i in self.places]
-        self._nominal = np.array([abs(wiring.connectors[component][name].nominal) for component, name in names])
-        self._instances = [wiring.instances[stepper.instance] for stepper in wiring.others]
-        self._steps = [it.stepper(wiring.time, wiring.step_size, is_final=False) for it in self._instances]
-        self._states: list[State] = []
+        self.nominal = np.array([abs(wiring.connectors[component][name].nominal) for component, name in names])
+        instances = [wiring.instances[stepper.instance] for stepper in wiring.others]
+        slots = [it.slot() for it in instances]
+        self.savers = [it.saver(slot) for it, slot in zip(instances, slots, strict=True)]
+        self.restorers = [it.restorer(slot) for it, slot in zip(instances, slots, strict=True)]
         self.exchange: Sequence[Group | Transfer | AlgebraicLoop] = list(wiring.exchange())
-        self.passes = 0
-        self.past: list[tuple[float, np.ndarray]] = []
-        self._inverse, self._inverse_step = np.zeros((0, 0)), 0.0
+        self.tries: Sequence[Call | AlgebraicLoop] = [
+            *(line.call for line in self.lines),
+            *(it.stepper(wiring.time, wiring.step_size, is_final=False) for it in instances),
+            *(action.call for action in self.exchange),
+        ]
+        self._past = Past(len(wiring.bus))
+        n = len(self.places)
+        self.guess, self.change, self.inverse = np.zeros(len(wiring.bus)), np.zeros(n), np.zeros((n, n))
+        self.progress = Progress()
+
+    @property
+    def passes(self) -> int:
+        """Steps tried since the start."""
+        return self.progress.passes
+
+    @property
+    def past(self) -> Past:
+        """The last communication points; others may be put in their place."""
+        return self._past
+
+    @past.setter
+    def past(self, points: Iterable[tuple[float, np.ndarray]]) -> None:
+        kept = list(points)
+        self._past.clear()
+        for time, bus in reversed(kept):
+            self._past.take(time, bus)
 
     def begin(self) -> None:
         """Forget what was before the start."""
-        self.past.clear()
-        self._inverse_step, self.passes = 0.0, 0
+        self._past.clear()
+        self.progress.inverse_step, self.progress.passes = 0.0, 0
 
     def run(self) -> int:
         """Step to the next communication point; `StepError` where no guess is good enough."""
-        wiring = self._wiring
-        time, h, start = wiring.time.value, wiring.step_size.value, wiring.bus.copy()
-        self.past = [(time, start), *self.past[:2]]
-        self._save()
-        guess = self.predicted(time + h)
-        for is_last in (False, True):
-            before = np.inf
-            for _ in range(PASSES[self.method]):
-                self._step(start, guess, h)
-                change = self._change(wiring.bus[self.places] - guess[self.places], h)
-                size = np.maximum(np.abs(wiring.bus[self.places]), self._nominal)
-                largest = float(np.max(np.abs(change) / size, initial=0.0))
-                if largest <= TOLERANCE or before / 2 < largest <= ROUNDING:
-                    return 0
-                if not np.isfinite(largest):
-                    break
-                guess[self.places] += change
-                before = largest
-                self.go_back()
-            if is_last or self.method == "fixed_point":
-                break
-            self._inverse_step = 0.0
-        raise self._failure(time, guess)
+        progress, time = self.progress, self.wiring.time.value
+        self._past.take(time, self.wiring.bus)
+        progress.warning = self._told(self._run(self.savers), time)
+        progress.rounds = 0
+        self._begin_round(time)
+        status = self._iterate()
+        return self.solve(time) if status == STALE else self._told(status, time)
 
-    def predicted(self, time: float) -> np.ndarray:
-        """Return the bus at a time, on the polynomial through the last points."""
-        times = [t for t, _ in self.past]
-        result = np.zeros_like(self._wiring.bus)
-        for i, (t, values) in enumerate(self.past):
-            weight = np.prod([(time - s) / (t - s) for j, s in enumerate(times) if j != i])
-            result += weight * values
-        return result
+    def solve(self, time: float) -> int:
+        """Go on with the step from `time` [s] on that is under way, where neither loop can as it is."""
+        status = STALE
+        while status == STALE:
+            self._renew(time)
+            status = self._iterate()
+        return self._told(status, time)
 
     def go_back(self) -> None:
         """Bring all instances back to the beginning of the step."""
-        for it, state in zip(self._instances, self._states, strict=True):
-            it.restore(state)
+        self._told(self._run(self.restorers), self.wiring.time.value)
 
-    def _save(self) -> None:
-        if not self._states:
-            self._states = [it.save() for it in self._instances]
-            self._savers = [it.saver(s) for it, s in zip(self._instances, self._states, strict=True)]
-        for call in self._savers:
-            self._make(call)
+    def _begin_round(self, time: float) -> None:
+        """Guess that values go on as they have come."""
+        self.guess[:] = self._past.predicted(time + self.wiring.step_size.value)
+        self.progress.before, self.progress.next, self.progress.tried = np.inf, 0, 0
 
-    def _step(self, start: np.ndarray, guess: np.ndarray, step_size: float) -> None:
-        """Step all instances along the lines, and exchange values at the end."""
-        for line in self.lines:
-            line.aim(start, guess, step_size)
-            self._make(line.call)
-        for call in self._steps:
-            self._make(call)
-        for action in self.exchange:
-            if isinstance(action, AlgebraicLoop):
-                if action.run() == STALE:
-                    action.solve(self._wiring.time.value)
-            else:
-                self._make(action.call)
-        self.passes += 1
+    def _iterate(self) -> int:
+        """Try steps until the guess is good enough; `STALE` where something is to be made anew before that."""
+        wiring, progress, places = self.wiring, self.progress, self.places
+        while True:
+            if progress.next == 0:
+                for line in self.lines:
+                    line.aim(self._past.points[0], self.guess, wiring.step_size.value)
+            if status := self._go_on():
+                return status
+            if not self._serves():
+                return STALE
+            largest = self._correct()
+            progress.passes += 1
+            progress.tried += 1
+            if largest <= TOLERANCE or progress.before / 2 < largest <= ROUNDING:
+                return progress.warning
+            if not np.isfinite(largest) or progress.tried == PASSES[self.method]:
+                return STALE
+            self.guess[places] += self.change
+            progress.before, progress.next = largest, 0
+            status = self._run(self.restorers)
+            if status > 1:
+                return status
+            progress.warning = progress.warning or status
 
-    def _change(self, residual: np.ndarray, step_size: float) -> np.ndarray:
-        """Return by how much the guess is to change."""
-        if self.method == "fixed_point":
-            return residual
-        if not abs(step_size - self._inverse_step) <= REUSE * step_size:
-            self._inverse = np.linalg.inv(np.eye(len(self.places)) - self._gradient(self, step_size))
-            self._inverse_step = step_size
-        return self._inverse @ residual
+    def _go_on(self) -> int:
+        """Make the calls of a pass that are still to be made; `STALE` where the next is a loop to be solved anew."""
+        progress = self.progress
+        while progress.next < len(self.tries):
+            call = self.tries[progress.next]
+            status = call.run()
+            if status == STALE:
+                return STALE
+            if status:
+                self.failing, progress.warning = blamed(call), progress.warning or status
+                if status > 1:
+                    return status
+            progress.next += 1
+        return 0
 
-    def _make(self, call: Call) -> None:
-        if status := call.run():
-            call.instance.time = self._wiring.time.value
-            call.instance.check(call, status)
+    def _serves(self) -> bool:
+        """Whether there is an inverse for the step's size, or none is needed."""
+        step_size = self.wiring.step_size.value
+        return self.method == "fixed_point" or abs(step_size - self.progress.inverse_step) <= REUSE * step_size
 
-    def _failure(self, time: float, guess: np.ndarray) -> StepError:
-        wiring = self._wiring
-        residual = wiring.bus[self.places] - guess[self.places]
-        size = np.maximum(np.abs(wiring.bus[self.places]), self._nominal)
-        worst = int(np.argmax(np.nan_to_num(np.abs(residual) / size, nan=np.inf)))
+    def _correct(self) -> float:
+        """Find by how much the guess is to change; return the largest change relative to its size."""
+        now = self.wiring.bus[self.places]
+        residual = now - self.guess[self.places]
+        self.change[:] = residual if self.method == "fixed_point" else product(self.inverse, residual)
+        return float(np.max(np.abs(self.change) / np.maximum(np.abs(now), self.nominal), initial=0.0))
+
+    def _renew(self, time: float) -> None:
+        """Do what keeps the iteration from going on: solve a loop, make an inverse, begin another round, or give up."""
+        progress = self.progress
+        if progress.next < len(self.tries):
+            loop = self.tries[progress.next]
+            assert isinstance(loop, AlgebraicLoop)
+            if status := loop.solve(time):
+                self.failing, progress.warning = loop.failing, progress.warning or status
+            progress.next += 1
+        elif not self._serves():
+            step_size = self.wiring.step_size.value
+            self.inverse[:] = np.linalg.inv(np.eye(len(self.places)) - self._gradient(self, step_size))
+            progress.inverse_step = step_size
+        else:
+            progress.rounds += 1
+            if progress.rounds == ROUNDS[self.method]:
+                raise self._failure(time)
+            self.go_back()
+            progress.inverse_step = 0.0
+            self._begin_round(time)
+
+    def _failure(self, time: float) -> StepError:
+        wiring = self.wiring
+        now, guess = wiring.bus[self.places], self.guess[self.places]
+        size = np.maximum(np.abs(now), self.nominal)
+        worst = int(np.argmax(np.nan_to_num(np.abs(now - guess) / size, nan=np.inf)))
         connection = wiring.connections[self.places[worst]]
         source, output = wiring.split(connection.start)
-        passes = PASSES[self.method] * (1 if self.method == "fixed_point" else 2)
         return StepError(
             source,
             output,
             "does not converge",
             time,
-            f"{self.method} coupling over {connection}: residual {residual[worst]:.3g} at value {guess[worst]:.6g} "
-            f"after {passes} passes over a step of {wiring.step_size.value:.6g} s; a smaller step helps"
+            f"{self.method} coupling over {connection}: residual {now[worst] - guess[worst]:.3g} at value "
+            f"{guess[worst]:.6g} after {PASSES[self.method] * ROUNDS[self.method]} passes over a step of "
+            f"{wiring.step_size.value:.6g} s; a smaller step helps"
             + (", or quasi_newton" if self.method == "fixed_point" else ""),
         )

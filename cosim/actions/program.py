@@ -1,4 +1,4 @@
-"""What `runtime/step.c` is given: the master's prepared calls, and what is done between them, as structures of C.
+"""What the loop in C, `runtime/*.c`, is given: the master's prepared calls, and what is done between them.
 
 Every structure points into the arrays that Python's loop uses as well; whatever it points to is kept alive by the
 program or by the calls themselves.
@@ -6,114 +6,38 @@ program or by the calls themselves.
 
 import ctypes
 from collections.abc import Sequence
-from ctypes import POINTER, Structure, addressof, c_double, c_int, c_longlong, c_size_t, c_void_p
-from typing import Any, ClassVar
+from ctypes import Structure, addressof, c_void_p, pointer
+from typing import Any
 
 import numpy as np
 
-from hfsa.cosim.actions import algebraic_loop
+from hfsa.cosim.actions import algebraic_loop, iterated
+from hfsa.cosim.actions import structures as c
+from hfsa.cosim.actions.action import blamed
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Runnable
 from hfsa.cosim.instance import Call
 
-
-class _Call(Structure):
-    _fields_: ClassVar = [
-        ("kind", c_int),
-        ("function", c_void_p),
-        ("component", c_void_p),
-        ("references", c_void_p),
-        ("n", c_size_t),
-        ("values", c_void_p),
-        ("detail", c_void_p),
-    ]
-
-
-class _Remember(Structure):
-    _fields_: ClassVar = [("bus", c_void_p), ("points", c_void_p), ("n", c_size_t)]
-
-
-class _Extrapolate(Structure):
-    _fields_: ClassVar = [
-        ("remember", POINTER(_Remember)),
-        ("places", c_void_p),
-        ("weights", c_void_p),
-        ("derivatives", c_void_p),
-        ("n", c_size_t),
-        ("setters", POINTER(_Call)),
-        ("n_setters", c_size_t),
-        ("failing", c_size_t),
-    ]
-
-
-class _Loop(Structure):
-    _fields_: ClassVar = [
-        ("bus", c_void_p),
-        ("places", c_void_p),
-        ("inverse", c_void_p),
-        ("scale", c_void_p),
-        ("guess", c_void_p),
-        ("change", c_void_p),
-        ("n", c_size_t),
-        ("calls", POINTER(_Call)),
-        ("n_inner", c_size_t),
-        ("n_calls", c_size_t),
-        ("failing", c_size_t),
-        ("tolerance", c_double),
-        ("rounding", c_double),
-        ("passes", c_int),
-    ]
-
-
-class _Watch(Structure):
-    _fields_: ClassVar = [("values", c_void_p), ("low", c_void_p), ("high", c_void_p), ("n", c_size_t)]
-
-
-class Cycle(Structure):
-    """`Cycle` of step.c."""
-
-    _fields_: ClassVar = [
-        ("calls", POINTER(_Call)),
-        ("exchange", c_size_t),
-        ("record", c_size_t),
-        ("end", c_size_t),
-        ("bus", _Watch),
-        ("row", _Watch),
-        ("start_time", c_double),
-        ("step_size", c_double),
-        ("every", c_longlong),
-    ]
-
-
-class Run(Structure):
-    """`Run` of step.c."""
-
-    _fields_: ClassVar = [
-        ("count", c_longlong),
-        ("next", c_size_t),
-        ("phase", c_int),
-        ("status", c_int),
-        ("time", c_void_p),
-        ("values", c_void_p),
-        ("rows", c_size_t),
-        ("capacity", c_size_t),
-    ]
-
-
 _KINDS = {
-    ("get", 2): 0,
-    ("set", 2): 0,
-    ("get", 3): 1,
-    ("set", 3): 1,
-    ("step", 2): 2,
-    ("step", 3): 3,
-    ("input_derivatives", 2): 4,
-    ("input_derivatives", 3): 1,
+    ("get", 2): c.VALUES_2,
+    ("set", 2): c.VALUES_2,
+    ("get", 3): c.VALUES_3,
+    ("set", 3): c.VALUES_3,
+    ("step", 2): c.STEP_2,
+    ("step", 3): c.STEP_3,
+    ("input_derivatives", 2): c.DERIVATIVES_2,
+    ("input_derivatives", 3): c.VALUES_3,
+    ("directional", 2): c.DIRECTIONAL_2,
+    ("directional", 3): c.DIRECTIONAL_3,
+    ("save", 2): c.SAVE,
+    ("save", 3): c.SAVE,
+    ("restore", 2): c.RESTORE,
+    ("restore", 3): c.RESTORE,
 }
-_REMEMBER, _EXTRAPOLATE, _LOOP = 5, 6, 7
 
 
 class Program:
@@ -126,89 +50,180 @@ class Program:
     def __init__(self, calls: Sequence[Runnable]):
         self._calls = calls
         self._kept: list[Any] = []
-        self._inner: dict[int, tuple[Structure, Sequence[Call]]] = {}
-        self._remembered: dict[int, Structure] = {}
+        self._inner: dict[int, tuple[Any, Sequence[Runnable]]] = {}
+        self._remembered: dict[int, c.Remember] = {}
         self.calls = self._array(calls)
 
     def failed(self, index: int) -> Runnable:
         """Return the call of that index, which has told where it failed itself if it is made of several."""
-        call = self._calls[index]
-        if isinstance(call, Extrapolate | AlgebraicLoop):
-            structure, inner = self._inner[id(call)]
-            call.failing = inner[structure.failing]
-        return call
+        self._tell(self._calls[index])
+        return self._calls[index]
+
+    def _tell(self, call: Runnable) -> None:
+        """Tell a call that is made of several which of them its status is of."""
+        if isinstance(call, Call) or id(call) not in self._inner:
+            return
+        structure, inner = self._inner[id(call)]
+        if inner:
+            self._tell(inner[structure.failing])
+            call.failing = blamed(inner[structure.failing])
 
     def _array(self, calls: Sequence[Runnable]) -> Any:
-        return (_Call * len(calls))(*(self._prepared(call) for call in calls))
+        return (c.Call * len(calls))(*(self._prepared(call) for call in calls))
 
-    def _prepared(self, call: Runnable) -> _Call:
+    def _prepared(self, call: Runnable) -> c.Call:
         match call:
+            case Call():
+                return self._function(call)
             case Remember():
-                return _Call(kind=_REMEMBER, detail=addressof(self._remember(call)))
+                return self._work(c.REMEMBER, self._remember(call))
             case Extrapolate():
-                return _Call(kind=_EXTRAPOLATE, detail=addressof(self._extrapolate(call)))
+                return self._work(c.EXTRAPOLATE, self._extrapolate(call))
             case AlgebraicLoop():
-                return _Call(kind=_LOOP, detail=addressof(self._loop(call)))
+                return self._work(c.LOOP, self._loop(call))
             case Converge():
-                raise TypeError("an iterated step is made in Python")
-        function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
+                return self._work(c.CONVERGE, self._converge(call))
+            case Gains():
+                return self._work(c.GAINS, self._gains(call))
+            case Rates():
+                return self._work(c.RATES, self._rates(call))
+            case Lines():
+                return self._work(c.LINES, self._lines(call))
+
+    def _work(self, kind: int, structure: Structure) -> c.Call:
+        self._kept.append(structure)
+        return c.Call(kind=kind, detail=addressof(structure))
+
+    def _function(self, call: Call) -> c.Call:
+        """Return a call of one function of an FMU."""
         kind = _KINDS[call.role, call.instance.fmu.version]
-        prepared = _Call(kind, function, addressof(call.arguments[0]))
+        component, *arguments = call.arguments
+        function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
+        prepared = c.Call(kind=kind, function=function, component=addressof(component))
         if call.role == "step":
-            return prepared
-        references, n, *rest = call.arguments[1:]
-        if kind == _KINDS["input_derivatives", 2]:
-            orders, *rest = rest
-            prepared.detail = addressof(orders)
-        prepared.references, prepared.n, prepared.values = addressof(references), n.value, rest[0].value
+            prepared.is_final = arguments[2].value
+        elif call.role == "save":
+            prepared.detail = addressof(arguments[0].contents)
+        elif call.role == "restore":
+            prepared.detail = addressof(arguments[0])
+        elif call.role == "directional":
+            unknowns, n, knowns, n_knowns, seed, *rest = arguments
+            prepared.detail = addressof(self._keep(c.Knowns(addressof(knowns), n_knowns.value, seed.value)))
+            result = rest[0] if kind == c.DIRECTIONAL_2 else rest[1]
+            prepared.references, prepared.n, prepared.values = addressof(unknowns), n.value, result.value
+        else:
+            references, n, *rest = arguments
+            if kind == c.DERIVATIVES_2:
+                orders, *rest = rest
+                prepared.detail = addressof(orders)
+            prepared.references, prepared.n, prepared.values = addressof(references), n.value, rest[0].value
         return prepared
 
-    def _remember(self, call: Remember) -> Structure:
+    def _remember(self, call: Remember) -> c.Remember:
         if id(call) not in self._remembered:
-            self._remembered[id(call)] = _Remember(call.bus.ctypes.data, call.points.ctypes.data, len(call.bus))
+            self._remembered[id(call)] = c.Remember(call.bus.ctypes.data, call.points.ctypes.data, len(call.bus))
         return self._remembered[id(call)]
 
     def _extrapolate(self, call: Extrapolate) -> Structure:
-        structure = _Extrapolate(
-            remember=ctypes.pointer(self._remember(call.remember)),
+        structure = c.Extrapolate(
+            remember=pointer(self._remember(call.remember)),
             places=self._places(call.places),
             weights=self._doubles(call.weights),
             derivatives=call.derivatives.ctypes.data,
             n=len(call.places),
-            setters=self._array(call.setters),
-            n_setters=len(call.setters),
         )
-        return self._keep(call, structure, call.setters)
+        return self._made_of(call, structure, call.setters)
 
     def _loop(self, call: AlgebraicLoop) -> Structure:
-        inner = [action.call for action in (*call.inner, *call.groups)]
-        arrays = {name: getattr(call, name).ctypes.data for name in ("bus", "inverse", "scale", "guess", "change")}
-        structure = _Loop(
-            **arrays,
+        structure = c.Loop(
+            **_data(call, "bus", "inverse", "scale", "guess", "change"),
             places=self._places(call.places),
             n=len(call.places),
-            calls=self._array(inner),
             n_inner=len(call.inner),
-            n_calls=len(inner),
             tolerance=algebraic_loop.TOLERANCE,
             rounding=algebraic_loop.ROUNDING,
             passes=algebraic_loop.PASSES,
         )
-        return self._keep(call, structure, inner)
+        return self._made_of(call, structure, [action.call for action in (*call.inner, *call.groups)])
 
-    def _keep(self, call: Extrapolate | AlgebraicLoop, structure: Structure, inner: Sequence[Call]) -> Structure:
+    def _converge(self, call: Converge) -> Structure:
+        past = call.past
+        lines = [
+            c.Line(self._places(line.places), line.values.ctypes.data, len(line.places), line.is_able)
+            for line in call.lines
+        ]
+        structure = c.Converge(
+            progress=pointer(call.progress),
+            past=c.Past(*_data(past, "times", "points").values(), pointer(past.known), len(call.guess)),
+            bus=call.wiring.bus.ctypes.data,
+            **_data(call, "guess", "change", "nominal"),
+            places=self._places(call.places),
+            n=len(call.places),
+            lines=(c.Line * len(lines))(*lines),
+            n_lines=len(lines),
+            n_instances=len(call.savers),
+            tolerance=iterated.TOLERANCE,
+            rounding=iterated.ROUNDING,
+            reuse=iterated.REUSE,
+            passes=iterated.PASSES[call.method],
+        )
+        if call.method == "quasi_newton":
+            structure.inverse = call.inverse.ctypes.data
+        return self._made_of(call, structure, [*call.savers, *call.restorers, *call.tries])
+
+    def _gains(self, call: Gains) -> Structure:
+        structure = c.Gains(
+            **_data(call, "gains", "derivatives"),
+            n=len(call.gains),
+            entries=self._places(call.entries),
+            places=self._places(call.places),
+            n_entries=len(call.entries),
+        )
+        return self._made_of(call, structure, call.calls)
+
+    def _rates(self, call: Rates) -> Structure:
+        structure = c.Rates(
+            **_data(call, "rates", "fed", "result"),
+            feeding=self._places(call.feeding),
+            n_feeding=len(call.feeding),
+            places=self._places(call.places),
+            n=len(call.places),
+        )
+        return self._made_of(call, structure, call.calls)
+
+    def _lines(self, call: Lines) -> Structure:
+        structure = c.Lines(
+            **_data(call, "bus", "before", "rates", "slopes", "gains"),
+            places=self._places(call.places),
+            is_known=self._places(call.is_known),
+            n=len(call.places),
+            own=self._places(call.own),
+            n_own=len(call.own),
+        )
+        return self._made_of(call, structure, [call.setter])
+
+    def _made_of(self, call: Runnable, structure: Any, inner: Sequence[Runnable]) -> Structure:
+        """Return the structure of a call with the calls that it is made of."""
+        structure.calls, structure.n_calls = self._array(inner), len(inner)
         self._inner[id(call)] = structure, inner
         return structure
 
     def _places(self, places: np.ndarray) -> int:
-        self._kept.append(np.ascontiguousarray(places, dtype=np.uintp))
-        return self._kept[-1].ctypes.data
+        return self._keep(np.ascontiguousarray(places, dtype=np.uintp)).ctypes.data
 
     def _doubles(self, values: np.ndarray) -> int:
-        self._kept.append(np.ascontiguousarray(values, dtype=float))
-        return self._kept[-1].ctypes.data
+        return self._keep(np.ascontiguousarray(values, dtype=float)).ctypes.data
+
+    def _keep(self, kept: Any) -> Any:
+        self._kept.append(kept)
+        return kept
 
 
-def watched(watch: Watch) -> _Watch:
+def _data(owner: Any, *names: str) -> dict[str, int]:
+    """Return where arrays of an object are, by the name that they have in C as well."""
+    return {name: getattr(owner, name).ctypes.data for name in names}
+
+
+def watched(watch: Watch) -> c.Watch:
     """Return a watch for C, which must not outlive it."""
-    return _Watch(*(array.ctypes.data for array in (watch.values, watch.low, watch.high)), len(watch.values))
+    return c.Watch(*(array.ctypes.data for array in (watch.values, watch.low, watch.high)), len(watch.values))

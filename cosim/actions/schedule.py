@@ -5,14 +5,14 @@ from collections.abc import Iterable
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Call
 
-Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge
-
-
-Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge
+Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
 """What an action runs."""
+
+Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
 
 
 def without_repetition(cycle: Iterable[Action]) -> list[Action]:

@@ -1,6 +1,7 @@
 """The stepping loop in C does what the one in Python does, bit for bit, however a run ends; and how it is come by."""
 
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ from hfsa.cosim.build import build, instrument, load_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.results import read_run
 from hfsa.cosim.stepping import CompiledMaster, installed_library, library_name, make_master
-from hfsa.cosim.system import EXTRAPOLATED, HELD, Component, Connection, System
+from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, Component, Connection, System
 from hfsa.fmus._errors import ExportError
 from hfsa.fmus.compile import compiler
 
@@ -52,16 +53,18 @@ def _outcome(master, run):
 
 IN_BOTH = ("mass_on_spring", "sdelta_hfsa")
 """Scenes whose FMI 3 FMUs are built in every run of the tests; those of the others take minutes."""
+QUICK = dict.fromkeys(scenes(), HELD) | {"stage_tracking": (*HELD, *ITERATED)}
+"""Algorithms of which each scene is stepped in every run of the tests."""
 CASES = [
     pytest.param(
         name,
         version,
         algorithm,
-        marks=[] if name in IN_BOTH or (version == 2 and algorithm in HELD) else pytest.mark.slow,
+        marks=[] if name in IN_BOTH or (version == 2 and algorithm in QUICK[name]) else pytest.mark.slow,
     )
     for name in scenes()
     for version in (2, 3)
-    for algorithm in (*HELD, *EXTRAPOLATED)
+    for algorithm in (*HELD, *EXTRAPOLATED, *ITERATED)
 ]
 
 
@@ -257,10 +260,11 @@ def test_without_a_compiler_python_steps_and_says_so(empty_cache, monkeypatch):
 
 
 def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
-    source = tmp_path / "step.c"
-    source.write_bytes(stepping.SOURCE.read_bytes() + b"\n")
+    other = shutil.copytree(stepping.RUNTIME, tmp_path / "runtime")
+    with open(other / "newton.h", "ab") as header:
+        header.write(b"\n")
     ours = library_name()
-    monkeypatch.setattr(stepping, "SOURCE", source)
+    monkeypatch.setattr(stepping, "RUNTIME", other)
     library_name.cache_clear()
     try:
         assert library_name() != ours
@@ -271,16 +275,16 @@ def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
 
 
 def test_no_compiler_warns_of_it(tmp_path):
-    words = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", stepping.SOURCE, "-o", tmp_path / "step.o"]
-    subprocess.run([*compiler(), *words], check=True)
+    units = [file for file in stepping.sources() if file.suffix == ".c"]
+    words = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", *units]
+    subprocess.run([*compiler(), *words], cwd=tmp_path, check=True)
 
 
 def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
     """Built in a copy, as an installation does it, it is found there and steps."""
     for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
-    (tmp_path / "cosim/runtime").mkdir(parents=True)
-    (tmp_path / "cosim/runtime/step.c").write_bytes(stepping.SOURCE.read_bytes())
+    shutil.copytree(stepping.RUNTIME, tmp_path / "cosim/runtime")
     command = [sys.executable, "setup.py", "-q", "build_ext", "--build-lib", "built"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     (library,) = (tmp_path / "built").rglob("_step_*")

@@ -1,0 +1,211 @@
+"""What a step of linearised feedback begins with: gains of plants, rates of outputs, lines of inputs.
+
+`Gains` are the derivatives of what controllers command with respect to what a plant puts out, for the plant to follow
+within the step; `Rates` say what outputs change by at the communication point; `Lines` are the slopes of an instance's
+inputs: to where the instance that feeds them has stepped already, else at the rate that its output has, without what a
+plant follows itself. The law is that of `linearized_feedback.py`.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from ctypes import c_double
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hfsa.cosim._feedback_loops import Loop
+from hfsa.cosim.actions.action import Group, Work
+from hfsa.cosim.actions.extrapolation import Remember
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.instance import Call
+from hfsa.cosim.system import Connector
+
+
+class Gains(Work):
+    """The gains of one plant.
+
+    Attributes:
+        loops: the ways around, one or more for each gain.
+        gains: (n,); `of_loop` says which is a loop's.
+        derivatives: what the calls but the last fetch; derivative `entries[k]` is part of gain `places[k]`.
+        calls: one for each controller and value it measures, and the one that sets the gains.
+    """
+
+    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+        self.loops = loops
+        plant = wiring.instances[loops[0].plant]
+        names = list(dict.fromkeys(loop.gain for loop in loops))
+        self.gains = np.zeros(len(names))
+        self.of_loop = [names.index(loop.gain) for loop in loops]
+        ways: dict[tuple[str, str], list[str]] = {}
+        for loop in loops:
+            ways.setdefault((loop.controller, loop.measured), []).append(loop.command)
+        commands = {way: list(dict.fromkeys(found)) for way, found in ways.items()}
+        self.derivatives = np.zeros(sum(map(len, commands.values())))
+        self.calls: list[Call] = []
+        entries: list[int] = []
+        places: list[int] = []
+        first = 0
+        for (controller, measured), found in commands.items():
+            it = wiring.instances[controller]
+            unknowns = it.handle(found, self.derivatives[first : first + len(found)])
+            self.calls.append(it.directional(unknowns, it.handle([measured], np.ones(1))))
+            for loop, gain in zip(loops, self.of_loop, strict=True):
+                if (loop.controller, loop.measured) == (controller, measured):
+                    entries.append(first + found.index(loop.command))
+                    places.append(gain)
+            first += len(found)
+        self.entries, self.places = np.array(entries), np.array(places)
+        self.calls.append(plant.setter(plant.handle(names, self.gains)))
+
+    def run(self) -> int:
+        """Fetch the derivatives and set the gains."""
+        fetched = self._run(self.calls[:-1])
+        if fetched > 1:
+            return fetched
+        self.gains[:] = 0.0
+        for entry, place in zip(self.entries, self.places, strict=True):
+            self.gains[place] += self.derivatives[entry]
+        set_ = self._run(self.calls[-1:])
+        return set_ if set_ > 1 else fetched or set_
+
+
+@dataclass(eq=False)
+class Rates(Work):
+    """Rates of outputs of one instance at one feedthrough level, from time, its states and its fed inputs.
+
+    Attributes:
+        rates: of all connected outputs; the group's are at `places`, those that feed the instance at `feeding`.
+        seed: 1 for time, then the states' derivatives, then the fed inputs' rates; `result` are the outputs' rates.
+    """
+
+    rates: np.ndarray
+    places: np.ndarray
+    feeding: np.ndarray
+    seed: np.ndarray
+    result: np.ndarray
+    calls: Sequence[Call] = field(repr=False)
+
+    @property
+    def fed(self) -> np.ndarray:
+        """The part of the seed that is of fed inputs."""
+        return self.seed[len(self.seed) - len(self.feeding) :]
+
+    def run(self) -> int:
+        """Find the rates."""
+        self.fed[:] = self.rates[self.feeding]
+        status = self._run(self.calls)
+        if status <= 1:
+            self.rates[self.places] = self.result
+        return status
+
+
+@dataclass(eq=False)
+class Lines(Work):
+    """Gives the inputs of one instance their slopes for the step that follows.
+
+    Attributes:
+        bus, before, rates: the connected outputs now, at the communication point, and what they changed by there.
+        places: of the inputs on the bus, (n,); `is_known` says of which the end of the step is known.
+        slopes: (n,), handed over by `setter`.
+        own: (slope, gain, place of a rate) of what a plant follows itself, (m, 3); `gains` are the plant's.
+    """
+
+    step_size: c_double
+    bus: np.ndarray
+    before: np.ndarray
+    rates: np.ndarray
+    places: np.ndarray
+    is_known: np.ndarray
+    slopes: np.ndarray
+    setter: Call
+    own: np.ndarray
+    gains: np.ndarray
+
+    def run(self) -> int:
+        """Work the slopes out and hand them over."""
+        change = (self.bus[self.places] - self.before[self.places]) / self.step_size.value
+        self.slopes[:] = np.where(self.is_known, change, self.rates[self.places])
+        for slope, gain, place in self.own:
+            self.slopes[slope] -= self.gains[gain] * self.rates[place]
+        return self._run([self.setter])
+
+
+class Feedback:
+    """All of this for the loops that linearised feedback closes in a system.
+
+    Attributes:
+        gains: by plant.
+        point: actions at a communication point: what is known there is kept.
+    """
+
+    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+        self._wiring = wiring
+        self._rates = np.zeros_like(wiring.bus)
+        self._remember = Remember(wiring.bus)
+        plants = dict.fromkeys(loop.plant for loop in loops)
+        self.gains = {plant: Gains(wiring, [o for o in loops if o.plant == plant]) for plant in plants}
+        rates = (found for group in wiring.groups for found in _rates(wiring, group, self._rates))
+        self.point = [self._remember, *self.gains.values(), *rates]
+
+    def lines(self, instance: str, stepped: Collection[str]) -> Iterator[Lines]:
+        """Yield the action that lets an instance's inputs move, if it can; `stepped` have stepped already."""
+        wiring, it, gains = self._wiring, self._wiring.instances[instance], self.gains.get(instance)
+        marks = {o.at for o in gains.loops} if gains else set()
+        fed_back = {o.input for o in gains.loops} if gains else set()
+        ends = [(i, c.start, *wiring.split(c.end)) for i, c in enumerate(wiring.connections)]
+        moving = [
+            (i, wiring.split(start)[0], name)
+            for i, start, target, name in ends
+            if target == instance and name not in marks and not wiring.is_sampled(start)
+        ]
+        names = [name for _, _, name in moving]
+        if not names or not it.has_input_derivatives(names, 1):
+            return
+        slopes = np.zeros(len(names))
+        yield Lines(
+            wiring.step_size,
+            wiring.bus,
+            self._remember.points[0],
+            self._rates,
+            np.array([i for i, _, _ in moving]),
+            np.array([source in stepped and name not in fed_back for _, source, name in moving]),
+            slopes,
+            it.derivative_setter(it.handle(names, slopes), 1),
+            self._own(gains, names) if gains else np.zeros((0, 3), int),
+            gains.gains if gains else np.zeros(0),
+        )
+
+    def _own(self, gains: Gains, inputs: Sequence[str]) -> np.ndarray:
+        """Return (slope, gain, place of a rate) of what a plant follows itself; each gain counts once."""
+        ends = [(self._wiring.split(c.start), self._wiring.split(c.end)) for c in self._wiring.connections]
+        found = {
+            gain: (inputs.index(o.input), gain, ends.index(((o.plant, o.output), (o.plant, o.at))))
+            for o, gain in zip(gains.loops, gains.of_loop, strict=True)
+        }
+        return np.array(list(found.values()))
+
+
+def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
+    """Yield what finds the rates of a group's outputs: nothing where they are held or the FMU does not tell."""
+    it = wiring.instances[group.instance]
+    variables, description = it.fmu.variables, it.fmu.description
+    moving = [(i, n) for i, n in zip(wiring.places(group), group.outputs, strict=True) if not _is_held(variables[n])]
+    if not moving or not description.has_derivatives or group.loop is not None:
+        return
+    ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
+    fed = [(i, name) for i, (target, name) in ends if target == group.instance]
+    # not every maker takes time for something to derive by
+    is_finished = wiring.system[group.instance].part.endswith(".fmu")
+    time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
+    states = [state for state, _ in description.states]
+    seed, result = np.zeros(len(time) + len(states) + len(fed)), np.zeros(len(moving))
+    seed[: len(time)] = 1.0
+    derivatives = it.handle([d for _, d in description.states], seed[len(time) : len(time) + len(states)])
+    knowns = it.handle([*time, *states, *(name for _, name in fed)], seed)
+    unknowns = it.handle([name for _, name in moving], result)
+    calls = [*([it.getter(derivatives)] if states else []), it.directional(unknowns, knowns)]
+    yield Rates(rates, np.array([i for i, _ in moving]), np.array([i for i, _ in fed], int), seed, result, calls)
+
+
+def _is_held(variable: Connector) -> bool:
+    return variable.variability == "discrete"
