@@ -1,14 +1,14 @@
 """Where a scene is stable, over one or two of its arguments: the fastest growth at every point, checked by simulation.
 
-    axes = [parse_axis("bandwidth=1:200:20"), parse_axis("step_size=1e-5:1e-3:20")]
+    axes = [parse_axis("posture.rotation[3]=0:40:9"), parse_axis("step_size=1e-5:1e-3:20")]
     found = stability_map("sdelta_hfsa", {"law": "ctc"}, axes, algorithm="jacobi")
-    found.growth, found.verified                   # (20, 20) each
+    found.stable, found.growth, found.verified     # (9, 20) each
 
 At each point the scene is built with those arguments, its FMUs are linearised about the equilibrium, and the one-step
-matrix of the algorithm tells how fast the fastest mode grows. All points beside one that differs in stability, and a
-random sample of the others, are simulated: from the equilibrium, moved a little along that mode, with the algorithm
-itself. A point agrees where what is simulated grows as predicted or decays as predicted; a mode too slow to tell is
-left out.
+matrix of the algorithm tells how fast the fastest mode grows, and where a fixed point is looked for, whether its passes
+lead to it. All points beside one that differs in stability, and a random sample of the others, are simulated: from the
+equilibrium, moved a little along that mode, with the algorithm itself. A point agrees where what is simulated grows as
+predicted or decays as predicted, and passes that lead nowhere stop the run; what is too slow to tell is left out.
 """
 
 import math
@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 from hfsa.cosim import build
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fuse import fused, with_fusion
+from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError, open_instances
-from hfsa.cosim.stability import Cycle, Kind, Mode
-from hfsa.cosim.step_limits import LIMITED, counting
+from hfsa.cosim.stability import Cycle, Mode
+from hfsa.cosim.step_limits import LIMITED
 from hfsa.cosim.system import Scene, StructureError, nearest
 
 STEP_SIZE = "step_size"
@@ -65,6 +66,7 @@ class StabilityMap:
 
     Attributes:
         growth: of the fastest mode that counts [1/s], NaN where the scene cannot be built.
+        stable: whether no mode that counts grows, and the passes of a fixed point lead to it; false where not built.
         verified: 1 where a simulation agrees, 0 where it does not, -1 where there was none or the mode is too slow.
         messages: why points could not be built, each once.
     """
@@ -74,8 +76,14 @@ class StabilityMap:
     step_size: float
     axes: Sequence[Axis]
     growth: NDArray[np.float64]
+    stable: NDArray[np.bool_]
     verified: NDArray[np.int8]
     messages: Sequence[str]
+
+    @property
+    def built(self) -> NDArray[np.bool_]:
+        """Where the scene can be built."""
+        return ~np.isnan(self.growth)
 
     @property
     def agreement(self) -> tuple[int, int]:
@@ -110,17 +118,16 @@ def stability_map(
     """Return the map of a scene over one or two axes.
 
     `arguments` are the scene's others, `fuse` groups of components that become one FMU each, both as typed.
-    `report` is called with the part done, 0 to 1. `StructureError` for an algorithm without a known limit, more axes,
-    and where no point at all can be built, with the first reason.
+    `report` is called with the part done, 0 to 1. `StructureError` for an algorithm without a known limit, axes that
+    do not go with each other or with the rest, and where no point at all can be built, with the first reason.
     """
-    if not 1 <= len(axes) <= 2:
-        raise StructureError(f"a map takes one or two --vary; found {len(axes)}")
+    _check_axes(axes, arguments, step_size)
     shape = tuple(len(axis.values) for axis in axes)
     points = {index: _Point(name, arguments, axes, index, fuse, step_size, algorithm) for index in np.ndindex(shape)}
-    growth, messages = np.full(shape, np.nan), {}
+    growth, stable, messages = np.full(shape, np.nan), np.zeros(shape, dtype=bool), {}
     for done, (index, point) in enumerate(points.items(), 1):
         try:
-            growth[index] = point.growth()
+            growth[index], stable[index] = point.judged()
         except ValueError as error:  # ModelError and StructureError: no such posture, no equilibrium
             messages.setdefault(str(error), index)
         if report is not None:
@@ -128,13 +135,27 @@ def stability_map(
     if np.isnan(growth).all():
         raise StructureError(next(iter(messages)))
     verified = np.full(shape, -1, dtype=np.int8)
-    chosen = _chosen(growth)
+    chosen = _chosen(~np.isnan(growth), stable)
     for done, index in enumerate(chosen, 1):
         verified[index] = points[index].verified()
         if report is not None:
             report(0.7 + 0.3 * done / len(chosen), "simulations")
     scene = points[(0,) * len(shape)].scene
-    return StabilityMap(name, scene.algorithm, scene.step_size, axes, growth, verified, list(messages))
+    return StabilityMap(name, scene.algorithm, scene.step_size, axes, growth, stable, verified, list(messages))
+
+
+def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: float | None) -> None:
+    """Raise `StructureError` for none or more axes than two, and for one that is said twice."""
+    if not 1 <= len(axes) <= 2:
+        raise StructureError(f"a map takes one or two --vary; found {len(axes)}")
+    names = [axis.name for axis in axes]
+    if names[1:] == names[:1]:
+        raise StructureError(f"--vary {names[0]} is said twice; the second axis of a map is another argument")
+    if step_size is not None and STEP_SIZE in names:
+        raise StructureError(f"--vary {STEP_SIZE} and --step {step_size:g}: leave one out")
+    for name in names:
+        if name in arguments:
+            raise StructureError(f"--vary {name} and -p {name}={arguments[name]}: leave one out")
 
 
 class _Point:
@@ -162,17 +183,16 @@ class _Point:
         self.scene: Scene
         self._mode: Mode | None = None
 
-    def growth(self) -> float:
-        """Return the fastest growth [1/s] of the modes that count."""
+    def judged(self) -> tuple[float, bool]:
+        """Return the fastest growth [1/s] of the modes that count, and whether the point is stable."""
         self.scene = scene = self._load()
         if scene.algorithm not in LIMITED:
             raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
         self._system = fused(scene.system, scene.fuse)
-        self._files = build.build(self._system)
+        self._files = build.files_for(self._system, scene.algorithm)
         with open_instances(self._files) as instances:
             cycle = Cycle(self._system, instances, scene.algorithm)
-            own = cycle.over(scene.step_size)
-            kind: Kind = counting(cycle, self._system, instances, scene.step_size)
+            own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)
                 for c, i in instances.items()
@@ -180,34 +200,42 @@ class _Point:
                 if v.is_real
             }
             states = {f"{c}.{state}" for c, i in instances.items() for state, _ in i.fmu.description.states}
-        self._mode = max(own.of(kind), key=lambda mode: mode.rate, default=None)
+        self._mode = max(own.of(cycle.counting), key=lambda mode: mode.rate, default=None)
         self._rest = {name: value for name, value in cycle.operating_point.items() if name in states}
         self._nominal = nominal
-        return own.growth(kind)
+        return own.growth(cycle.counting), own.is_stable(cycle.counting) and self._contraction < 1
 
     def verified(self) -> int:
         """Return whether a simulation agrees, as `StabilityMap.verified`."""
-        scene, mode = self.scene, self._mode
+        mode = self._mode
         if mode is None:
-            return -1
-        h = scene.step_size
-        steps = int(np.clip(FOLDS / max(abs(mode.rate) * h, 1e-300), FEWEST, MOST))
-        if mode.frequency > 0:
-            steps = int(np.clip(max(steps, 6 / (mode.frequency * h)), FEWEST, MOST))
-        if abs(mode.rate) * steps * h < SLOW:
             return -1
         largest = max((abs(mode.shape[name]) / self._nominal[name] for name in self._rest), default=0.0)
         if largest == 0.0:
             return -1
         moved = {n: x + float((mode.shape[n] * MOVED / largest).real) for n, x in self._rest.items()}
+        if self._contraction >= 1:
+            return int(len(self._simulated(moved, FEWEST)) <= FEWEST)
+        steps = self._steps(mode)
+        if abs(mode.rate) * steps * self.scene.step_size < SLOW:
+            return -1
         still, moving = self._simulated(self._rest, steps), self._simulated(moved, steps)
         rows = min(len(still), len(moving))
-        if rows < steps:  # it left every bound
+        if rows <= steps and self._contraction ** PASSES["fixed_point"] > TOLERANCE:  # too slow to lead to it in time
+            return -1
+        if rows <= steps:  # it left every bound
             return int(mode.rate > 0)
         size = np.linalg.norm((moving[:rows] - still[:rows]) / self._scale, axis=1)
         third = rows // 3
         first, last = size[third : 2 * third].max(), size[-third:].max()
         return int((last > first) == (mode.rate > 0))
+
+    def _steps(self, mode: Mode) -> int:
+        """Return the steps after which a mode can be told to grow or decay."""
+        h = self.scene.step_size
+        steps = FOLDS / max(abs(mode.rate) * h, 1e-300)
+        turns = 6 / (mode.frequency * h) if mode.frequency > 0 else 0.0
+        return int(np.clip(max(steps, turns), FEWEST, MOST))
 
     def _simulated(self, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
         """Return what crosses connections at every point, (points, connections), as far as the run comes."""
@@ -225,20 +253,17 @@ class _Point:
             return recording.values.copy()
 
 
-def _chosen(growth: NDArray[np.float64]) -> list[tuple[int, ...]]:
+def _chosen(built: NDArray[np.bool_], stable: NDArray[np.bool_]) -> list[tuple[int, ...]]:
     """Return the points to simulate: beside a border, and a sample of the others that is the same every time."""
-    stable = growth <= 0
     border, others = [], []
-    for index in np.ndindex(growth.shape):
-        if np.isnan(growth[index]):
+    for index in np.ndindex(built.shape):
+        if not built[index]:
             continue
         beside = [
-            tuple(i + sign * (k == axis) for k, i in enumerate(index))
-            for axis in range(growth.ndim)
-            for sign in (1, -1)
+            tuple(i + sign * (k == axis) for k, i in enumerate(index)) for axis in range(built.ndim) for sign in (1, -1)
         ]
-        inside = [p for p in beside if all(0 <= i < n for i, n in zip(p, growth.shape, strict=True))]
-        is_beside = any(stable[p] != stable[index] for p in inside if not np.isnan(growth[p]))
+        inside = [p for p in beside if all(0 <= i < n for i, n in zip(p, built.shape, strict=True))]
+        is_beside = any(stable[p] != stable[index] for p in inside if built[p])
         (border if is_beside else others).append(index)
     drawn = np.random.default_rng(0).permutation(len(others))[:SAMPLE]
     return [*border, *(others[i] for i in drawn)]

@@ -2,8 +2,8 @@
 
 /         title created tool tool_version git_commit command python platform format_version status
 /system   the scene, as words
-/map      the axes: dimension scales; growth [1/s], verified (1 a simulation agrees, 0 it does not, -1 none) over them;
-          algorithm step_size [s] (attributes)
+/map      the axes: dimension scales; growth [1/s], stable (true or false), verified (1 a simulation agrees, 0 it does
+          not, -1 none) over them; algorithm step_size [s] (attributes)
 """
 
 from pathlib import Path
@@ -35,6 +35,9 @@ def _fill(file: Node, found: StabilityMap) -> None:
     for axis in found.axes:
         hdf5.scale(group, axis.name, axis.values)
     hdf5.filled(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
+    stable = hdf5.filled(group, "stable", names, 0, np.int8)
+    stable[...] = found.stable
+    stable.attrs["dtype"] = "bool"  # so xarray reads it as what it is
     hdf5.filled(group, "verified", names, -1, np.int8)[...] = found.verified
     group.attrs["algorithm"], group.attrs["step_size"] = found.algorithm, found.step_size
 
@@ -53,15 +56,19 @@ def map_figure(found: StabilityMap, title: str) -> Figure:
             axes.axhline(0, color=INK, linewidth=0.7)
             axes.set_ylabel("growth of the fastest mode (1/s)")
             axes.set_yscale("symlog", linthresh=1.0)
+            for is_stable, marker in ((True, "o"), (False, "x")):
+                chosen = found.built & (found.stable == is_stable)
+                words = "stable" if is_stable else "unstable"
+                axes.plot(x.values[chosen], found.growth[chosen], marker, color=COLOURS[0], markersize=7, label=words)
             _mark(axes, found, x.values, found.growth)
             return figure
         y = found.axes[1]
         axes.set_ylabel(y.name)
         _spread(axes, "y", y)
-        shown = np.ma.masked_invalid(np.sign(found.growth).T)
-        axes.pcolormesh(x.values, y.values, shown, cmap=ListedColormap(["#dbe7f3", "#f6dcd2"]), vmin=-1, vmax=1)
-        if np.nanmin(found.growth) < 0 < np.nanmax(found.growth):
-            axes.contour(x.values, y.values, np.ma.masked_invalid(found.growth.T), [0.0], colors=INK, linewidths=0.9)
+        shown = np.ma.masked_array(~found.stable.T, mask=~found.built.T)
+        axes.pcolormesh(x.values, y.values, shown, cmap=ListedColormap(["#dbe7f3", "#f6dcd2"]), vmin=0, vmax=1)
+        if shown.min() < shown.max():
+            axes.contour(x.values, y.values, shown.astype(float), [0.5], colors=INK, linewidths=0.9)
         axes.plot([], [], "s", color="#dbe7f3", label="stable")
         axes.plot([], [], "s", color="#f6dcd2", label="unstable")
         grid = np.meshgrid(x.values, y.values, indexing="ij")

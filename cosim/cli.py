@@ -448,36 +448,21 @@ def stability(
     step
         Communication step size [s] that is looked at; the scene's without.
     vary
-        NAME=FROM:TO:N, once or twice: whatever `-p` takes, or `step_size`. Maps the fastest growth over it, as HDF5 and
-        as a picture, points next to the border and a sample of the others checked by simulation.
+        NAME=FROM:TO:N, once or twice: a number that `-p` takes, an element of a vector as `posture.rotation[3]`, or
+        `step_size`. Maps the fastest growth over it, as HDF5 and as a picture, points next to the border and a sample
+        of the others checked by simulation.
     algorithm
-        With `--vary`: of the map; the scene's without.
+        The only one to look at; all, and for a map the scene's, without.
     output
-        With `--vary`: its file; `results/SCENE_stability.h5` without.
+        With `--vary`: the map's file; `results/SCENE_stability.h5` without.
     """
-    from hfsa.cosim._commands.measure import load
-    from hfsa.cosim._commands.stability import map_stability, scene_stability
+    from hfsa.cosim._commands.stability import Request, stability_answer
 
-    loaded = load(scene, shell.named_values(parameter), fuse or (), step_size=step)
-    if vary:
-        from hfsa.cosim._stability_map import default_path, parse_axis, stability_map
-
-        axes = [parse_axis(words) for words in vary]
-        with shell.progress("stability") as show:
-            found = stability_map(
-                scene,
-                shell.named_values(parameter),
-                axes,
-                fuse=fuse or (),
-                step_size=step,
-                algorithm=algorithm,
-                report=show,
-            )
-        shell.answer(*map_stability(found, loaded.title, output or default_path(scene)), json)
-        agree, simulated = found.agreement
-        return shell.DONE if agree == simulated else shell.PROBLEMS
-    shell.answer(*scene_stability(loaded), json)
-    return shell.DONE
+    request = Request(fuse or (), step, algorithm, vary or (), output)
+    with shell.progress("stability") as show:
+        data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show)
+    shell.answer(data, text, json)
+    return shell.DONE if is_sound else shell.PROBLEMS
 
 
 @app.command

@@ -189,6 +189,8 @@ class Cycle:
 
     Attributes:
         operating_point: states, and sampled states and outputs, at the equilibrium by full name.
+        counting: the modes that must not grow: all, or flexible ones where rigid motion is free, which an algorithm may
+            make grow slowly at every step.
     """
 
     def __init__(
@@ -208,7 +210,9 @@ class Cycle:
         names = [component.name for component in components]
         inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & instruments]
         plain = System(components, inner)
-        self.operating_point = operating_point(plain, instances, Blocks(plain, instances, [], []), starts or {})
+        every = Blocks(plain, instances, [], [])
+        self.operating_point = operating_point(plain, instances, every, starts or {})
+        self.counting: Kind = "flexible" if every.is_free else "all"
 
         def connected(name: str, ends: Sequence[str]) -> list[str]:
             return [variable for component, variable in map(system.split, ends) if component == name]
@@ -232,13 +236,20 @@ class Cycle:
         if not loops:
             raise StructureError(
                 f"{LINEARIZED_FEEDBACK}: there is nothing to feed back: no part has an output that comes back to it "
-                "through a continuous one without a state between"
+                "through a continuous component without a state between"
             )
         return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *self._instruments)
 
     def _is_a_part(self, component: str) -> bool:
         """Whether a component is made of parts, and can therefore be exported with ports."""
         return not self._system[component].part.endswith(".fmu")
+
+    def with_algorithm(self, algorithm: str) -> "Cycle":
+        """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""
+        other = copy(self)
+        other._algorithm = algorithm
+        other._layout = other._arranged()
+        return other
 
     def in_order(self, names: Sequence[str]) -> "Cycle":
         """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
@@ -251,14 +262,25 @@ class Cycle:
         """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""
         return OneStep(self._layout, step_size)
 
+    def is_stable(self, step_size: float) -> bool:
+        """Whether no mode that counts grows at a step [s], and its passes lead to a result; errors as of `over`."""
+        return self.over(step_size).is_stable(self.counting) and self.converges(step_size)
+
     def converges(self, step_size: float) -> bool:
         """Whether the passes of a `fixed_point` step [s] lead to a result; other algorithms always come to one."""
+        return self.contraction(step_size) < 1
+
+    def contraction(self, step_size: float) -> float:
+        """Return by what each pass of a `fixed_point` step [s] multiplies the error in the end; 0 of other algorithms.
+
+        What ticks has done so before the passes.
+        """
         for action in self._layout.cycle:
             if isinstance(action, Converge) and action.method == "fixed_point":
                 steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
                 gradient = self._layout.gradient(action, step_size, steps)
-                return bool(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0) < 1)
-        return True
+                return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))
+        return 0.0
 
     def stability_limits(
         self, shortest: float, longest: float, *, kind: Kind = "all", points: int = 60, accuracy: float = 1e-6

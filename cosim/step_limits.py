@@ -6,7 +6,7 @@
 
 The one-step matrix of each algorithm (`stability.py`) is asked at steps from `SHORTEST` to `LONGEST` times the scene's
 own, evenly spaced by ratio, and the step at which a mode first begins to grow is bisected. Where parts tick, only steps
-that fit their sample times count, and the limit is the longest of those below which all are stable. Where rigid motion
+that fit their sample times count: the limit is one of them, and the next one that fits is beyond it. Where rigid motion
 is free, only flexible modes count: an algorithm may make its drift grow slowly at every step.
 
 A fixed point has one more limit: beyond it a step's passes lead away from each other, although the step that they
@@ -21,12 +21,13 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim._fmi.description import SAMPLE_TIME
-from hfsa.cosim.instance import Instance
-from hfsa.cosim.stability import NEUTRAL, Cycle, Kind
+from hfsa.cosim.instance import Instance, StepError
+from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, StructureError, System
 
-LIMITED = (*HELD, *EXTRAPOLATED, *ITERATED)
+LIMITED = (*HELD, *EXTRAPOLATED, *ITERATED, LINEARIZED_FEEDBACK)
 """Algorithms whose limit is known."""
 
 SHORTEST, LONGEST, POINTS = 1e-4, 1e4, 33
@@ -35,10 +36,10 @@ SHORTEST, LONGEST, POINTS = 1e-4, 1e4, 33
 ACCURACY = 1e-5
 """Relative accuracy of a limit that is free."""
 
-_PARTS, _MULTIPLES = (32, 16, 10, 8, 5, 4, 2, 1), (2, 3, 5, 10)
-"""Of the shortest sample time, the steps that are asked where parts tick."""
+_PARTS, _MULTIPLES = (32, 16, 10, 8, 5, 4, 2, 1), (2, 3, 5, 10, 20, 30, 50, 100, 200, 300, 500, 1000)
+"""Of the shortest sample time, the steps that are asked first where parts tick."""
 
-_ADVISED = ("gauss_seidel", "gauss_seidel_linear", "quasi_newton")
+_ADVISED = ("gauss_seidel", "gauss_seidel_linear", "quasi_newton", LINEARIZED_FEEDBACK)
 """Algorithms that may be named in place of an unstable one."""
 
 
@@ -74,41 +75,48 @@ def step_limits(
 
     `starts` holds start values by full name. Raises `StructureError` as `linearize`.
     """
-    kind = counting(Cycle(system, instances, starts=starts), system, instances, step_size, starts)
+    own = Cycle(system, instances, starts=starts)
+    times = _sample_times(system, instances, starts or {})
     for algorithm in algorithms:
         try:
-            cycle = Cycle(system, instances, algorithm, starts=starts)
+            cycle = own.with_algorithm(algorithm)
         except StructureError as error:
             yield StepLimit(algorithm, math.nan, message=str(error))
             continue
-        candidates = _candidates(system, instances, step_size, starts or {})
-        longest = _longest(cycle, candidates, not _sample_times(system, instances, starts or {}), kind)
-        try:
-            own = cycle.over(step_size)
-        except StructureError:  # the step does not fit the sample times
-            yield StepLimit(algorithm, longest)
-            continue
-        is_stable = own.is_stable(kind) and cycle.converges(step_size)
-        yield StepLimit(algorithm, longest, is_stable, own.growth("flexible"), own.growth("rigid"))
+        yield _limit(cycle, algorithm, step_size, times)
+
+
+def is_limited(system: System, algorithm: str) -> bool:
+    """Whether a step can be too long: whether the algorithm has a limit, and the system anything that comes back."""
+    return algorithm in LIMITED and _has_feedback(system)
 
 
 def unstable_step(system: System, instances: Mapping[str, Instance], algorithm: str, step_size: float) -> str | None:
-    """Return what to say of a step [s] beyond the limit of its algorithm, `None` where nothing is known against it."""
-    if algorithm not in LIMITED or not _has_feedback(system):
+    """Return what to say of a step [s] beyond the limit of its algorithm, `None` where nothing is known against it.
+
+    Nothing is known either where there is no equilibrium, or an FMU does not tell its derivatives there.
+    """
+    if not is_limited(system, algorithm):
         return None
     try:
-        cycle = Cycle(system, instances, algorithm)
-        own = cycle.over(step_size)
-        kind = counting(cycle, system, instances, step_size)
-        if own.is_stable(kind) and cycle.converges(step_size):
-            return None
-        found = list(step_limits(system, instances, step_size, dict.fromkeys([algorithm, *_ADVISED])))
-    except StructureError:  # no equilibrium, or no derivatives: nothing can be said
+        return _said(Cycle(system, instances, algorithm), system, instances, algorithm, step_size)
+    except (ValueError, ArithmeticError, StepError):  # StructureError and LinAlgError are values that are wrong
         return None
-    (chosen,) = (limit for limit in found if limit.algorithm == algorithm)
-    others = [limit for limit in found if limit.is_stable and limit.algorithm != algorithm]
-    grows = "its passes diverge" if own.is_stable(kind) else f"a mode grows by {own.growth(kind):.3g} 1/s"
-    advice = [f"a step of {chosen.longest:.4g} s or less"] if chosen.longest > 0 else []
+
+
+def _said(
+    cycle: Cycle, system: System, instances: Mapping[str, Instance], algorithm: str, step_size: float
+) -> str | None:
+    """Return `unstable_step`; errors as of `Cycle`."""
+    own = cycle.over(step_size)
+    is_growing = not own.is_stable(cycle.counting)
+    if not is_growing and cycle.converges(step_size):
+        return None
+    times = _sample_times(system, instances, {})
+    longest = _longest(cycle, step_size, times)
+    others = [limit for name in _ADVISED if name != algorithm and (limit := _advice(cycle, name, step_size, times))]
+    grows = f"a mode grows by {own.growth(cycle.counting):.3g} 1/s" if is_growing else "its passes diverge"
+    advice = [f"a step of {longest:.4g} s or less"] if longest > 0 else []
     if others:
         best = max(others, key=lambda limit: limit.longest)
         advice.append(f"the algorithm {best.algorithm}, stable {_seconds(best.longest)}")
@@ -117,17 +125,24 @@ def unstable_step(system: System, instances: Mapping[str, Instance], algorithm: 
     return f"with {algorithm} at a step of {step_size:.4g} s {grows}; {' or '.join(advice)} would do"
 
 
-def counting(
-    cycle: Cycle,
-    system: System,
-    instances: Mapping[str, Instance],
-    step_size: float,
-    starts: Mapping[str, float] | None = None,
-) -> Kind:
-    """Return which modes count: flexible ones alone where a step far below the limit leaves rigid motion neutral."""
-    candidates = [step for step in _candidates(system, instances, step_size, starts or {}) if step >= step_size / 50]
-    rigid = cycle.over(candidates[0]).growth("rigid")
-    return "flexible" if math.isfinite(rigid) and rigid > -NEUTRAL else "all"
+def _advice(cycle: Cycle, algorithm: str, step_size: float, times: Sequence[float]) -> StepLimit | None:
+    """Return the limit of another algorithm where it is stable at the step [s], `None` where not, or not offered."""
+    try:
+        other = cycle.with_algorithm(algorithm)
+    except StructureError:
+        return None
+    return StepLimit(algorithm, _longest(other, step_size, times)) if other.is_stable(step_size) else None
+
+
+def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Sequence[float]) -> StepLimit:
+    """Return the limit of a cycle's algorithm, and what it makes of the scene's own step [s]."""
+    longest = _longest(cycle, step_size, times)
+    try:
+        own = cycle.over(step_size)
+    except StructureError:  # the step does not fit the sample times
+        return StepLimit(algorithm, longest)
+    is_stable = own.is_stable(cycle.counting) and cycle.converges(step_size)
+    return StepLimit(algorithm, longest, is_stable, own.growth("flexible"), own.growth("rigid"))
 
 
 def _has_feedback(system: System) -> bool:
@@ -156,35 +171,57 @@ def _sample_times(system: System, instances: Mapping[str, Instance], starts: Map
     return found
 
 
-def _candidates(
-    system: System, instances: Mapping[str, Instance], step_size: float, starts: Mapping[str, float]
-) -> list[float]:
-    """Return the steps [s] to ask, ascending."""
-    times = _sample_times(system, instances, starts)
+def _longest(cycle: Cycle, step_size: float, times: Sequence[float]) -> float:
+    """Return `StepLimit.longest`; `times` are the sample times [s]."""
+    low = 0.0
+    for high in _candidates(step_size, times):
+        if cycle.is_stable(high):
+            low = high
+        elif low == 0.0:
+            return low
+        else:
+            return _among(cycle, _between(low, high, times)) if times else _bisected(cycle, low, high)
+    return math.inf
+
+
+def _candidates(step_size: float, times: Sequence[float]) -> list[float]:
+    """Return the steps [s] to ask first, ascending."""
     if not times:
         return list(np.geomspace(SHORTEST * step_size, LONGEST * step_size, POINTS))
     shortest = min(times)
-    return [shortest / n for n in _PARTS] + [shortest * n for n in _MULTIPLES]
+    return [
+        step for step in (*(shortest / n for n in _PARTS), *(shortest * n for n in _MULTIPLES)) if _fits(step, times)
+    ]
 
 
-def _longest(cycle: Cycle, candidates: Sequence[float], is_free: bool, kind: Kind) -> float:
-    """Return `StepLimit.longest`."""
+def _fits(step_size: float, times: Sequence[float]) -> bool:
+    """Whether a step [s] is a whole part or a multiple of each sample time [s]."""
+    ratios = [max(time / step_size, step_size / time) for time in times]
+    return all(abs(ratio - round(ratio)) <= 1e-9 * ratio for ratio in ratios)
 
-    def is_stable(step_size: float) -> bool:
-        """Whether no mode that counts grows, and a fixed point is found."""
-        return cycle.over(step_size).is_stable(kind) and cycle.converges(step_size)
 
-    low = 0.0
-    for step_size in candidates:
-        try:
-            if is_stable(step_size):
-                low = step_size
-                continue
-        except StructureError:  # it does not fit another sample time
-            continue
-        high = step_size
-        while is_free and low > 0 and high - low > ACCURACY * high:
-            middle = math.sqrt(low * high)
-            low, high = (middle, high) if is_stable(middle) else (low, middle)
-        return low
-    return math.inf
+def _between(low: float, high: float, times: Sequence[float]) -> list[float]:
+    """Return the steps [s] that fit the sample times from one that does up to below another, ascending."""
+    shortest = min(times)
+    if high > shortest:
+        found = [shortest * n for n in range(round(low / shortest), round(high / shortest))]
+    else:
+        found = [shortest / n for n in range(round(shortest / low), round(shortest / high), -1)]
+    return [step for step in found if _fits(step, times)]
+
+
+def _among(cycle: Cycle, steps: Sequence[float]) -> float:
+    """Return the longest stable of steps [s], the first of which is stable, by bisection."""
+    low, high = 0, len(steps)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if cycle.is_stable(steps[middle]) else (low, middle)
+    return steps[low]
+
+
+def _bisected(cycle: Cycle, low: float, high: float) -> float:
+    """Return where stability is lost between two steps [s]."""
+    while high - low > ACCURACY * high:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if cycle.is_stable(middle) else (low, middle)
+    return low

@@ -1,44 +1,94 @@
-"""A scene's limits of stability, as the answer to a command: the steps of every algorithm, and the sample times.
+"""A scene's limits of stability, as the answer to a command: the steps of every algorithm, or a map.
+
+    data, text, is_sound = stability_answer("sdelta_hfsa", {"law": "ctc"}, Request(vary=["bandwidth=2:60:8"]))
 
 Like `measure.py` it stands on the roof: it asks `build.py` for files.
 """
 
 import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hfsa.cosim import build
-from hfsa.cosim._commands.measure import Loaded, with_levels
+from hfsa.cosim._commands.measure import Loaded, load, with_levels
 from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._stability_map import StabilityMap
+from hfsa.cosim._stability_map import StabilityMap, default_path, parse_axis, stability_map
 from hfsa.cosim._stability_map_file import map_figure, write_map
 from hfsa.cosim._style import save
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linearize
 from hfsa.cosim.sampling import SamplingLimit, sampling_limit
-from hfsa.cosim.step_limits import StepLimit, step_limits
-from hfsa.cosim.system import ALGORITHMS
+from hfsa.cosim.step_limits import LIMITED, StepLimit, step_limits
+from hfsa.cosim.system import ALGORITHMS, StructureError
 
 CHOOSES = "chooses its steps"
 """What is said of an algorithm that no step is asked of."""
 
-_WITHOUT_LIMIT = {
-    "error_controlled": CHOOSES,
-    "monolithic": CHOOSES,
-    "linearized_feedback": "not known beforehand; no limit from the loops it closes within a step",
-}
+Report = Callable[[float, str], None]
+"""Takes the part done, 0 to 1, and a word."""
 
 
-def scene_stability(loaded: Loaded) -> tuple[dict[str, Any], str]:
-    """Return the limits of a scene, as data and as text; raises `StructureError` where it has no equilibrium."""
+@dataclass(frozen=True)
+class Request:
+    """What a user asks of a scene; `None` takes what the scene says, or for `algorithm` without a map all of them.
+
+    Attributes:
+        fuse: groups of components that become one FMU each, as typed.
+        step_size: [s].
+        vary: axes of a map, as typed; none for limits.
+        file: of the map.
+    """
+
+    fuse: Sequence[str] = ()
+    step_size: float | None = None
+    algorithm: str | None = None
+    vary: Sequence[str] = ()
+    file: Path | None = None
+
+
+def stability_answer(
+    name: str, arguments: Mapping[str, str], request: Request, report: Report = lambda *_: None
+) -> tuple[dict[str, Any], str, bool]:
+    """Return limits or a map as data and as text, and whether simulations agree with all that was said.
+
+    `StructureError` for words that do not go together, and where the scene has no equilibrium.
+    """
+    loaded = load(name, arguments, request.fuse, step_size=request.step_size)
+    if not request.vary:
+        if request.file is not None:
+            raise StructureError(
+                f"-o {request.file}: limits are printed, or answered with --json; a file is made of a map, which takes "
+                "--vary NAME=FROM:TO:N"
+            )
+        return *_limits(loaded, request.algorithm, report), True
+    found = stability_map(
+        name,
+        arguments,
+        [parse_axis(words) for words in request.vary],
+        fuse=request.fuse,
+        step_size=request.step_size,
+        algorithm=request.algorithm,
+        report=report,
+    )
+    agree, simulated = found.agreement
+    return *_map(found, loaded.title, request.file or default_path(name)), agree == simulated
+
+
+def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:
+    """Return the limits of a scene under one algorithm, `None` for all, as data and as text."""
     scene, _ = with_levels(loaded.scene, None)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
+    asked = ALGORITHMS if algorithm is None else (algorithm,)
+    limited = [name for name in asked if name in LIMITED]
     with open_instances(files) as instances:
-        limits = list(step_limits(system, instances, scene.step_size))
+        limits = []
+        for found in step_limits(system, instances, scene.step_size, limited):
+            limits.append(found)
+            report(len(limits) / (len(limited) + 1), found.algorithm)
         sampling = sampling_limit(system, instances, scene.outputs)
         growth = None
         if sampling is None:
@@ -52,24 +102,29 @@ def scene_stability(loaded: Loaded) -> tuple[dict[str, Any], str]:
         if sampling is None
         else {"own": sampling.sample_time, "longest": _number(sampling.longest)},
         "algorithms": [_entry(limit) for limit in limits]
-        + [{"algorithm": name, "note": note} for name, note in _WITHOUT_LIMIT.items() if name in ALGORITHMS],
+        + [{"algorithm": name, "note": CHOOSES} for name in asked if name not in LIMITED],
     }
-    return data, _text(loaded.title, scene.step_size, limits, sampling, growth)
+    lines = [
+        f"{loaded.title}: communication steps about the equilibrium",
+        _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
+        *(limit.message for limit in limits if limit.message),
+        *_without_steps(sampling, growth),
+    ]
+    return data, "\n".join(lines)
 
 
-def map_stability(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], str]:
+def _map(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], str]:
     """Write a map and its picture beside it; return what they hold, as data and as text."""
     write_map(path, found, title)
     picture = path.with_suffix(".png")
     save(map_figure(found, title), picture)
     agree, simulated = found.agreement
-    known = found.growth[~np.isnan(found.growth)]
     data = {
         "file": path,
         "picture": picture,
         "algorithm": found.algorithm,
         "axes": {axis.name: axis.values.tolist() for axis in found.axes},
-        "stable": int((known <= 0).sum()),
+        "stable": int(found.stable.sum()),
         "points": int(found.growth.size),
         "simulated": simulated,
         "agree": agree,
@@ -101,29 +156,29 @@ def _number(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _text(
-    title: str, step_size: float, limits: list[StepLimit], sampling: SamplingLimit | None, growth: float | None
-) -> str:
+def _table(step_size: float, limits: Sequence[StepLimit], choosing: Sequence[str]) -> str:
+    """Return the table of limits; `choosing` are the algorithms that choose their steps."""
     rows = table("algorithm", "longest stable step", f"at {step_size:.4g} s", "flexible modes", "rigid motion")
     for limit in limits:
         if limit.message:
-            rows.add_row(limit.algorithm, limit.message, "", "", "")
+            rows.add_row(limit.algorithm, "not offered", "", "", "")
             continue
-        longest = (
-            "every one asked" if math.isinf(limit.longest) else f"{limit.longest:.5g} s" if limit.longest else "none"
-        )
+        longest = "none found" if math.isinf(limit.longest) else f"{limit.longest:.5g} s" if limit.longest else "none"
         verdict = {True: "stable", False: "UNSTABLE", None: "does not fit"}[limit.is_stable]
         rows.add_row(limit.algorithm, longest, verdict, _rate(limit.flexible), _rate(limit.rigid))
-    for name, note in _WITHOUT_LIMIT.items():
-        rows.add_row(name, note, "", "", "")
-    lines = [f"{title}: communication steps about the equilibrium", rendered(rows)]
+    for name in choosing:
+        rows.add_row(name, CHOOSES, "", "", "")
+    return rendered(rows)
+
+
+def _without_steps(sampling: SamplingLimit | None, growth: float | None) -> Iterator[str]:
+    """Yield what is known of a scene without communication steps."""
     if sampling is not None:
         longest = "at every one that was asked" if math.isinf(sampling.longest) else f"up to {sampling.longest:.5g} s"
         found = longest if sampling.longest else "at none that was asked"
-        lines.append(f"sample time {sampling.sample_time:.5g} s; without communication steps stable {found}")
+        yield f"sample time {sampling.sample_time:.5g} s; without communication steps stable {found}"
     elif growth is not None:
-        lines.append(f"without communication steps the fastest growth is {growth:.4g} 1/s")
-    return "\n".join(lines)
+        yield f"without communication steps the fastest growth is {growth:.4g} 1/s"
 
 
 def _rate(growth: float) -> str:

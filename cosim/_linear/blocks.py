@@ -182,6 +182,20 @@ class Blocks:
         nominal = [variables[name][value].nominal for name, _, value in map(_split, [*self.states, *self.sampled])]
         self.nominal = np.abs([*nominal])
 
+    @property
+    def is_free(self) -> bool:
+        """Whether some motion is free: whether the closed system has an eigenvalue 0, or with ticks 1.
+
+        Values count in their nominals, rates beside what they follow most. A control counts as none where it is weaker
+        than rounding, some 1e-14 of the stiffest.
+        """
+        closed, x = self.close(), len(self.states)
+        change = np.vstack([closed.rate, closed.tick])[:, : len(self.nominal)]
+        change[x:, x:] -= np.eye(len(self.sampled))
+        change = change * self.nominal
+        change /= np.maximum(np.abs(change).max(axis=1, initial=0.0), 1e-300)[:, None]
+        return bool(np.linalg.matrix_rank(change) < len(change)) if len(change) else False
+
     def close(self, opened: Connection | None = None) -> Closed:
         """Return the system at the instances' present values, connections closed.
 

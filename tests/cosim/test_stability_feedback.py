@@ -16,7 +16,6 @@ from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import Component, Connection, StructureError, System
-from hfsa.fmus.export import export
 
 KP, KV = 5e16, 6e8
 ALGORITHM = "linearized_feedback"
@@ -55,12 +54,11 @@ def spring() -> Model:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def made(exported):
     """FMUs by name; `bare` is the mass without ports."""
-    folder = tmp_path_factory.mktemp("feedback")
     ported = with_linear_feedback(mass(), [("force", name) for name in SENSED])
     models = {"bare": mass(), "mass": ported, "law": law(), "spring": spring()}
-    return {name: export(model, folder / name, (2,))[0] for name, model in models.items()}
+    return {name: exported(model)[2] for name, model in models.items()}
 
 
 @pytest.fixture
