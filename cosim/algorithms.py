@@ -11,10 +11,8 @@ Whatever the name, the master answers to the same words (`master.Master`), and w
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim.error_controlled import ErrorControlled
 from hfsa.cosim.instance import Instance, Instances, Kind, open_instances
-from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
 from hfsa.cosim.monolithic import Monolithic
@@ -47,8 +45,6 @@ def open_master(
         """Make the master of an algorithm that steps instances."""
         if algorithm == ERROR_CONTROLLED:
             return ErrorControlled(instances, system, step_size, COUPLING * tolerance)
-        if algorithm == LINEARIZED_FEEDBACK:
-            return LinearizedFeedback(instances, system, step_size)
         return make_master(instances, system, algorithm, step_size, library)
 
     return _opened(files, Instance, make)
