@@ -6,12 +6,13 @@ from pathlib import Path
 
 import casadi as ca
 import fmpy
+import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from hfsa.components._model import Model
+from hfsa.components._model import Kind, Model
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.compile import compile_library
@@ -269,9 +270,22 @@ def version(request) -> int:
     return request.param
 
 
+@pytest.fixture(params=["me", "cs"])
+def interface(request) -> str:
+    return request.param
+
+
 @pytest.fixture(params=list(MODELS))
 def model_name(request) -> str:
     return request.param
+
+
+@pytest.fixture
+def start_values(model_name) -> dict[str, np.ndarray]:
+    """Start values by argument of the functions of a model."""
+    model = MODELS[model_name]()
+    kinds = {"x": Kind.STATE, "z": Kind.SAMPLED_STATE, "u": Kind.INPUT, "p": Kind.PARAMETER}
+    return {key: np.array([q.start for q in model.of(kind)]) for key, kind in kinds.items()}
 
 
 @pytest.fixture(scope="session")

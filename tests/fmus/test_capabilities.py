@@ -17,10 +17,10 @@ from hfsa.fmus.model_description import model_description
 
 FOLDER = Path(__file__).parent
 
-STATES = ("exercise_states", "test_runtime.py::test_a_restored_state_repeats_bit_for_bit")
-SERIALIZED = ("exercise_states", "test_runtime.py::test_a_serialized_state_carries_over")
-FORWARD = ("exercise_derivatives", "test_runtime.py::test_forward_derivatives_equal_finite_differences")
-COMPLETED = ("exercise_model_exchange", "test_runtime.py::test_model_exchange_needs_no_completed_step")
+STATES = ("exercise_states", "test_runtime_states.py::test_a_restored_state_repeats_bit_for_bit")
+SERIALIZED = ("exercise_states", "test_runtime_states.py::test_a_serialized_state_carries_over")
+FORWARD = ("exercise_derivatives", "test_runtime_derivatives.py::test_forward_derivatives_equal_finite_differences")
+COMPLETED = ("exercise_model_exchange", "test_runtime_model_exchange.py::test_model_exchange_needs_no_completed_step")
 TESTS = {
     "canGetAndSetFMUstate": STATES,
     "canGetAndSetFMUState": STATES,
@@ -30,7 +30,7 @@ TESTS = {
     "providesDirectionalDerivatives": FORWARD,
     "providesAdjointDerivatives": (
         "exercise_derivatives",
-        "test_runtime.py::test_adjoint_derivatives_are_the_transpose",
+        "test_runtime_derivatives.py::test_adjoint_derivatives_are_the_transpose",
     ),
     "canNotUseMemoryManagementFunctions": (
         "exercise_states",
@@ -41,14 +41,14 @@ TESTS = {
     "canInterpolateInputs": ("exercise_steps", "test_solvers.py::test_exact_equals_the_matrix_exponential"),
     "canHandleVariableCommunicationStepSize": (
         "exercise_steps",
-        "test_runtime.py::test_the_communication_step_may_vary",
+        "test_runtime_steps.py::test_the_communication_step_may_vary",
     ),
     "maxOutputDerivativeOrder": (
         "exercise_output_derivatives",
-        "test_runtime.py::test_output_derivatives_follow_the_motion",
+        "test_runtime_derivatives.py::test_output_derivatives_follow_the_motion",
     ),
     "hasEventMode": ("exercise_the_rest", "test_runtime.py::test_calls_that_an_fmu_does_not_offer"),
-    "mightReturnEarlyFromDoStep": ("exercise_states", "test_runtime.py::test_last_successful_time"),
+    "mightReturnEarlyFromDoStep": ("exercise_states", "test_runtime_steps.py::test_last_successful_time"),
 }
 """Flag: function of harness/exercise.c, test in Python."""
 
@@ -57,11 +57,11 @@ MORE = {
     "reset": ("exercise_states", "test_runtime.py::test_reset_is_a_new_instance"),
     "an error is a status and a message": (
         "exercise_errors",
-        "test_runtime.py::test_an_input_that_is_no_number_stops_the_step",
+        "test_runtime_steps.py::test_an_input_that_is_no_number_stops_the_step",
     ),
     "ticks at the sample time": (
         "exercise_steps",
-        "test_runtime.py::test_ticks_are_the_same_for_any_communication_step",
+        "test_runtime_steps.py::test_ticks_are_the_same_for_any_communication_step",
     ),
 }
 """What an FMU of ours promises beside its flags."""
