@@ -4,8 +4,9 @@
     model = parts["sdelta"].model(level="cartesian", **{"posture.rotation": "10,5,8", "damping_ratio": 0.02})
 
 Arguments are the keyword-only arguments of the part's function. A dotted name is a field of an argument that is a
-dataclass. A value may be text, as typed on a command line; the annotation says how it is read. The name of a parameter
-of the built model is accepted too and sets its start value, and `solver` names the solver of any part's FMU.
+dataclass; `posture.rotation[3]` is one element of it, and leaves the others as they are. A value may be text, as typed
+on a command line; the annotation says how it is read. The name of a parameter of the built model is accepted too and
+sets its start value, and `solver` names the solver of any part's FMU.
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
 a design study (`_study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
@@ -16,6 +17,7 @@ import difflib
 import importlib
 import inspect
 import pkgutil
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +26,8 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hfsa.components._model import SOLVERS, Kind, Model, ModelError, nearest, one_of
 from hfsa.components._study import Study
+
+_ELEMENT = re.compile(r"^(.+)\[(\d+)\]$")
 
 SOLVER = "solver"
 """The argument of every part that names the Co-Simulation solver of its FMU, one of `SOLVERS`."""
@@ -69,13 +73,17 @@ class Part:
         """Structural arguments of `build` (of `analyze` for an analysis) by full name."""
         return _arguments(self.build or self.analyze)
 
+    def has_argument(self, name: str) -> bool:
+        """Whether a name is that of a structural argument, or of an element of one."""
+        return name in self.arguments or _element(name, self.arguments) is not None
+
     def model(self, level: str | None = None, **arguments: Any) -> Model:
         """Build the model; unknown names and inadmissible values are a `ModelError` that names them."""
         if self.build is None:
             raise ModelError(f"{self.name} is an analysis and has no model; use its analysis instead")
         if level is not None:
             arguments = {"level": level, **arguments}
-        structural = {name: value for name, value in arguments.items() if name in self.arguments}
+        structural = {name: value for name, value in arguments.items() if self.has_argument(name)}
         model = self.build(**read_arguments(self.name, self.build, structural))
         parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
         for name, value in arguments.items():
@@ -165,7 +173,7 @@ def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[s
     hints = get_type_hints(function)
     values: dict[str, Any] = {}
     fields: dict[str, dict[str, Any]] = {}
-    for name, value in arguments.items():
+    for name, value in _whole(part, known, arguments).items():
         if name in hints and dataclasses.is_dataclass(value):
             values[name] = value
         elif name not in known:
@@ -185,6 +193,33 @@ def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[s
         base = values.get(owner, defaults[owner].default)
         values[owner] = dataclasses.replace(base, **given)
     return values
+
+
+def _element(name: str, known: Mapping[str, Argument]) -> tuple[str, int] | None:
+    """Return the argument and the place, from 1, that the name of an element means; `None` where it is no such name."""
+    match = _ELEMENT.match(name)
+    if match is None or name in known or match[1] not in known:
+        return None
+    annotation = known[match[1]].annotation
+    kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
+    return (match[1], int(match[2])) if any(get_origin(kind) in (tuple, list) for kind in kinds) else None
+
+
+def _whole(part: str, known: Mapping[str, Argument], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments with each element put into its vector; `ModelError` where that is too short."""
+    found = {name: value for name, value in arguments.items() if _element(name, known) is None}
+    for name in arguments:
+        if element := _element(name, known):
+            base, place = element
+            owner, _, field = base.partition(".")
+            default = getattr(arguments[owner], field) if owner in arguments and field else known[base].default
+            values = list(_read(f"{part}: {base}", known[base].annotation, found.get(base, default)) or ())
+            if not 1 <= place <= len(values):
+                has = f"elements 1 to {len(values)}" if values else "no elements until it is given whole"
+                raise ModelError(f"{part} has no argument {name!r}: {base} has {has}")
+            values[place - 1] = arguments[name]
+            found[base] = values
+    return found
 
 
 def _read(where: str, annotation: Any, value: Any) -> Any:

@@ -85,11 +85,11 @@ def _ingredients(component: Component) -> list:
         return [members, times, list(map(str, component.connections))]
     part = part_of(component)
     assert part.build is not None
-    structural = {name: value for name, value in component.arguments.items() if name in part.arguments}
+    structural = {name: value for name, value in component.arguments.items() if part.has_argument(name)}
     if component.level is not None:
         structural["level"] = component.level
     read = read_arguments(part.name, part.build, structural)
-    rest = {name: value for name, value in component.arguments.items() if name not in part.arguments}
+    rest = {name: value for name, value in component.arguments.items() if not part.has_argument(name)}
     rest = {name: value if name == SOLVER else float(value) for name, value in rest.items()}
     return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
 

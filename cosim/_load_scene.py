@@ -38,7 +38,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
         scene, own = read_scene(Path(name)), []
     else:
         part = _scene_part(name)
-        given = {key: arguments.pop(key) for key in list(arguments) if key in part.arguments}
+        given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
         assert part.build is not None
         scene, own = part.build(**read_arguments(part.name, part.build, given)), list(part.arguments)
     assert isinstance(scene, Scene)
@@ -76,7 +76,7 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     part = None if component.part.endswith(".fmu") else part_named(component.part, parts())
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
-    elif part is not None and argument in (*part.arguments, SOLVER):
+    elif part is not None and (part.has_argument(argument) or argument == SOLVER):
         changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
     else:
         start = {**component.start, argument: _start_value(component, part, argument, value)}

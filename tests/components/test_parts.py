@@ -10,7 +10,7 @@ import pytest
 import hfsa.components
 import hfsa.controllers
 from hfsa.components._model import Model, ModelError
-from hfsa.components._parts import Part, find, part_named
+from hfsa.components._parts import Part, find, part_named, read_arguments
 
 PARTS = find([hfsa.components, hfsa.controllers])
 
@@ -52,6 +52,19 @@ def test_text_is_read_as_the_annotation_says(part):
     }
 
 
+@pytest.mark.parametrize(
+    ("whole", "expected"),
+    [({}, (0, 0, 9)), ({"mount.lever": "1,2,3"}, (1, 2, 9)), ({"mount": Mount((4.0, 5.0, 6.0))}, (4, 5, 9))],
+)
+def test_one_element_of_a_vector_leaves_the_others(whole, expected):
+    assert read_arguments("gadget", gadget, {"mount.lever[3]": "9", **whole})["mount"].lever == expected
+
+
+def test_an_element_is_an_argument_of_a_model(part):
+    model = part.model(**{"mount.lever[3]": "9"})
+    assert model["gain"].start == model.information["mount.lever[3]"] == 9.0
+
+
 def test_a_parameter_of_the_model_takes_a_start_value(part):
     assert part.model(gain="7")["gain"].start == 7.0
 
@@ -69,6 +82,10 @@ def test_every_part_takes_a_solver(part):
         ({"mount.levr": "1,2,3"}, "no argument 'mount.levr'; did you mean mount.lever"),
         ({"mount.lever": "1,2"}, "mount.lever has 2 values, expected 3"),
         ({"mount.lever": "1,2,x"}, "mount.lever is 'x', expected a number"),
+        ({"mount.lever[4]": "1"}, r"no argument 'mount.lever\[4\]': mount.lever has elements 1 to 3"),
+        ({"mount.lever[0]": "1"}, r"no argument 'mount.lever\[0\]': mount.lever has elements 1 to 3"),
+        ({"mount.lever[1]": "x"}, "mount.lever is 'x', expected a number"),
+        ({"count[1]": "1"}, r"no argument 'count\[1\]'; did you mean count"),
         ({"count": "2.5"}, "count is '2.5', expected a whole number"),
         ({"gian": 1.0}, "no argument 'gian'; did you mean gain"),
         ({"gain": -1.0}, "gain is -1 1, expected 0 to inf"),
