@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scene_responses import errors
 
 from hfsa.components import pzt_stack, rrr_stage
 from hfsa.cosim import build
@@ -54,12 +55,6 @@ def by_hand(frequency: np.ndarray, level: str = "constant_jacobian", bias: float
         impedance = M * s**2 + (D + alpha**2 * RESISTANCE / corner * one) * s + K
         found.append(at["jacobian"] @ np.linalg.inv(impedance) * alpha / corner)
     return np.array(found)
-
-
-def errors(found: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
-    """Return the largest difference in dB and in degrees."""
-    ratio = found / expected
-    return np.abs(20 * np.log10(np.abs(ratio))).max(), np.abs(np.degrees(np.angle(ratio))).max()
 
 
 def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
