@@ -14,7 +14,8 @@ from spring_loop import controller, plant, sampled_controller
 
 from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim.cli import main
-from hfsa.cosim.instance import Fmu, Instance, Instances, open_instances
+from hfsa.cosim.instance import Fmu, Instance, Instances, StepError, open_instances
+from hfsa.cosim.stepping import make_master
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
 
@@ -75,6 +76,43 @@ def scene_cache(request) -> Iterator[Path]:
 def library(scene_cache) -> Path:
     """The stepping loop in C."""
     return stepping_library()
+
+
+@pytest.fixture
+def both(opened, library):
+    """What a run leaves behind with the loop in Python and with the one in C."""
+
+    def outcomes(system, files, run, algorithm="gauss_seidel", step_size=0.01):
+        ways = (None, library)
+        return [_outcome(make_master(opened(files), system, algorithm, step_size, way), run) for way in ways]
+
+    return outcomes
+
+
+def _outcome(master, run):
+    """Everything that can be seen of a run after it, numbers as bytes."""
+    failure = None
+    try:
+        recording = run(master)
+    except StepError as error:
+        recording, failure = master._recording, (str(error), error.status, error.time)
+    assert recording.rows > 0
+    numbers = recording.time.tobytes(), recording.values.tobytes(), master.wiring.bus.tobytes()
+    return failure, recording.rows, master.time, master.warnings, numbers
+
+
+@pytest.fixture
+def rewritten(tmp_path) -> Callable[[Path, str, str], Path]:
+    """Copy an FMU with some words of its description replaced."""
+
+    def copy(file: Path, old: str, new: str) -> Path:
+        other = tmp_path / f"{file.parent.name}_{file.name}"
+        with zipfile.ZipFile(file) as archive, zipfile.ZipFile(other, "w") as changed:
+            for name in archive.namelist():
+                changed.writestr(name, archive.read(name).replace(old.encode(), new.encode()))
+        return other
+
+    return copy
 
 
 @pytest.fixture(scope="session")

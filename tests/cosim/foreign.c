@@ -1,13 +1,15 @@
 /* An FMU of another maker, FMI 2 or 3: y integrates u, and from time `at` on it misbehaves as parameter `behaviour` says.
- * It cannot reset, has no derivatives and no FMU state. Functions that are not here are stubs that return an error.
- * FOLLOW is a lie about its dependencies: y follows u at once, which the description denies. Built with DEADLY, it kills
- * the process as soon as it is loaded: 1 by a signal, 2 by an exit. */
+ * It cannot reset, has no derivatives, and does not tell that it can get and set its state. Functions that are not here
+ * are stubs that return an error. FOLLOW is a lie about its dependencies: y follows u at once, which the description
+ * denies; REFUSE gives no state, LOSE takes none back. Built with DEADLY, it kills the process as soon as it is loaded: 1
+ * by a signal, 2 by an exit. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #if VERSION == 3
@@ -17,7 +19,7 @@
 #endif
 
 enum { TIME, U, Y, BEHAVIOUR, AT, VALUES };
-enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH };
+enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH, REFUSE, LOSE };
 
 typedef struct {
   double v[VALUES];
@@ -56,7 +58,30 @@ static int values(Fmu* f, const unsigned* r, size_t n, double* out, const double
   return 0;
 }
 
+static int save(Fmu* f, void** state) {
+  if (f->v[TIME] >= f->v[AT] && f->v[BEHAVIOUR] == REFUSE) return 3;
+  if (!*state) *state = malloc(sizeof f->v);
+  memcpy(*state, f->v, sizeof f->v);
+  return 0;
+}
+
+static int restore(Fmu* f, void* state) {
+  if (f->v[TIME] >= f->v[AT] && f->v[BEHAVIOUR] == LOSE) return 3;
+  memcpy(f->v, state, sizeof f->v);
+  return 0;
+}
+
+static int release(void** state) {
+  free(*state);
+  *state = 0;
+  return 0;
+}
+
 #if VERSION == 3
+
+fmi3Status fmi3GetFMUState(fmi3Instance f, fmi3FMUState* state) { return save(f, state); }
+fmi3Status fmi3SetFMUState(fmi3Instance f, fmi3FMUState state) { return restore(f, state); }
+fmi3Status fmi3FreeFMUState(fmi3Instance f, fmi3FMUState* state) { return release(state); }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible,
                                          fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early,
@@ -91,6 +116,10 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
 }
 
 #else
+
+fmi2Status fmi2GetFMUstate(fmi2Component f, fmi2FMUstate* state) { return save(f, state); }
+fmi2Status fmi2SetFMUstate(fmi2Component f, fmi2FMUstate state) { return restore(f, state); }
+fmi2Status fmi2FreeFMUstate(fmi2Component f, fmi2FMUstate* state) { return release(state); }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions* host, fmi2Boolean visible, fmi2Boolean logging) {

@@ -14,7 +14,6 @@ from hfsa.cosim import _compiled, stepping
 from hfsa.cosim._compiled import chosen_loop, stepping_library
 from hfsa.cosim._load_scene import scenes
 from hfsa.cosim.build import build, instrument, load_scene
-from hfsa.cosim.instance import StepError
 from hfsa.cosim.results import read_run
 from hfsa.cosim.stepping import CompiledMaster, installed_library, library_name, make_master
 from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, Component, Connection, System
@@ -23,29 +22,6 @@ from hfsa.fmus.compile import compiler
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture
-def both(opened, library):
-    """What a run leaves behind with the loop in Python and with the one in C."""
-
-    def outcomes(system, files, run, algorithm="gauss_seidel", step_size=0.01):
-        ways = (None, library)
-        return [_outcome(make_master(opened(files), system, algorithm, step_size, way), run) for way in ways]
-
-    return outcomes
-
-
-def _outcome(master, run):
-    """Everything that can be seen of a run after it, numbers as bytes."""
-    failure = None
-    try:
-        recording = run(master)
-    except StepError as error:
-        recording, failure = master._recording, (str(error), error.status, error.time)
-    assert recording.rows > 0
-    numbers = recording.time.tobytes(), recording.values.tobytes(), master.wiring.bus.tobytes()
-    return failure, recording.rows, master.time, master.warnings, numbers
 
 
 # The same bits --------------------------------------------------------------------------------------------------------
