@@ -3,8 +3,9 @@
 import ctypes
 import fcntl
 import os
+import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -37,6 +38,14 @@ def pytest_generate_tests(metafunc):
     if "variant" in metafunc.fixturenames:
         ids = [name if level is None else f"{name}-{level}" for name, level in VARIANTS]
         metafunc.parametrize("variant", VARIANTS, ids=ids, scope="session")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def heard() -> Iterator[None]:
+    """Tests and the processes that they start hear Ctrl-C, also in the background of a shell, which ignores it there."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")
