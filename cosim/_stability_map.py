@@ -16,6 +16,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.stability import Cycle, Mode
 from hfsa.cosim.step_limits import LIMITED
-from hfsa.cosim.system import Scene, StructureError, nearest
+from hfsa.cosim.system import Scene, StructureError, in_order, nearest
 
 STEP_SIZE = "step_size"
 """Name of the communication step [s] among the arguments of a map."""
@@ -45,6 +46,9 @@ FEWEST, MOST, FOLDS = 60, 40_000, 4.0
 
 SLOW = 0.2
 """Times that a mode must grow or decay by e within the steps there are, to be told."""
+
+FAR = 1e3
+"""Times as large as at the beginning a deviation has grown, whatever it does then: a saturated one goes in circles."""
 
 GEOMETRIC = 10.0
 """Ratio of an axis' ends from which its points are evenly spaced by ratio."""
@@ -113,17 +117,20 @@ def stability_map(
     fuse: Sequence[str] = (),
     step_size: float | None = None,
     algorithm: str | None = None,
+    order: Sequence[str] = (),
     report: Callable[[float, str], None] | None = None,
 ) -> StabilityMap:
     """Return the map of a scene over one or two axes.
 
-    `arguments` are the scene's others, `fuse` groups of components that become one FMU each, both as typed.
+    `arguments` are the scene's others, `fuse` groups of components that become one FMU each, both as typed; `order`
+    holds components in that of their steps.
     `report` is called with the part done, 0 to 1. `StructureError` for an algorithm without a known limit, axes that
     do not go with each other or with the rest, and where no point at all can be built, with the first reason.
     """
     _check_axes(axes, arguments, step_size)
     shape = tuple(len(axis.values) for axis in axes)
-    points = {index: _Point(name, arguments, axes, index, fuse, step_size, algorithm) for index in np.ndindex(shape)}
+    load = partial(_scene, name, fuse, algorithm, order)
+    points = {index: _Point(load, arguments, axes, index, step_size) for index in np.ndindex(shape)}
     growth, stable, messages = np.full(shape, np.nan), np.zeros(shape, dtype=bool), {}
     for done, (index, point) in enumerate(points.items(), 1):
         try:
@@ -158,28 +165,35 @@ def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: f
             raise StructureError(f"--vary {name} and -p {name}={arguments[name]}: leave one out")
 
 
+def _scene(
+    name: str,
+    fuse: Sequence[str],
+    algorithm: str | None,
+    order: Sequence[str],
+    arguments: Mapping[str, str],
+    step_size: float | None,
+) -> Scene:
+    """Return a scene as it is looked at."""
+    scene = with_fusion(build.load_scene(name, arguments), fuse)
+    changes = {"step_size": step_size, "algorithm": algorithm, "system": in_order(scene.system, order)}
+    return replace(scene, **{key: value for key, value in changes.items() if value is not None})
+
+
 class _Point:
     """One point of a map."""
 
     def __init__(
         self,
-        name: str,
+        load: Callable[[Mapping[str, str], float | None], Scene],
         arguments: Mapping[str, str],
         axes: Sequence[Axis],
         index: Sequence[int],
-        fuse: Sequence[str],
         step_size: float | None,
-        algorithm: str | None,
     ):
         values = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)}
         step_size = values.pop(STEP_SIZE, step_size)
-        changes = {"step_size": step_size, "algorithm": algorithm}
-        self._load = lambda: replace(
-            with_fusion(
-                build.load_scene(name, {**arguments, **{key: repr(value) for key, value in values.items()}}), fuse
-            ),
-            **{key: value for key, value in changes.items() if value is not None},
-        )
+        typed = {key: repr(value) for key, value in values.items()}
+        self._load = partial(load, {**arguments, **typed}, step_size)
         self.scene: Scene
         self._mode: Mode | None = None
 
@@ -226,9 +240,7 @@ class _Point:
         if rows <= steps:  # it left every bound
             return int(mode.rate > 0)
         size = np.linalg.norm((moving[:rows] - still[:rows]) / self._scale, axis=1)
-        third = rows // 3
-        first, last = size[third : 2 * third].max(), size[-third:].max()
-        return int((last > first) == (mode.rate > 0))
+        return int(_has_grown(size) == (mode.rate > 0))
 
     def _steps(self, mode: Mode) -> int:
         """Return the steps after which a mode can be told to grow or decay."""
@@ -251,6 +263,13 @@ class _Point:
             except StepError:
                 pass
             return recording.values.copy()
+
+
+def _has_grown(size: NDArray[np.float64]) -> bool:
+    """Whether a deviation, (points,), grows: from the middle third to the last, or so fast that something saturates."""
+    third = len(size) // 3
+    first, last = size[third : 2 * third].max(), size[-third:].max()
+    return bool(last > first or size.max() > FAR * size[:2].max())
 
 
 def _chosen(built: NDArray[np.bool_], stable: NDArray[np.bool_]) -> list[tuple[int, ...]]:

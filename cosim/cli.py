@@ -431,6 +431,7 @@ def stability(
     *,
     parameter: Arguments = None,
     fuse: Fuse = None,
+    order: Order = None,
     step: Positive = None,
     vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
     algorithm: Algorithm | None = None,
@@ -458,7 +459,7 @@ def stability(
     """
     from hfsa.cosim._commands.stability import Request, stability_answer
 
-    request = Request(fuse or (), step, algorithm, vary or (), output)
+    request = Request(fuse or (), step, algorithm, order, vary or (), output)
     with shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show)
     shell.answer(data, text, json)

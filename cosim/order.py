@@ -37,9 +37,6 @@ from hfsa.cosim.system import System, connector
 ORDERED = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "linearized_feedback")
 """Algorithms to which the order makes a difference."""
 
-COMPUTABLE = ORDERED[:3]
-"""Those whose order can be computed."""
-
 MOST = 120
 """Orders up to which all that differ are compared."""
 

@@ -14,7 +14,7 @@ from hfsa.cosim import build, levels
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, stepping_in
 from hfsa.cosim.instance import open_instances
-from hfsa.cosim.order import COMPUTABLE, ORDERED, Case, Excitation, Modes, Responses, best_order
+from hfsa.cosim.order import ORDERED, Case, Excitation, Modes, Responses, best_order
 from hfsa.cosim.results import OrderChoice
 from hfsa.cosim.system import Scene, StructureError, meant, nearest
 
@@ -29,12 +29,10 @@ def with_order(scene: Scene, words: str) -> Scene:
     computed stays as it is. `StructureError` where the scene's algorithm knows no order, or for what ticks: when that
     is, and after whom, is what the system is.
     """
-    known = COMPUTABLE if words == COMPUTED else ORDERED
-    if scene.algorithm not in known:
-        what = "is not computed" if scene.algorithm in ORDERED else "makes no difference"
+    if scene.algorithm not in ORDERED:
         raise StructureError(
-            f"--order {words}: with {scene.algorithm} the order of steps {what}; take {', '.join(known[:-1])} or "
-            f"{known[-1]}"
+            f"--order {words}: with {scene.algorithm} the order of steps makes no difference; it does with "
+            f"{', '.join(ORDERED[:-1])} and {ORDERED[-1]}"
         )
     if words == COMPUTED:
         return scene

@@ -13,6 +13,8 @@ from typing import Any
 
 from hfsa.cosim import build
 from hfsa.cosim._commands.measure import Loaded, load, with_levels
+from hfsa.cosim._commands.orders import with_computed_order
+from hfsa.cosim._commands.reports import order_data
 from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._stability_map import StabilityMap, default_path, parse_axis, stability_map
@@ -38,6 +40,7 @@ class Request:
     Attributes:
         fuse: groups of components that become one FMU each, as typed.
         step_size: [s].
+        order: of the components' steps, as typed.
         vary: axes of a map, as typed; none for limits.
         file: of the map.
     """
@@ -45,6 +48,7 @@ class Request:
     fuse: Sequence[str] = ()
     step_size: float | None = None
     algorithm: str | None = None
+    order: str | None = None
     vary: Sequence[str] = ()
     file: Path | None = None
 
@@ -56,7 +60,8 @@ def stability_answer(
 
     `StructureError` for words that do not go together, and where the scene has no equilibrium.
     """
-    loaded = load(name, arguments, request.fuse, step_size=request.step_size)
+    changes = {"step_size": request.step_size, "algorithm": request.algorithm}
+    loaded = load(name, arguments, request.fuse, order=request.order, **changes)
     if not request.vary:
         if request.file is not None:
             raise StructureError(
@@ -71,6 +76,7 @@ def stability_answer(
         fuse=request.fuse,
         step_size=request.step_size,
         algorithm=request.algorithm,
+        order=_names(loaded),
         report=report,
     )
     agree, simulated = found.agreement
@@ -80,6 +86,7 @@ def stability_answer(
 def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:
     """Return the limits of a scene under one algorithm, `None` for all, as data and as text."""
     scene, _ = with_levels(loaded.scene, None)
+    scene, order = with_computed_order(scene, loaded.order)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
     asked = ALGORITHMS if algorithm is None else (algorithm,)
@@ -97,6 +104,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     data = {
         "step_size": scene.step_size,
         "algorithm": scene.algorithm,
+        "order": order_data(order),
         "growth": growth,
         "sample_time": None
         if sampling is None
@@ -106,11 +114,20 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     }
     lines = [
         f"{loaded.title}: communication steps about the equilibrium",
+        *([order.sentence] if order else []),
         _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
         *(limit.message for limit in limits if limit.message),
         *_without_steps(sampling, growth),
     ]
     return data, "\n".join(lines)
+
+
+def _names(loaded: Loaded) -> list[str]:
+    """Return a scene's components in the order that was asked for; none where none was."""
+    if loaded.order is None:
+        return []
+    scene, _ = with_computed_order(with_levels(loaded.scene, None)[0], loaded.order)
+    return [component.name for component in scene.system.components]
 
 
 def _map(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], str]:

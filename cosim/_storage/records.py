@@ -70,11 +70,10 @@ class OrderChoice:
     @property
     def sentence(self) -> str:
         """The choice on one line, with both errors."""
-        how = "all that differ" if self.is_complete else "by exchanging neighbours until none is better"
-        own = f"; in the scene's own {_erring(self.own_error)}" if self.order != self.own else ", the scene's own"
-        return (
-            f"order {', '.join(self.order)}: {self.about} {_erring(self.error)}{own}; {self.compared} compared, {how}"
-        )
+        how = "all that differ" if self.is_complete else "by exchanging two of them until none is better"
+        own = ", the scene's own" if self.order == self.own else f"; in the scene's own {_erring(self.own_error)}"
+        found = f"order {', '.join(self.order)}: {self.about} {_erring(self.error)}{own}"
+        return f"{found}; {self.compared} orders compared, {how}"
 
 
 def _erring(error: float) -> str:
