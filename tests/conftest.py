@@ -42,7 +42,7 @@ def pytest_generate_tests(metafunc):
 
 @pytest.fixture(scope="session", autouse=True)
 def heard() -> Iterator[None]:
-    """Tests and the processes that they start hear Ctrl-C, also in the background of a shell, which ignores it there."""
+    """Tests, and processes that they start, hear Ctrl-C, also where a shell runs them in the background, deaf to it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
