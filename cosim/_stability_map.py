@@ -48,7 +48,7 @@ SLOW = 0.2
 """Times that a mode must grow or decay by e within the steps there are, to be told."""
 
 FAR = 1e3
-"""Times as large as at the beginning a deviation has grown, whatever it does then: a saturated one goes in circles."""
+"""Times as large as at the beginning that a deviation has grown for sure, or as small that it has died out."""
 
 GEOMETRIC = 10.0
 """Ratio of an axis' ends from which its points are evenly spaced by ratio."""
@@ -266,10 +266,13 @@ class _Point:
 
 
 def _has_grown(size: NDArray[np.float64]) -> bool:
-    """Whether a deviation, (points,), grows: from the middle third to the last, or so fast that something saturates."""
+    """Whether a deviation, (points,), grows from the middle third to the last.
+
+    It also does where something saturates by then, and does not where it has died out and rounding is left.
+    """
     third = len(size) // 3
-    first, last = size[third : 2 * third].max(), size[-third:].max()
-    return bool(last > first or size.max() > FAR * size[:2].max())
+    start, first, last = size[:2].max(), size[third : 2 * third].max(), size[-third:].max()
+    return bool(FAR * last > start and (last > first or size.max() > FAR * start))
 
 
 def _chosen(built: NDArray[np.bool_], stable: NDArray[np.bool_]) -> list[tuple[int, ...]]:
