@@ -1,31 +1,26 @@
-"""SUNDIALS' CVODE on the joint equation of a system, each state in a unit of its own size.
+"""A solver of SUNDIALS on the joint equation of a system, each state in a unit of its own size.
 
-    integrator = Integrator(ode)
+    integrator = Cvode(ode)                            # `_cvode.py`, or `_ida.py`
     integrator.begin(t, x, step, horizon)              # at the start of a run
     x = integrator.advance(to, stop)                   # x(to); no FMU is asked for anything beyond stop
     integrator.restart(t, x)                           # after an event
 
 Tolerances are relative to the size of each state: the largest value that it has had so far, or what the others are
 about to bring it to, or what rounding moves it by, whichever is more. So a machine that moves by 1 nm is integrated as
-accurately as one that moves by 1 mm, and nobody resolves noise. When a state outgrows its unit, CVODE goes on with a
-larger one; units are powers of two, so that nothing is rounded.
-
-The method is that of Adams, of order up to 12: on vibration with little damping its error is a hundredth of BDF's, at a
-third of the cost. Where a fast and well damped mode would keep its step short, it is BDF, of order up to 5.
+accurately as one that moves by 1 mm, and nobody resolves noise. When a state outgrows its unit, the solver goes on with
+a larger one; units are powers of two, so that nothing is rounded.
 """
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from abc import ABC, abstractmethod
+from importlib import import_module
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hfsa.cosim._fmi.instance import StepError
 from hfsa.cosim._joint_ode import JointOde
 from hfsa.cosim.system import StructureError
-
-if TYPE_CHECKING:
-    from sksundae.cvode import CVODE
 
 TOLERANCE = 3e-14
 """Local error of a step, relative to the size of a state: 1e-10 over a hundred periods of a vibration."""
@@ -36,40 +31,34 @@ SMALLEST = 2.0**-40
 GROWTH = 8.0
 """How much a state may outgrow its unit."""
 
-STIFF = 30.0
-"""Ratio of the fastest damped pole to what is to be followed from which on BDF takes fewer steps."""
-
-_REFUSALS = ("discard", "does not converge")
+REFUSALS = ("discard", "does not converge")
 """What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
 
 _STEP = 0.1
-"""Usual step of CVODE, relative to the shortest time in which anything happens."""
+"""Usual step of the solver, relative to the shortest time in which anything happens."""
 
 _LINES = 3
 """Lines along which noise is measured."""
 
-_NEGLIGIBLE = 1e-9
-"""Poles below this part of the fastest one are rounding."""
 
-
-class Integrator:
+class Integrator(ABC):
     """Integrates a joint equation; `StructureError` where SUNDIALS is not installed.
 
     Attributes:
-        method: of Adams, or backward differentiation (BDF).
-        time: to which CVODE has come [s].
+        name: of the solver.
+        time: to which the solver has come [s].
         wants_event: whether an FMU wants an event there.
     """
 
+    name: ClassVar[str]
+
     def __init__(self, ode: JointOde):
         self._ode = ode
-        self._solvers = {method: _solver(self._rhs, self._differentiate, method) for method in ("Adams", "BDF")}
-        self.method: Literal["Adams", "BDF"] = "Adams"
         self.time, self.wants_event = 0.0, False
         n = len(ode.x)
         self._x, self._unit, self._peak, self._nominal = np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)
         self._limit = np.zeros(n)  # above which a state has outgrown its unit
-        self._fastest = 0.0
+        self._fastest, self._value_noise = 0.0, np.zeros(len(ode.places))
         self._refusal: StepError | None = None
 
     def begin(self, time: float, x: np.ndarray, step: float, horizon: float) -> None:
@@ -77,7 +66,7 @@ class Integrator:
         self._peak[:] = 0.0
         self._nominal = self._ode.nominals()
         self._ode.evaluate(time, x)
-        self._choose(np.linalg.eigvals(self._ode.jacobian()), step, horizon)
+        self._prepare(step, horizon)
         self._limit[:], self._fastest = 0.0, 0.0
         self.restart(time, x)
 
@@ -90,12 +79,12 @@ class Integrator:
         self._peak = np.maximum(self._peak, np.maximum(np.abs(x), push))
         if self._is_outgrown:
             self._measure(time, x)
-        self._solver.init_step(time, x / self._unit)
+        self._start(time, x)
 
     def advance(self, to: float, stop: float) -> np.ndarray:
-        """Return x at `to`, or at `time` where an FMU wants an event; CVODE looks ahead as far as `stop`.
+        """Return x at `to`, or at `time` where an FMU wants an event; the solver looks ahead as far as `stop`.
 
-        `StepError` where an FMU fails, or CVODE cannot go on.
+        `StepError` where an FMU fails, or the solver cannot go on.
         """
         if not len(self._x):
             self.time = to
@@ -107,51 +96,38 @@ class Integrator:
             self.wants_event = self._ode.complete_step(self.time, self._x)
             if self.wants_event:
                 return self._x
-        return self._x if self.time == to else self._unit * self._solver.step(to, "normal", stop).y
+        return self._x if self.time == to else self._states(self._solver.step(to, "normal", stop))
 
     # Frame ------------------------------------------------------------------------------------------------------------
 
     @property
-    def _solver(self) -> "CVODE":
-        return self._solvers[self.method]
+    @abstractmethod
+    def _solver(self) -> Any:
+        """The solver of scikit-sundae that is at work."""
+
+    @abstractmethod
+    def _prepare(self, step: float, horizon: float) -> None:
+        """Make what suits a run from the point of the last evaluation on; as `begin`."""
+
+    @abstractmethod
+    def _start(self, time: float, x: np.ndarray) -> None:
+        """Let the solver begin anew at x, (n,), in the present units."""
 
     @property
     def _is_outgrown(self) -> bool:
         return bool((self._peak >= self._limit).any())
 
+    def _states(self, result: Any) -> np.ndarray:
+        """Return x, (n,), of what the solver has found."""
+        return self._unit * result.y[: len(self._unit)]
+
     def _step(self, to: float, stop: float) -> None:
-        """Take one step of CVODE."""
+        """Take one step of the solver."""
         result = self._solver.step(to, "onestep", stop)
         if not result.success:
             self._fail(result.message)
-        self.time, self._x, self._refusal = float(result.t), self._unit * result.y, None
+        self.time, self._x, self._refusal = float(result.t), self._states(result), None
         np.maximum(self._peak, np.abs(self._x), out=self._peak)
-
-    def _rhs(self, time: float, z: np.ndarray, rates: np.ndarray) -> None:
-        """What CVODE integrates; it tries a smaller step where an FMU refuses a state."""
-        try:
-            rates[:] = self._ode.evaluate(time, z * self._unit) / self._unit
-        except StepError as error:
-            if error.status not in _REFUSALS:
-                raise
-            self._refusal = error
-            rates[:] = np.nan
-
-    def _differentiate(self, time: float, z: np.ndarray, _rates: np.ndarray, matrix: np.ndarray) -> None:
-        self._ode.evaluate(time, z * self._unit)
-        matrix[:, :] = self._ode.jacobian() * self._unit / self._unit[:, None]
-
-    def _choose(self, poles: NDArray[np.float64] | NDArray[np.complex128], step: float, horizon: float) -> None:
-        """Choose the method by the poles [rad/s] of the equation at the start.
-
-        What is to be followed is the fastest vibration; where there is none, the slowest pole, or what can be seen.
-        """
-        poles = poles[np.abs(poles) > _NEGLIGIBLE * np.abs(poles).max(initial=0.0)]
-        is_damped = -poles.real > np.abs(poles.imag)
-        damped, others = np.abs(poles[is_damped]), np.abs(poles[~is_damped])
-        followed = others.max() if len(others) else damped.min(initial=1 / step)
-        is_stiff = damped.max(initial=0.0) > STIFF * max(followed, 1 / horizon)
-        self.method = "BDF" if is_stiff else "Adams"
 
     def _measure(self, time: float, x: np.ndarray) -> None:
         """Choose units by the sizes of the states.
@@ -166,13 +142,14 @@ class Integrator:
         if self._fastest:
             size = np.maximum(size, rates / self._fastest)
             size = _spread(size, jacobian / self._fastest)
-            noise = self._noise(time, x, size) * _STEP / self._fastest
+            noise, self._value_noise = np.split(self._noise(time, x, size), [len(x)])
+            noise *= _STEP / self._fastest
             size = _spread(np.maximum(size, noise / TOLERANCE), jacobian / self._fastest)
         self._unit = 2.0 ** np.ceil(np.log2(size))
         self._limit = GROWTH * self._unit
 
     def _noise(self, time: float, x: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """Return the standard deviation of the noise that rounding makes in der(x), (n,), where states have a size.
+        """Return the standard deviation of the noise that rounding makes in [der(x); w], (n + m,), at sizes of x.
 
         Sixth differences along a line leave nothing of a smooth function, and amplify noise by a known factor (Moré and
         Wild, Estimating computational noise, 2011). Of several lines the least counts: one may cross a kink.
@@ -180,23 +157,26 @@ class Integrator:
         found = []
         for direction in np.random.default_rng(0).uniform(-1, 1, (_LINES, len(x))):
             try:
-                line = [self._ode.evaluate(time, x + (1 + 1e-3 * k) * size * direction).copy() for k in range(9)]
+                line = [
+                    np.concatenate([self._ode.evaluate(time, x + (1 + 1e-3 * k) * size * direction), self._ode.values])
+                    for k in range(9)
+                ]
             except StepError as error:
-                if error.status not in _REFUSALS:
+                if error.status not in REFUSALS:
                     raise
                 continue
             differences = np.diff(np.array(line), 6, axis=0)
             found.append(np.sqrt(np.mean(differences**2, axis=0) / math.comb(12, 6)))
-        return np.min(found, axis=0) if found else np.zeros(len(x))
+        return np.min(found, axis=0) if found else np.zeros(len(x) + len(self._ode.places))
 
     def _fail(self, message: str) -> None:
-        """Raise what kept CVODE from going on."""
+        """Raise what kept the solver from going on."""
         if self._refusal is not None:
             raise self._refusal
         worst = self._ode.states[int(np.argmax(np.abs(self._ode.evaluate(self.time, self._x)) / self._unit))]
         raise StepError(
             worst.partition(".")[0],
-            "CVODE",
+            self.name,
             "cannot go on",
             self.time,
             f"{message} The state that changes fastest is {worst}",
@@ -210,14 +190,13 @@ def _spread(size: np.ndarray, gain: np.ndarray) -> np.ndarray:
     return size
 
 
-def _solver(rhs: Any, jacobian: Any, method: str) -> "CVODE":
-    """Return a solver whose tolerances suit states in units of their own; they are given by the first one."""
+def sundials(module: str, name: str) -> Any:
+    """Return a class of scikit-sundae; `StructureError` where that is not installed."""
     try:
-        from sksundae.cvode import CVODE  # takes seconds
+        return getattr(import_module(f"sksundae.{module}"), name)  # takes seconds
     except ImportError as error:
         raise StructureError(
-            f"algorithm monolithic integrates by SUNDIALS, but its package scikit-sundae cannot be loaded ({error}). "
-            "There are wheels of it for x86-64 and macOS; elsewhere it is built where SUNDIALS is installed. The "
-            "algorithms of co-simulation do without"
+            f"algorithms monolithic and monolithic_dae integrate by SUNDIALS, but its package scikit-sundae cannot be "
+            f"loaded ({error}). There are wheels of it for x86-64 and macOS; elsewhere it is built where SUNDIALS is "
+            "installed. The algorithms of co-simulation do without"
         ) from None
-    return CVODE(rhs, jacfn=jacobian, method=method, rtol=TOLERANCE, atol=TOLERANCE)

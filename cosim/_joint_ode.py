@@ -1,19 +1,21 @@
-"""The FMUs of a system in Model Exchange, joined into one ordinary differential equation.
+"""The FMUs of a system in Model Exchange, joined into one differential equation.
 
     ode = JointOde(instances, wiring, exchange, report)
     ode.evaluate(t, x)                                 # -> der(x); inputs then agree with outputs
-    ode.jacobian()                                     # d der(x) / d x at the point of the last evaluation
+    ode.evaluate_open(t, x, w)                         # -> der(x), and the outputs where the inputs are w
+    ode.partials()                                     # [[A, B], [C, D]] at the point of the last evaluation
+    ode.jacobian()                                     # d der(x) / d x there
 
-x are the continuous states of all instances, in the system's order. The FMUs' own derivatives are closed by the
-connections: with u, the connected outputs and the inputs they feed,
+x are the continuous states of all instances, in the system's order; w are the connected outputs that flow between
+ticks, and the inputs that they feed. The FMUs' own derivatives are closed by the connections:
 
-    der(x) = A x + B u,     u = C x + D u     =>     d der(x) / d x = A + B (1 - D)^-1 C
+    der(x) = A x + B w,     w = C x + D w     =>     d der(x) / d x = A + B (1 - D)^-1 C
 
 An instance without continuous states whose connected outputs change at ticks only is at rest in between: its outputs
 are set where they go, and it is left alone.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,8 +23,10 @@ import numpy as np
 
 from hfsa.cosim._fmi.instance import Call, Handle
 from hfsa.cosim.actions.action import Group, Transfer
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.model_exchange import ModelExchangeInstance
+from hfsa.cosim.system import Connection
 
 _DIFFERENCE = 1e-7
 """Relative size of the differences that stand in for directional derivatives."""
@@ -33,8 +37,8 @@ class _Derivatives:
     """One FMU's partial derivatives: `call` differentiates along the array of `knowns` into that of `unknowns`.
 
     Attributes:
-        rows: for each of its rows in the matrix of [rates; u], from which unknown; `places` are those rows.
-        columns: place of each known among [x; u].
+        rows: for each of its rows in the matrix of [rates; w], from which unknown; `places` are those rows.
+        columns: place of each known among [x; w].
     """
 
     call: Call
@@ -51,6 +55,7 @@ class JointOde:
     Attributes:
         states: full names of x.
         x, rates: the arrays that the instances read and write, (n,).
+        places: of w on the bus, (m,).
         awaits_steps: whether an FMU wants to be told of each step of the integrator.
     """
 
@@ -76,42 +81,61 @@ class JointOde:
             if instance.size:
                 before.append(instance.state_setter(self.x[self._places[name]]))
                 after.append(instance.rate_getter(self.rates[self._places[name]]))
-        between = [action.call for action in self._flowing(exchange, set(moving))]
-        self._calls = [(call.run, call) for call in (*before, *between, *after)]
+        flowing = self._flowing(exchange, set(moving))
+        self._calls = [*before, *(action.call for action in flowing), *after]
+        self._open_calls = [*before, *_opened(flowing), *after]
+        self.places = np.array([i for i, c in enumerate(wiring.connections) if self._flows(c, set(moving))], dtype=int)
         has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
         self._derivatives = self._prepared(moving) if has_derivatives else None
         self._waiting = [i for i in instances.values() if i.fmu.description.awaits_steps]
         self.awaits_steps = bool(self._waiting)
 
+    @property
+    def values(self) -> np.ndarray:
+        """The outputs w of the last evaluation, (m,)."""
+        return self._wiring.bus[self.places]
+
+    @property
+    def value_nominals(self) -> np.ndarray:
+        """Sizes of w as the FMUs state them, (m,)."""
+        starts = [self._wiring.split(self._wiring.connections[i].start) for i in self.places]
+        return np.array([abs(self._wiring.connectors[component][name].nominal) for component, name in starts])
+
     def evaluate(self, time: float, x: np.ndarray) -> np.ndarray:
         """Return der(x), the same array at every call; `StepError` where an FMU has none."""
         self._wiring.time.value = time
         self.x[:] = x
-        for run, call in self._calls:
-            status = run()
-            if status:
-                self._report(call, status)
+        self._run(self._calls)
         return self.rates
 
-    def jacobian(self) -> np.ndarray:
-        """Return d der(x) / d x, (n, n), at the point of the last evaluation, by differences where an FMU has none."""
+    def evaluate_open(self, time: float, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return der(x), the same array at every call, and the outputs, (m,), where the inputs are w."""
+        self._wiring.bus[self.places] = w
+        self._wiring.time.value = time
+        self.x[:] = x
+        self._run(self._open_calls)
+        return self.rates, self.values
+
+    def partials(self) -> np.ndarray:
+        """Return [[A, B], [C, D]], (n + m, n + m), at the last evaluation, by differences where an FMU has none."""
         if self._derivatives is None:
             return self._differences()
-        n = len(self.x)
-        size = n + len(self._wiring.bus)
-        joint = np.zeros((size, size))
+        joint = np.zeros((len(self.x) + len(self.places),) * 2)
         for part in self._derivatives:
-            seed, answer, run = part.knowns.values, part.unknowns.values, part.call.run
+            seed, answer = part.knowns.values, part.unknowns.values
             own = np.zeros((len(answer), len(seed)))
             for j in range(len(seed)):
                 seed[:] = 0.0
                 seed[j] = 1.0
-                status = run()
-                if status:
-                    self._report(part.call, status)
+                self._run([part.call])
                 own[:, j] = answer
             joint[np.ix_(part.places, part.columns)] = own[part.rows]
-        through = np.linalg.solve(np.eye(size - n) - joint[n:, n:], joint[n:, :n])
+        return joint
+
+    def jacobian(self) -> np.ndarray:
+        """Return d der(x) / d x, (n, n), at the point of the last evaluation."""
+        joint, n = self.partials(), len(self.x)
+        through = np.linalg.solve(np.eye(len(self.places)) - joint[n:, n:], joint[n:, :n])
         return joint[:n, :n] + joint[:n, n:] @ through
 
     def complete_step(self, time: float, x: np.ndarray) -> bool:
@@ -131,15 +155,24 @@ class JointOde:
         found = np.concatenate([np.zeros(0), *(instance.nominals() for instance in self._instances.values())])
         return np.where(found > 0, found, 1.0)
 
+    def _run(self, calls: Iterable[Any]) -> None:
+        for call in calls:
+            status = call.run()
+            if status:
+                self._report(call, status)
+
     def _differences(self) -> np.ndarray:
-        time, x, rates = self._wiring.time.value, self.x.copy(), self.rates.copy()
-        steps = _DIFFERENCE * np.maximum(np.abs(x), self.nominals())
-        result = np.zeros((len(x), len(x)))
-        for j, step in enumerate(steps):
-            moved = x.copy()
+        """Return what `partials` does, by differences."""
+        time, n = self._wiring.time.value, len(self.x)
+        start, sizes = np.concatenate([self.x, self.values]), np.concatenate([self.nominals(), self.value_nominals])
+        before = np.concatenate(self.evaluate_open(time, start[:n], start[n:]))
+        result = np.zeros((len(start), len(start)))
+        for j, step in enumerate(_DIFFERENCE * np.maximum(np.abs(start), sizes)):
+            moved = start.copy()
             moved[j] += step
-            result[:, j] = (self.evaluate(time, moved) - rates) / (moved[j] - x[j])
-        self.evaluate(time, x)
+            after = np.concatenate(self.evaluate_open(time, moved[:n], moved[n:]))
+            result[:, j] = (after - before) / (moved[j] - start[j])
+        self.evaluate(time, start[:n])
         return result
 
     def _is_held(self, output: str) -> bool:
@@ -147,6 +180,10 @@ class JointOde:
         component, _, variable = output.partition(".")
         description = self._instances[component].fmu.description
         return description.has_sample_time and description.variables[variable].variability == "discrete"
+
+    def _flows(self, connection: Connection, moving: Container[str]) -> bool:
+        """Whether what a connection carries changes between ticks, and moves an instance that is not at rest."""
+        return connection.end.partition(".")[0] in moving and not self._is_held(connection.start)
 
     def _rests(self, name: str) -> bool:
         connected = [c.start for c in self._wiring.connections if c.start.partition(".")[0] == name]
@@ -171,12 +208,8 @@ class JointOde:
 
     def _prepared(self, moving: Mapping[str, ModelExchangeInstance]) -> list[_Derivatives]:
         """Return what differentiates each FMU between the connections that flow."""
-        n = len(self.x)
-        ends = [
-            (n + i, connection.start.partition("."), connection.end.partition("."))
-            for i, connection in enumerate(self._wiring.connections)
-            if not self._is_held(connection.start)
-        ]
+        n, flowing = len(self.x), [self._wiring.connections[i] for i in self.places]
+        ends = [(n + i, c.start.partition("."), c.end.partition(".")) for i, c in enumerate(flowing)]
         found = []
         for name, instance in moving.items():
             own = range(n)[self._places[name]]
@@ -200,3 +233,18 @@ class JointOde:
                 )
             )
         return found
+
+
+def _opened(flowing: Iterable[Any]) -> list[Call]:
+    """Return an exchange cut open at every connection: all inputs are set before any output is fetched."""
+    groups: list[Group] = []
+    transfers: list[Transfer] = []
+    for action in flowing:
+        if isinstance(action, AlgebraicLoop):
+            groups += action.groups
+            transfers += action.inner
+        elif isinstance(action, Group):
+            groups.append(action)
+        else:
+            transfers.append(action)
+    return [action.call for action in (*transfers, *groups)]

@@ -15,12 +15,12 @@ from hfsa.cosim.error_controlled import ErrorControlled
 from hfsa.cosim.instance import Instance, Instances, Kind, open_instances
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
-from hfsa.cosim.monolithic import Monolithic
+from hfsa.cosim.monolithic import INTEGRATORS, Monolithic
 from hfsa.cosim.stepping import make_master
-from hfsa.cosim.system import ERROR_CONTROLLED, MONOLITHIC, System
+from hfsa.cosim.system import ERROR_CONTROLLED, System
 
 COUPLING = 1e-2
-"""Part of the tolerance of a response that the error of an input over a communication step may be."""
+"""Part of the tolerance of a response that communication steps may err by."""
 
 
 def open_master(
@@ -38,8 +38,10 @@ def open_master(
     response, relative, for algorithms that choose their steps. Raises `StructureError` where the wiring is wrong or an
     FMU does not offer what the algorithm takes; nothing is left loaded then.
     """
-    if algorithm == MONOLITHIC:
-        return _opened(files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size))
+    if algorithm in INTEGRATORS:
+        return _opened(
+            files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size, algorithm)
+        )
 
     def make(instances: Mapping[str, Instance]) -> Master:
         """Make the master of an algorithm that steps instances."""

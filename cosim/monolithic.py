@@ -6,13 +6,14 @@
     master.initialize()
     master.advance(1000)
 
-All FMUs run in Model Exchange: their continuous states are one vector, and CVODE integrates it with the FMUs' own
-derivatives (`_joint_ode.py`, `_integrator.py`). There is no communication step: inputs agree with outputs at every
-evaluation. What is recorded at a point is CVODE's interpolation there.
+All FMUs run in Model Exchange: their continuous states are one vector, and SUNDIALS integrates it with the FMUs' own
+derivatives (`_joint_ode.py`, `_integrator.py`), `monolithic` by CVODE, `monolithic_dae` by IDA, with the values that
+flow between the FMUs among the unknowns. There is no communication step: inputs agree with outputs at every instant.
+What is recorded at a point is the solver's interpolation there.
 
-CVODE stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at one
-instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those before
-it have put out. A tick at a point belongs to the step that begins there: recorded is what was before it.
+The solver stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at
+one instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those
+before it have put out. A tick at a point belongs to the step that begins there: recorded is what was before it.
 """
 
 import math
@@ -20,12 +21,17 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from hfsa.cosim._cvode import Cvode
 from hfsa.cosim._fmi.instance import Call, StepError
+from hfsa.cosim._ida import Ida
 from hfsa.cosim._integrator import Integrator
 from hfsa.cosim._joint_ode import JointOde
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import ModelExchangeInstance
-from hfsa.cosim.system import ALGORITHMS, MONOLITHIC, System
+from hfsa.cosim.system import ALGORITHMS, MONOLITHIC, MONOLITHIC_DAE, System
+
+INTEGRATORS: Mapping[str, type[Integrator]] = {MONOLITHIC: Cvode, MONOLITHIC_DAE: Ida}
+"""What integrates, by algorithm."""
 
 _SAME = 1e-9
 """Part of a step within which an event and a point are the same instant."""
@@ -34,7 +40,8 @@ _SAME = 1e-9
 class Monolithic(Master):
     """Integrates the instances of a system together; `step_size` [s] lies between two points.
 
-    `StructureError` as `Master`, or where SUNDIALS is not installed; `StepError` where an FMU or CVODE cannot go on.
+    `algorithm` is one of `INTEGRATORS`. `StructureError` as `Master`, or where SUNDIALS is not installed; `StepError`
+    where an FMU or the solver cannot go on.
     """
 
     def __init__(
@@ -42,14 +49,15 @@ class Monolithic(Master):
         instances: Mapping[str, ModelExchangeInstance],
         system: System,
         step_size: float = 1e-3,
+        algorithm: str = MONOLITHIC,
     ):
         super().__init__(instances, system, ALGORITHMS[0], step_size)  # type: ignore[arg-type]
-        self.algorithm = MONOLITHIC
+        self.algorithm = algorithm
         members = {component.name: instances[component.name] for component in system.components}
         self._ordered = [members[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
         self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
         self._ode = JointOde(members, self.wiring, self.point, self._report)
-        self._integrator = Integrator(self._ode)
+        self._integrator = INTEGRATORS[algorithm](self._ode)
         self._is_in_event, self._is_new = True, True
         self._stop_time = math.inf
 

@@ -10,7 +10,7 @@ that fit their sample times count: the limit is one of them, and the next one th
 is free, only flexible modes count: an algorithm may make its drift grow slowly at every step.
 
 A fixed point has one more limit: beyond it a step's passes lead away from each other, although the step that they
-should lead to is stable. `error_controlled` and `monolithic` choose their steps and have no limit of their own.
+should lead to is stable. `error_controlled`, `monolithic` and `monolithic_dae` choose their steps and have no limit.
 """
 
 import math

@@ -30,7 +30,9 @@ ERROR_CONTROLLED = "error_controlled"
 """The iterated algorithm that chooses its communication steps."""
 MONOLITHIC = "monolithic"
 """The algorithm that integrates all FMUs as one equation."""
-ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_feedback", MONOLITHIC)
+MONOLITHIC_DAE = "monolithic_dae"
+"""The same, with the values between the FMUs among the unknowns: a differential-algebraic equation."""
+ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_feedback", MONOLITHIC, MONOLITHIC_DAE)
 """Ways to run a system, see `algorithms.py`; the first is the default."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")

@@ -44,6 +44,7 @@ Algorithm = Literal[
     "error_controlled",
     "linearized_feedback",
     "monolithic",
+    "monolithic_dae",
 ]
 Loop = Annotated[
     Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
@@ -65,7 +66,6 @@ Fuse = Annotated[
         "step; `drive[1..3]` or `drives` names all three. Again and again for several groups.",
     ),
 ]
-Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
 Order = Annotated[
     str | None,
     Parameter(
@@ -74,5 +74,6 @@ Order = Annotated[
         "places that they have in the scene; or `computed`, the one whose response errs least at this step.",
     ),
 ]
+Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
 Signals = Annotated[list[str] | None, Parameter(negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]

@@ -21,8 +21,8 @@ NEXT = "next."
 """What the name of a sampled state's value after the next tick begins with."""
 
 _MISSING: dict[Interface, str] = {
-    "co_simulation": "Co-Simulation interface; expected one, of all algorithms only monolithic takes the other",
-    "model_exchange": "Model Exchange interface, which algorithm monolithic takes; the others co-simulate it",
+    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms take the other",
+    "model_exchange": "Model Exchange interface, which the monolithic algorithms take; the others co-simulate it",
 }
 
 _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")

@@ -16,8 +16,11 @@ from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.instance import Fmu, StepError, open_instances
 from hfsa.cosim.model_exchange import ModelExchangeInstance
 from hfsa.cosim.monolithic import Monolithic
-from hfsa.cosim.system import Component, Connection, StructureError, System
+from hfsa.cosim.system import MONOLITHIC, MONOLITHIC_DAE, Component, Connection, StructureError, System
 
+ALGORITHMS = pytest.mark.parametrize(
+    ("algorithm", "error"), [(MONOLITHIC, 1e-10), (MONOLITHIC_DAE, 3e-8)], ids=[MONOLITHIC, MONOLITHIC_DAE]
+)
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 
 
@@ -26,9 +29,9 @@ def master():
     """Make masters from component -> file, start values by component, and connections; closed after the test."""
     made = []
 
-    def make(files, connections=(), step_size=1e-3, starts=None) -> Monolithic:
+    def make(files, connections=(), step_size=1e-3, starts=None, algorithm=MONOLITHIC) -> Monolithic:
         system = System([Component(n, "x", start=(starts or {}).get(n, {})) for n in files], connections)
-        made.append(Monolithic(open_instances(files, ModelExchangeInstance), system, step_size))
+        made.append(Monolithic(open_instances(files, ModelExchangeInstance), system, step_size, algorithm))
         return made[-1]
 
     yield make
@@ -61,27 +64,31 @@ def assert_accurate(found: np.ndarray, exact: np.ndarray, tolerance: float = 1e-
 
 
 @VERSIONS
+@ALGORITHMS
 @pytest.mark.parametrize("amplitude", [1e-9, 1.0])
-def test_eighty_periods_of_a_vibration(master, mass_on_spring_files, version, amplitude):
-    one = master({"mass": mass_on_spring_files[version]}, (), 5e-3, {"mass": {"mass.position": amplitude}})
+def test_eighty_periods_of_a_vibration(master, mass_on_spring_files, version, amplitude, algorithm, error):
+    one = master({"mass": mass_on_spring_files[version]}, (), 5e-3, {"mass": {"mass.position": amplitude}}, algorithm)
     found = recorded(one, ["mass.mass.position", "mass.mass.velocity"], 1000)
-    assert_accurate(found, free([[0, 1], [-1e4, -0.5]], [amplitude, 0], 5e-3, 1000))
+    assert_accurate(found, free([[0, 1], [-1e4, -0.5]], [amplitude, 0], 5e-3, 1000), error)
 
 
 @VERSIONS
-def test_a_loop_of_two(master, files, version):
-    one = master({"plant": files["Plant", version], "pd": files["Pd", version]}, LOOP, 0.01, {"plant": {"x": 1.0}})
+@ALGORITHMS
+def test_a_loop_of_two(master, files, version, algorithm, error):
+    fmus = {"plant": files["Plant", version], "pd": files["Pd", version]}
+    one = master(fmus, LOOP, 0.01, {"plant": {"x": 1.0}}, algorithm)
     found = recorded(one, ["plant.x", "plant.v", "pd.filtered"], 100)
-    assert_accurate(found, free(MATRIX, [1, 0, 0], 0.01, 100))
+    assert_accurate(found, free(MATRIX, [1, 0, 0], 0.01, 100), error)
     np.testing.assert_allclose(one._ode.jacobian(), MATRIX, rtol=1e-14)
 
 
 @VERSIONS
+@ALGORITHMS
 @pytest.mark.parametrize("start_time", [0.0, 1000.1])
-def test_a_sampled_loop(master, files, version, start_time):
+def test_a_sampled_loop(master, files, version, start_time, algorithm, error):
     """The integrator stops at each tick; what is recorded there is from before it."""
     found = {"plant": files["Plant", version], "pd": files["SampledPd", version]}
-    one = master(found, LOOP, 2.5e-3, {"plant": {"x": 1.0}})
+    one = master(found, LOOP, 2.5e-3, {"plant": {"x": 1.0}}, algorithm)
     E = expm(np.block([[np.array([[0, 1, 0], [-100, -0.5, 1.0]])], [np.zeros((1, 3))]]) * 2.5e-3)
     x, v, force, last, exact = 1.0, 0.0, 0.0, 0.0, []
     for k in range(401):
@@ -89,7 +96,7 @@ def test_a_sampled_loop(master, files, version, start_time):
         if k % 4 == 0:
             force, last = -KP * x - KD * (x - last) / 0.01, x
         x, v, _ = E @ [x, v, force]
-    assert_accurate(recorded(one, ["plant.x", "plant.v", "pd.force"], 400, start_time), np.array(exact))
+    assert_accurate(recorded(one, ["plant.x", "plant.v", "pd.force"], 400, start_time), np.array(exact), error)
 
 
 def controller() -> Model:
@@ -197,12 +204,13 @@ def added_mass() -> Model:
 
 
 @VERSIONS
-def test_an_algebraic_loop(master, files, exported, version):
+@ALGORITHMS
+def test_an_algebraic_loop(master, files, exported, version, algorithm, error):
     found = {"plant": files["Plant", version], "more": exported(added_mass())[version]}
     loop = [Connection("plant.acceleration", "more.acceleration"), Connection("more.force", "plant.force")]
-    one = master(found, loop, 0.01, {"plant": {"x": 1.0}})
+    one = master(found, loop, 0.01, {"plant": {"x": 1.0}}, algorithm)
     A = [[0, 1], [-100 / 1.5, -0.5 / 1.5]]
-    assert_accurate(recorded(one, ["plant.x", "plant.v"], 200), free(A, [1, 0], 0.01, 200))
+    assert_accurate(recorded(one, ["plant.x", "plant.v"], 200), free(A, [1, 0], 0.01, 200), error)
     np.testing.assert_allclose(one._ode.jacobian(), A, rtol=1e-14)
 
 
@@ -228,15 +236,38 @@ def test_the_method_suits_the_poles(master, mass_on_spring_files, poles, horizon
     assert one._integrator.method == method
 
 
-def test_without_derivatives_of_the_fmus(files, mass_on_spring_files):
-    fmu = Fmu(mass_on_spring_files[2], "model_exchange")
-    fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
-    system = System([Component("mass", "x", start={"mass.position": 1e-6})])
-    one = Monolithic({"mass": ModelExchangeInstance(fmu, "mass")}, system, 0.01)
-    found = recorded(one, ["mass.mass.position"], 100)
-    assert_accurate(found, free([[0, 1], [-1e4, -0.5]], [1e-6, 0], 0.01, 100)[:, :1])
+@ALGORITHMS
+def test_without_derivatives_of_the_fmus(files, algorithm, error):
+    fmus = {name: Fmu(files[kind, 2], "model_exchange") for name, kind in (("plant", "Plant"), ("pd", "Pd"))}
+    for fmu in fmus.values():
+        fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
+    instances = {name: ModelExchangeInstance(fmu, name) for name, fmu in fmus.items()}
+    system = System([Component("plant", "x", start={"x": 1e-6}), Component("pd", "x")], LOOP)
+    one = Monolithic(instances, system, 0.01, algorithm)
+    found = recorded(one, ["plant.x", "plant.v", "pd.filtered"], 100)
+    assert_accurate(found, free(MATRIX, [1e-6, 0, 0], 0.01, 100), error)
+    np.testing.assert_allclose(one._ode.jacobian(), MATRIX, rtol=1e-7, atol=1e-6)
     one.close()
-    fmu.close()
+    for fmu in fmus.values():
+        fmu.close()
+
+
+def pendulum() -> Model:
+    """A nonlinear FMU, which has a solver with a tolerance in Co-Simulation."""
+    m = Model("Pendulum", "A pendulum")
+    angle, rate = m.state("angle", "rad", "Angle", start=1.0), m.state("rate", "rad/s", "Its rate")
+    m.der[angle], m.der[rate] = rate, -9.81 * ca.sin(angle)
+    m.output("y", angle, "rad", "Angle")
+    return m
+
+
+@pytest.mark.parametrize("algorithm", [MONOLITHIC, MONOLITHIC_DAE])
+def test_an_fmus_own_solver_has_no_part(master, exported, algorithm):
+    """No tolerance of its own limits what is solved here."""
+    files = {"it": exported(pendulum())[2]}
+    fine = recorded(master(files, (), 0.1, algorithm=algorithm), ["it.angle"], 5)
+    coarse = master(files, (), 0.1, {"it": {"solver.relative_tolerance": 0.1}}, algorithm)
+    np.testing.assert_array_equal(recorded(coarse, ["it.angle"], 5), fine)
 
 
 # The limit of co-simulation -------------------------------------------------------------------------------------------
@@ -331,10 +362,11 @@ def test_state_events_are_refused(mass_on_spring_files):
     fmu.close()
 
 
-def test_without_sundials(monkeypatch, files):
-    monkeypatch.setitem(sys.modules, "sksundae.cvode", None)
+@pytest.mark.parametrize(("algorithm", "module"), [(MONOLITHIC, "cvode"), (MONOLITHIC_DAE, "ida")])
+def test_without_sundials(monkeypatch, files, algorithm, module):
+    monkeypatch.setitem(sys.modules, f"sksundae.{module}", None)
     with pytest.raises(StructureError, match="its package scikit-sundae cannot be loaded"):
-        open_master({"it": files["Plant", 2]}, System([Component("it", "x")]), "monolithic", 1e-3, None)
+        open_master({"it": files["Plant", 2]}, System([Component("it", "x")]), algorithm, 1e-3, None)
 
 
 def runaway() -> Model:
@@ -367,9 +399,10 @@ def test_a_solution_that_ends(master, exported):
 
 
 @VERSIONS
-def test_an_fmu_that_refuses_a_state(master, exported, version):
+@ALGORITHMS
+def test_an_fmu_that_refuses_a_state(master, exported, version, algorithm, error):
     """A shorter step is tried where an FMU refuses; where none does, the FMU's own words end the run."""
-    one = master({"it": exported(rooted())[version]}, (), 0.1)
+    one = master({"it": exported(rooted())[version]}, (), 0.1, algorithm=algorithm)
     one.initialize()
     one.advance(6)
     with pytest.raises(StepError, match=r"it: .*Derivatives: discard at t = 0\.61.*der\(x\) is") as caught:
