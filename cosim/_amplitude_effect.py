@@ -57,6 +57,7 @@ def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[st
     rows = [*(rate for _, rate in instance.fmu.description.states), *here.sampled, *here.held, *here.outputs]
 
     def additions() -> np.ndarray:
+        """What inputs and states add to rates, ticks and outputs at the present values."""
         found = block(instance, inputs, outputs)
         return np.vstack([found.rate, found.tick, found.output]) * sizes
 
@@ -102,6 +103,7 @@ def measure_effect(
 
 
 def _settled(point: Point, signal: Signal, frequency: float) -> Point:
+    """Return a point; `StructureError` where it has not settled, whose response is none."""
     if point.status is Status.NOT_SETTLED:
         raise StructureError(f"driven at {signal.name} with {frequency:.4g} Hz, {point.message}")
     return point

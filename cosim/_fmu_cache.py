@@ -95,6 +95,7 @@ def _ingredients(component: Component) -> list:
 
 
 def _files(package: ModuleType) -> list[Path]:
+    """Return the sources of a package, of both languages."""
     folders = [Path(folder) for folder in package.__path__]
     return [f for folder in folders for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")]
 

@@ -194,4 +194,5 @@ def _clock(component: Component) -> int | None:
 
 
 def _others(whole: Component, name: str) -> str:
+    """Return the names of the other members."""
     return ", ".join(member.name for member in whole.members if member.name != name)

@@ -54,6 +54,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
 
 
 def _scene_part(name: str) -> Part:
+    """Return the scene of a name, or that of a Python file, whose function is named as the file."""
     if not name.endswith(".py"):
         if name not in scenes():
             raise StructureError(f"no scene is called {name!r}{nearest(name, scenes())}")

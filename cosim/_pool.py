@@ -47,6 +47,7 @@ def is_stopping() -> bool:
 def _in_processes(
     work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int
 ) -> Generator[tuple[Task, Result | None]]:
+    """Yield tasks with results from processes; `None` for the task that kills its own."""
     left = list(range(len(tasks)))
     with _pool(min(jobs, len(tasks))) as pool, contextlib.suppress(BrokenExecutor):
         for i, result in _submitted(work, tasks, pool):
@@ -69,6 +70,7 @@ def _in_processes(
 def _submitted(
     work: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor
 ) -> Iterator[tuple[int, Result]]:
+    """Yield the places of tasks with results as they finish; what is left is cancelled in the end."""
     with _interrupts_ignored():
         futures = {executor.submit(work, task): i for i, task in enumerate(tasks)}
     try:
@@ -81,6 +83,7 @@ def _submitted(
 
 @contextlib.contextmanager
 def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool of new processes, which are told to stop in the end."""
     context = multiprocessing.get_context("spawn")
     stop = context.Event()
     pool = ProcessPoolExecutor(jobs, context, _begin, (stop,))
@@ -92,6 +95,7 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _begin(stop: Event) -> None:
+    """Take what tells a process of the pool to stop."""
     global _stop
     _stop = stop
 

@@ -148,6 +148,7 @@ class Rig:
         return real + 1j * imaginary
 
     def _point(self, task: Task, settling: Settling, simulated: float) -> Point:
+        """Return what was measured over a simulated time [s], with what spoils it."""
         _, _, second, third = self._results.values.reshape(4, -1)
         distortion = harmonic_distortion(settling.gain, second, third)
         remaining = settling.remaining / settling.scale

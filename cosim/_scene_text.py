@@ -88,18 +88,21 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
 
 
 def _component(where: str, table: Any) -> Component:
+    """Return a component of its table."""
     fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections")]
     _check_keys(f"{where}: component", table, fields, ("name", "part"))
     return Component(**table)
 
 
 def _tables(where: str, value: Any, key: str) -> list[dict[str, Any]]:
+    """Return a list of tables; `StructureError` where it is none."""
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise StructureError(f"{where}: {key} must be tables, written [[{key}]]")
     return value
 
 
 def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable[str]) -> None:
+    """Raise `StructureError` for a key that is not known, or one that is lacking."""
     if not isinstance(table, dict):
         raise StructureError(f"{where} is {table!r}, expected a table")
     for key in table:

@@ -30,6 +30,7 @@ def write_map(path: Path, found: StabilityMap, title: str) -> None:
 
 
 def _fill(file: Node, found: StabilityMap) -> None:
+    """Write a map's axes, growths and verdicts."""
     group = file.create_group("map")
     names = [axis.name for axis in found.axes]
     for axis in found.axes:

@@ -90,6 +90,7 @@ class Group:
         spans = iter([sorted(set(map(int, column))) for column in zip(*indices, strict=True)])
 
         def span(_: re.Match[str]) -> str:
+            """An index, or the range of the indices that are there."""
             found = next(spans)
             return f"[{found[0]}]" if len(found) == 1 else f"[{found[0]}..{found[-1]}]"
 

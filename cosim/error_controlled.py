@@ -235,6 +235,7 @@ class ErrorControlled(Master):
         )
 
     def _failure(self, time: float, errors: np.ndarray) -> StepError:
+        """Return the error of a step that nothing makes short enough."""
         component, variable = self._names[int(np.argmax(errors))]
         return StepError(
             component,

@@ -78,5 +78,6 @@ def window_steps(frequency: float, step_size: float, measurement_periods: int = 
 
 
 def _check_points(points: int) -> None:
+    """Raise `ValueError` for fewer than two points."""
     if points < 2:
         raise ValueError(f"{points} points, expected at least 2")

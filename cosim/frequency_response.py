@@ -170,4 +170,5 @@ def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) 
 
 
 def _largest_of_unit(size: NDArray[np.float64], units: Sequence[str]) -> NDArray[np.float64]:
+    """Return the largest of the sizes in the same unit, for each."""
     return np.array([max(s for s, u in zip(size, units, strict=True) if u == unit) for unit in units])

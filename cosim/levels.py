@@ -139,6 +139,7 @@ class _Judge:
 
     @property
     def _highest(self) -> dict[str, str]:
+        """Return the highest level of each component."""
         return {name: levels[-1] for name, levels in self._levels.items()}
 
     def _together(self, chosen: Mapping[str, str]) -> float:

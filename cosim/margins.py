@@ -120,6 +120,7 @@ class Loop:
         """Return where L crosses the negative real axis."""
 
         def sine(frequency: float) -> float:
+            """Sine of the gain's phase, 0 where it crosses the real axis."""
             value = self.gain(frequency)[0]
             return value.imag / abs(value)
 
@@ -140,6 +141,7 @@ class Loop:
         """Return where |L| crosses 1."""
 
         def level(frequency: float) -> float:
+            """Logarithm of the gain's magnitude, 0 where it is 1."""
             return float(np.log(np.abs(self.gain(frequency)[0])))
 
         found = []

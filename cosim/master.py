@@ -197,10 +197,15 @@ class Master:
     def enter(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Bring all instances into initialization mode, with values that agree: the first half of `initialize`."""
+        """Bring all instances into initialization mode, with values that agree: the first half of `initialize`.
+
+        `StructureError` for a start value of a variable that does not exist, or that is no finite number.
+        """
         starts = dict(starts or {})
-        for name in starts:
+        for name, value in starts.items():
             self._connector(name)
+            if not np.isfinite(value):
+                raise StructureError(f"{name} starts at {value:g}, expected a finite number")
         self._start_time, self._count, self._is_ready = start_time, 0, False
         self.wiring.time.value = start_time
         self.wiring.bus[:] = 0.0
@@ -337,12 +342,14 @@ class Master:
         return runs
 
     def _run(self, actions: Iterable[Action]) -> None:
+        """Run actions, and report what is not ok."""
         for action in actions:
             status = action.call.run()
             if status:
                 self._report(action.call, status)
 
     def _record(self) -> None:
+        """Fetch what is recorded, and keep it as a row."""
         assert self._recording is not None
         for call in self._record_calls:
             status = call.run()

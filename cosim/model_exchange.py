@@ -116,6 +116,7 @@ class ModelExchangeInstance(BaseInstance):
         return self.time_setter(time)
 
     def _column(self, role: str) -> np.ndarray:
+        """Return what a call fills a column of the states' size with, (n,)."""
         values = np.zeros(self.size)
         if self.size:
             call = self._array_call(role, values)
@@ -123,6 +124,7 @@ class ModelExchangeInstance(BaseInstance):
         return values
 
     def _array_call(self, role: str, values: np.ndarray) -> Call:
+        """Return a prepared call on an array of the states' size; `ValueError` for any other array."""
         if values.shape != (self.size,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"states of {self.name} must be a contiguous float64 array of shape ({self.size},)")
         return self._call_of(role, values.ctypes.data_as(c_void_p), c_size_t(self.size))

@@ -146,6 +146,7 @@ def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> li
 
 
 def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> _Curve:
+    """Return the curve of one output by one input, its values by a factor."""
     response = factor * bode.entry(output.name, source.name)
     status = bode.status[:, [s.name for s in bode.inputs].index(source.name)]
     there = np.isfinite(response) & (np.abs(response) > 0)
@@ -197,6 +198,7 @@ def _display(output: str, source: str) -> tuple[str, float]:
 
 
 def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
+    """Draw magnitude and phase of a panel."""
     upper, lower = part.subplots(2, 1, sharex=True, height_ratios=[1.55, 1])
     for curve in sorted(panel.curves, key=lambda curve: not curve.is_line):
         _draw_curve(upper, curve, curve.level)
@@ -218,6 +220,7 @@ def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
 
 
 def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
+    """Draw a line where a response is known everywhere, else its points as they were measured."""
     if curve.is_line:
         axes.plot(curve.frequency, values, color=curve.colour, linewidth=1.6, alpha=0.75, label=curve.label, zorder=2)
         return
@@ -242,6 +245,7 @@ def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
 
 
 def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
+    """Set the ends and the ticks of the axes."""
     frequency = np.concatenate([curve.frequency for curve in panel.curves])
     lower.set_xscale("log")
     lower.set_xlim(frequency.min() / 1.04, frequency.max() * 1.04)
@@ -315,6 +319,7 @@ def _summit(curve: _Curve, peak: int) -> tuple[float, float]:
 
 
 def _mark_failures(axes: Any, panel: _Panel) -> None:
+    """Mark the frequencies of failed points."""
     failed = np.unique(np.concatenate([curve.failed for curve in panel.curves]))
     if len(failed):
         bottom = np.full(len(failed), 0.03)

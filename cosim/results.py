@@ -122,6 +122,7 @@ class SweepFile:
         self._write_rows(slice(first, last), ["status"])
 
     def _write_rows(self, rows: slice, names: Iterable[str]) -> None:
+        """Write rows of some arrays, and see to it that they are on the disk."""
         for name in names:
             self._store.file["bode"][name][rows] = self._arrays[name][rows]
         self._store.flush()
@@ -200,6 +201,7 @@ class Bode:
         return self.response[:, self._index(output, self.outputs), self._index(input, self.inputs)]
 
     def _index(self, name: str, signals: Sequence[Signal]) -> int:
+        """Return the place of a signal; `ResultsError` with the nearest names if there is none."""
         names = [signal.name for signal in signals]
         if name not in names:
             raise ResultsError(f"{self.path} has no signal {name!r}{nearest(name, names)}")
@@ -279,6 +281,7 @@ def _marks(scene: str) -> dict[str, float]:
 
 
 def _read_theory(file: Node) -> Theory | None:
+    """Read the theoretical response, if there is one."""
     group = file.get("theory")
     return None if group is None else Theory(group["frequency"][:], group["response"][:])
 
@@ -316,6 +319,7 @@ def _lay_out(file: Node, plan: Plan) -> None:
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:
+    """Write the axes of a sweep."""
     hdf5.scale(group, "frequency", frequency, "Hz")
     hdf5.scale(group, "output", [signal.name for signal in plan.outputs])
     hdf5.scale(group, "input", [signal.name for signal in plan.inputs])
@@ -327,6 +331,7 @@ def _clipped(message: str) -> bytes:
 
 
 def _common(signals: Sequence[Signal]) -> str | None:
+    """Return the unit of all signals, `None` where there are several."""
     units = {signal.unit for signal in signals}
     return units.pop() if len(units) == 1 else None
 

@@ -83,6 +83,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
         written, failure = 0, "stopped before the end"
 
         def write() -> None:
+            """Write what has been recorded since."""
             nonlocal written
             file.write(written, {name: recording[name][written:] for name in names})
             written = recording.rows

@@ -215,6 +215,7 @@ class Cycle:
         self.counting: Kind = "flexible" if every.is_free else "all"
 
         def connected(name: str, ends: Sequence[str]) -> list[str]:
+            """The variables of a component among ends of connections."""
             return [variable for component, variable in map(system.split, ends) if component == name]
 
         fed, feeding = [c.end for c in system.connections], [c.start for c in system.connections]

@@ -165,6 +165,7 @@ def system_record(
 
 
 def _instance_record(name: str, component: Component, file: Path) -> InstanceRecord:
+    """Return what the results file says of an instance."""
     description = describe(file)
     return InstanceRecord(
         instance=name,

@@ -374,6 +374,7 @@ def nearest(name: str, names: Iterable[str]) -> str:
 
 
 def _pairwise(connection: Connection) -> list[Connection]:
+    """Return the connections between the members of two ranges, or of two names."""
     starts, ends = expand(connection.start), expand(connection.end)
     if len(starts) != len(ends):
         raise StructureError(

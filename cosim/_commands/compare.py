@@ -133,9 +133,11 @@ def _perform(
     outcomes: dict[Path, Outcome] = {}
 
     def word() -> str:
+        """How many runs are finished."""
         return f"{len(outcomes)} of {len(trials)} runs"
 
     def within(part: float) -> None:
+        """Tell the progress with a part of the present run."""
         tell((len(outcomes) + part) / len(trials), word())
 
     is_foreign = any(c.part.endswith(".fmu") for trial in trials for c in trial.ready.system.components)

@@ -136,6 +136,7 @@ def _short_names(groups: Iterable[Group]) -> dict[tuple[str, str], str]:
     keys = list(dict.fromkeys(group.key for group in groups))
 
     def ending(name: str) -> str:
+        """The fewest last words of a signal's name that are no other signal's."""
         parts = name.split(".")
         for count in range(1, len(parts)):
             short = ".".join(parts[-count:])

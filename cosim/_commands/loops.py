@@ -70,6 +70,7 @@ def sweep_loop(
 def _frequencies(
     scene: Scene, loop: Loop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
 ) -> NDArray[np.float64]:
+    """Return the frequencies [Hz] of the file; `StructureError` beyond the highest that the loop has a gain at."""
     found = [m.frequency for m in (*margins.gain, *margins.phase)]
     first = low or min(scene.band[0], *(f / 2 for f in found), math.inf)
     last = high or min(max(scene.band[1], *(f * 2 for f in found), 0.0), loop.highest)
@@ -85,6 +86,7 @@ def _frequencies(
 
 
 def _data(loop: Loop, margins: Margins, path: Path) -> dict[str, Any]:
+    """Return the margins as plain data."""
     return {
         "file": path,
         "connection": str(loop.connection),
@@ -97,6 +99,7 @@ def _data(loop: Loop, margins: Margins, path: Path) -> dict[str, Any]:
 
 
 def _text(loop: Loop, margins: Margins, path: Path) -> str:
+    """Return the margins as text."""
     gains = [f"{m.value:.6g} ({20 * math.log10(m.value):.4g} dB) at {m.frequency:.6g} Hz" for m in margins.gain]
     phases = [f"{math.degrees(m.value):.4g} degrees at {m.frequency:.6g} Hz" for m in margins.phase]
     delay = f"{margins.delay:.4g} s" if math.isfinite(margins.delay) else "none"

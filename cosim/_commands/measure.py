@@ -311,6 +311,7 @@ def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[n
 
 
 def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:
+    """Return a scene with its instruments, one input excited, fused as it says."""
     system = fused(build.instrument(scene, excited, outputs), scene.fuse)
     return Bench(
         system, build.files_for(system, scene.algorithm), tuple(outputs), scene.source.name, build.LOCK_IN, library

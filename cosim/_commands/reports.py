@@ -60,6 +60,7 @@ def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
 
 
 def _part_entry(part: Part) -> dict[str, Any]:
+    """Return what a part offers, as plain data."""
     entry = {
         "name": part.name,
         "description": part.doc,
@@ -76,6 +77,7 @@ def _part_entry(part: Part) -> dict[str, Any]:
 
 
 def _scene_entry(part: Part) -> dict[str, Any]:
+    """Return what a scene holds, as plain data."""
     scene = load_scene(part.name)
     return {
         "name": part.name,
@@ -94,6 +96,7 @@ def _scene_entry(part: Part) -> dict[str, Any]:
 
 
 def _arguments(part: Part) -> list[dict[str, Any]]:
+    """Return the arguments of a part but its level."""
     return [
         {"name": argument.name, "default": argument.default, "values": list(argument.values)}
         for argument in part.arguments.values()
@@ -102,11 +105,13 @@ def _arguments(part: Part) -> list[dict[str, Any]]:
 
 
 def _signal(quantity: Quantity) -> dict[str, Any]:
+    """Return a quantity as plain data; only parameters have a start to show."""
     start = quantity.start if quantity.kind is Kind.PARAMETER else None
     return {"name": quantity.name, "unit": quantity.unit, "description": quantity.description, "start": start}
 
 
 def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
+    """Yield the lines of an entry; all of its signals and arguments only in full."""
     levels = f" ({', '.join(entry['levels'])})" if entry.get("levels") else ""
     kind = " [analysis]" if entry.get("is_analysis") else ""
     yield f"  {entry['name']}{levels}{kind}"
@@ -144,6 +149,7 @@ def _ranges(names: list[str]) -> list[str]:
 
 
 def _words(value: Any) -> str:
+    """Return a value as it is typed on a command line."""
     if isinstance(value, list | tuple):
         return ",".join(map(_words, value))
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -157,6 +157,7 @@ def _map(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], s
 
 
 def _entry(limit: StepLimit) -> dict[str, Any]:
+    """Return the limit of an algorithm as plain data."""
     if limit.message:
         return {"algorithm": limit.algorithm, "note": limit.message}
     return {
@@ -170,6 +171,7 @@ def _entry(limit: StepLimit) -> dict[str, Any]:
 
 
 def _number(value: float) -> float | None:
+    """Return a number as JSON knows it: `None` for infinity."""
     return value if math.isfinite(value) else None
 
 
@@ -199,4 +201,5 @@ def _without_steps(sampling: SamplingLimit | None, growth: float | None) -> Iter
 
 
 def _rate(growth: float) -> str:
+    """Return a growth as text."""
     return "none" if math.isinf(growth) else f"{growth:+.4g} 1/s"

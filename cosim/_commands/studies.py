@@ -101,12 +101,14 @@ def _bounds(words: str) -> tuple[float, dict[str, Range]]:
 
 
 def _range(words: str, what: str) -> Range:
+    """Return the ends of a range as typed, LOW:HIGH or one value for both."""
     low, colon, high = words.partition(":")
     first = _number(low, what)
     return first, _number(high, what) if colon else first
 
 
 def _number(word: str, what: str, expected: str = "a number") -> float:
+    """Return a number as typed; `StructureError` where it is none."""
     try:
         return float(word)
     except ValueError:
@@ -184,6 +186,7 @@ def _extremes(axes: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, A
 
 
 def _optimum_data(found: Optimum) -> dict[str, Any]:
+    """Return an optimum as plain data."""
     study = found.study
     return {
         "study": study.title,
@@ -212,6 +215,7 @@ def _optimum_data(found: Optimum) -> dict[str, Any]:
 
 
 def _optimum_text(found: Optimum) -> str:
+    """Return an optimum as a table, with what holds it."""
     study = found.study
     rows = table("dimension", ">now", ">lower", ">upper", ">optimum", "at bound", ">sensitivity")
     for (name, v), slope in zip(study.variables.items(), _slopes_there(found).values(), strict=True):
@@ -238,8 +242,10 @@ def _slopes_there(found: Optimum) -> dict[str, float]:
 
 
 def _values(responses: Mapping[str, Response], values: Mapping[str, float]) -> str:
+    """Return responses in one line."""
     return ", ".join(f"{name} {readable(values[name], response.unit)}" for name, response in responses.items())
 
 
 def _paragraph(text: str) -> str:
+    """Return a remark as an item of a list, wrapped."""
     return textwrap.fill(text, _WIDTH, initial_indent="* ", subsequent_indent="  ")

@@ -27,6 +27,7 @@ def write_map(path: Path, found: ResponseMap, words: str) -> None:
 
 
 def _fill(file: Node, found: ResponseMap) -> None:
+    """Write a map's axes and responses."""
     group = file.create_group("map")
     for name, values in found.axes.items():
         variable = found.study.variables[name]

@@ -139,6 +139,7 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
 
 
 def _variables(model: ModelDescription) -> dict[str, Connector]:
+    """Return the variables by name."""
     units = {unit.name: _base_unit(unit.baseUnit) for unit in model.unitDefinitions}
     ticks = any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
     dependencies = {unknown.variable.name: _inputs(unknown) for unknown in model.outputs if unknown.variable}
@@ -165,25 +166,30 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
 
 
 def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
+    """Return the continuous states, each with the name of its derivative."""
     pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
     return tuple((state.name, derivative.name) for state, derivative in pairs if state)
 
 
 def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
+    """Return the inputs that an unknown follows, `None` where it does not tell."""
     if unknown.dependencies is None:
         return None
     return tuple(known.name for known in unknown.dependencies if known.causality == "input")
 
 
 def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
+    """Return exponents, factor and offset of a unit."""
     return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
 
 
 def _is_scalar(variable: ModelVariable) -> bool:
+    """Whether a variable is one real number."""
     return variable.type in ("Real", "Float64") and not variable.shape
 
 
 def _number(text: str | float | None) -> float | None:
+    """Return a number of the description, `None` where there is none or it is no number."""
     try:
         return None if text is None else float(text)
     except ValueError:

@@ -322,11 +322,13 @@ class BaseInstance:
     # Frame ------------------------------------------------------------------------------------------------------------
 
     def _call(self, role: str, *arguments) -> None:
+        """Make a call at once; `StepError` as `_check`."""
         status = self._functions[role](self._component, *arguments)
         if status:
             self._check(role, status)
 
     def _check(self, role: str, status: int) -> None:
+        """Raise `StepError` for a status that is worse than a warning, with what the FMU said."""
         if status <= _WARNING:
             return
         if status == _FATAL:
@@ -335,10 +337,12 @@ class BaseInstance:
         raise StepError(self.name, self._library.names[role], label, self.time, self._log.take())
 
     def _call_of(self, role: str, *arguments) -> Call:
+        """Return a prepared call of a function of this instance."""
         function, arguments = self._functions[role], (self._component, *arguments)
         return Call(self, role, function, arguments, partial(function, *arguments))
 
     def _instantiate(self) -> None:
+        """Make the instance; `StepError` where the FMU gives none."""
         self._component.value = self._library.instantiate(self.name, self._log)
         if not self._component.value:
             raise StepError(self.name, "instantiation", "no instance", None, self._log.take())
@@ -353,6 +357,7 @@ class BaseInstance:
             self._instantiate()
 
     def _free(self) -> None:
+        """Free the instance and its states."""
         for state in self._states:
             self._empty(state)
         if self._component.value:
@@ -366,6 +371,7 @@ class BaseInstance:
         state.pointer.value = None
 
     def _check_known(self, name: str) -> None:
+        """Raise `StructureError` for a variable that is not there, or no scalar real number."""
         variable = self.fmu.variables.get(name)
         if variable is None:
             raise StructureError(f"{self.name} has no variable {name!r}{nearest(name, self.fmu.variables)}")
@@ -373,6 +379,7 @@ class BaseInstance:
             raise StructureError(f"{self.name}.{name} is of type {variable.type}, expected a scalar Real or Float64")
 
     def _check_settable(self, name: str) -> None:
+        """Raise `StructureError` for a variable that cannot be set, ever."""
         self._check_known(name)
         variable = self.fmu.variables[name]
         if variable.start is None or variable.variability == "constant":
@@ -382,4 +389,5 @@ class BaseInstance:
             )
 
     def _missing(self, what: str, flag: str) -> StructureError:
+        """Return the error of an FMU that does not offer something, by the flag that would say so."""
         return StructureError(f"{self.name}: {self.fmu.description.file.name} does not offer {what} ({flag})")

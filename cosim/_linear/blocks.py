@@ -130,6 +130,7 @@ class Closed:
         row[0, n + 1 + at] = 1.0
 
         def moved(matrix: np.ndarray) -> np.ndarray:
+            """A matrix with a column for the input's own state, and none of the input itself."""
             held = matrix[:, [n + at]]
             matrix = np.insert(matrix, [n], held, axis=1)
             matrix[:, n + 1 + at] = 0.0

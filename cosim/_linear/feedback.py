@@ -96,6 +96,7 @@ class FeedbackLayout(Layout):
         return self._fetched(group, self._bare[group.instance])
 
     def _fetched(self, group: Group, block: Block) -> Replace:
+        """Return what fetching a group of a block does."""
         rows = [block.outputs.index(name) for name in group.outputs]
         columns = self.at(group.instance, (*block.values, *block.inputs))
         return Replace(self.bus[id(group)], columns, block.output[rows])
@@ -163,6 +164,7 @@ def followed(loops: Iterable[Loop], blocks: Mapping[str, Block]) -> list[Loop]:
     """Return the loops of which a state follows the plant's input: the others have no ports."""
 
     def is_followed(loop: Loop) -> bool:
+        """Whether a state of the plant follows the input of a loop."""
         block = blocks[loop.plant]
         return bool(np.any(block.rate[:, len(block.values) + block.inputs.index(loop.input)]))
 

@@ -77,6 +77,7 @@ class Store:
         self._report()
 
     def _report(self) -> None:
+        """Raise `ResultsError` for what the disk refused."""
         if self._disk.error is not None:
             raise ResultsError(f"cannot write {self.path}: {_reason(self._disk.error)}") from self._disk.error
 
@@ -196,6 +197,7 @@ def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write_attributes(file: Node, title: str) -> None:
+    """Write what made the file, and when."""
     file.attrs["title"] = title
     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
     file.attrs["tool"] = "hfsa"
@@ -210,6 +212,7 @@ def _write_attributes(file: Node, title: str) -> None:
 
 
 def _write_system(group: Node, system: SystemRecord) -> None:
+    """Write the scene, and of each instance what it was made of."""
     group.attrs["scene"] = system.scene
     for record in system.instances:
         instance = group.create_group(record.instance)
@@ -224,6 +227,7 @@ def _write_system(group: Node, system: SystemRecord) -> None:
 
 
 def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
+    """Write numbers by name, if there are any."""
     if values:
         part = group.create_group(name)
         scale(part, "variable", list(values))

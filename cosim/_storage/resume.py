@@ -27,6 +27,7 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
 
 
 def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str = "") -> list[str]:
+    """Return in words which values differ."""
     names = dict.fromkeys([*found, *wanted])
     return [
         f"{where}{name} is {found.get(name, 'not set')} there and {wanted.get(name, 'not set')} here"
@@ -36,6 +37,7 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str
 
 
 def _axis_differences(bode: Node, plan: Plan) -> list[str]:
+    """Return in words in what the axes differ."""
     found = bode["frequency"][:]
     differences = []
     here = plan.frequency
@@ -57,6 +59,7 @@ def _axis_differences(bode: Node, plan: Plan) -> list[str]:
 
 
 def _system_differences(group: Node, system: SystemRecord) -> list[str]:
+    """Return in words in what the FMUs differ, or else the scene."""
     differences = []
     instances = {name: g for name, g in group.items() if "sha256" in g.attrs}
     for name in dict.fromkeys([*instances, *(record.instance for record in system.instances)]):

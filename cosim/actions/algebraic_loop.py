@@ -125,6 +125,7 @@ class AlgebraicLoop(Work):
         return self._run(group.call for group in self.groups)
 
     def _is_begun(self) -> bool:
+        """Whether there is an inverse."""
         return not np.isnan(self.inverse[0, 0])
 
     def _correct(self) -> float:
@@ -135,6 +136,7 @@ class AlgebraicLoop(Work):
         return float(np.max(np.abs(self.change) / self._size()))
 
     def _size(self) -> np.ndarray:
+        """Return the sizes that changes are relative to, (n,)."""
         return np.maximum(np.abs(self.guess), self.scale)
 
     def _refresh(self, time: float) -> None:

@@ -123,6 +123,7 @@ class Extrapolation:
         return [Extrapolate(instance, self.remember, step_size, np.array(places), weights, derivatives, setters)]
 
     def _weights(self, place: int, order: int, stepped: Collection[str]) -> tuple[tuple[float, ...], ...]:
+        """Return the weights of an input's polynomial, by whether its source has stepped, and jumps."""
         start = self._wiring.connections[place].start
         has_stepped, jumps = self._wiring.split(start)[0] in stepped, start in self._jumping
         if has_stepped:
@@ -132,6 +133,7 @@ class Extrapolation:
         return _PARABOLA if order == 2 else _LINE
 
     def _inputs(self, places: Sequence[int]) -> list[str]:
+        """Return the inputs at places on the bus."""
         return [self._wiring.split(self._wiring.connections[i].end)[1] for i in places]
 
     def begin(self) -> None:

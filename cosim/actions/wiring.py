@@ -38,6 +38,7 @@ class Wiring:
         order = {component.name: i for i, component in enumerate(system.components)}
 
         def place(connection: Connection) -> tuple[int, int, int]:
+            """Where a connection stands on the bus: by level, then source, then target."""
             source, target = (system.split(end)[0] for end in (connection.start, connection.end))
             return found.levels[connection.start], order[source], order[target]
 
@@ -136,6 +137,7 @@ class Wiring:
         first = self.connections.index(connections[0])
 
         def handle(instance: str, variables: list[str]):
+            """Variables of an instance, their values in the group's part of the bus."""
             return instances[instance].handle(variables, self.bus[first : first + len(variables)])
 
         outputs = [system.split(connection.start)[1] for connection in connections]

@@ -90,6 +90,7 @@ class Control:
         return Component(name, "sdelta_reference", "linear", self.posture.arguments)
 
     def _reference(self) -> Component:
+        """Return what makes motions of motors of a pose, with what the law feeds forward."""
         if self.feed_forward == "none" and not self._is_cartesian:
             return self._converter("reference")
         level = "elastic" if self.feed_forward == "elastic" else "rigid"
@@ -98,6 +99,7 @@ class Control:
         return Component("reference", "sdelta_feed_forward", level, arguments, start)
 
     def _controller(self) -> Component:
+        """Return the controller of the law."""
         sampling = {"sample_time": self.sample_time} if self.execution == "sampled" else {}
         start: Mapping[str, Any] = {**sampling, f"{_AXES}.limit": self.torque_limit}
         if self.law == "pd":

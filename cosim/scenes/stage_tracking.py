@@ -188,6 +188,7 @@ def _stacks(base: str, level: str, ticking: dict[str, float]) -> _Piece:
 
 
 def _stage(level: str, causality: str, damping_time: float) -> _Piece:
+    """Return the stage alone."""
     return _Piece(
         [Component("stage", "rrr_stage", level, {"causality": causality}, {"damping_time": damping_time})], []
     )
