@@ -9,14 +9,15 @@ from scipy.linalg import expm
 
 from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
+from hfsa.cosim._feedback_loops import ALGORITHM
 from hfsa.cosim._fuse import fused
-from hfsa.cosim.build import build, files_for, load_scene
+from hfsa.cosim.build import build, files_for, instrument, load_scene
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
 from hfsa.cosim.results import read_run
+from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import Component, Connection, StructureError, System
-from hfsa.fmus.export import export
 
 AXES, STACKS = "axis[1..3]", "stack[1..3]"
 ERROR, ACCELERATION = "tracking.axis[1].error", "reference.stack[1].elongation_acceleration"
@@ -56,11 +57,12 @@ def robot(**arguments: str) -> System:
 
 
 @pytest.fixture
-def run(opened):
-    """Run a system; the recording of `names`."""
+def run(opened, library):
+    """Run a system by the loop in C; the recording of `names`."""
 
     def recorded(system: System, step_size: float, until: float, names: list[str], **starts: float):
-        master = LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, step_size)
+        files = files_for(system, ALGORITHM)
+        master = make_master(opened(files), system, ALGORITHM, step_size, library)
         steps = round(until / step_size)
         recording = master.record(names, rows=steps + 1)
         master.initialize(starts=starts)
@@ -145,9 +147,9 @@ def test_with_a_fused_robot_a_linear_controller_is_exact(run):
     np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-10 * np.abs(fine).max())
 
 
-@pytest.fixture
-def filtered_loop(tmp_path) -> tuple[dict[str, Path], System]:
-    """A mass of 1 kg on a spring, F = 400 e + 10 e' with e' filtered over 5 ms: FMUs and system."""
+@pytest.fixture(scope="module", params=[2, 3], ids=["fmi2", "fmi3"])
+def filtered_loop(request, exported) -> tuple[dict[str, Path], System]:
+    """A mass of 1 kg on a spring, F = 400 e + 10 e' with e' filtered over 5 ms: FMUs of one version, and system."""
     mass = Model("Mass", "Mass on a spring")
     force = mass.input("force", "N", "Force")
     x, v = mass.state("x", "m", "Position"), mass.state("v", "m/s", "Velocity")
@@ -160,7 +162,7 @@ def filtered_loop(tmp_path) -> tuple[dict[str, Path], System]:
     law.der[filtered] = (error - filtered) / 5e-3
     law.output("force", 400 * error + 10 * (error - filtered) / 5e-3, "N", "Force")
     ported = with_linear_feedback(mass, [("force", "position")])
-    files = {name: export(model, tmp_path, (2,))[0] for name, model in (("mass", ported), ("law", law))}
+    files = {name: exported(model)[request.param] for name, model in (("mass", ported), ("law", law))}
     components = [Component("mass", "mass"), Component("law", "law")]
     return files, System(
         components, [Connection("mass.position", "law.position"), Connection("law.force", "mass.force")]
@@ -196,6 +198,90 @@ def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
         np.testing.assert_allclose(a, 400 * (1 - x) + 2000 * (1 - x - w) - 0.5 * v - 100 * x, atol=1e-9)
     assert errors[-1] < 1e-4
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.2)
+
+
+# In C -----------------------------------------------------------------------------------------------------------------
+
+
+def recorded(names: list[str], steps: int):
+    """Return what runs a master for so many steps and records."""
+
+    def run(master):
+        recording = master.record(names, rows=steps + 1)
+        master.initialize()
+        master.advance(1)
+        master.advance(steps - 1)
+        return recording
+
+    return run
+
+
+@pytest.mark.parametrize("version", [2, pytest.param(3, marks=pytest.mark.slow)], ids=["fmi2", "fmi3"])
+@pytest.mark.parametrize("name", ["sdelta_hfsa", "stage_extremes"])
+def test_scenes_have_the_same_bits(both, name, version):
+    """On the robot one controller follows the motors of three drives, and a source moves."""
+    scene = load_scene(name, {"execution": "continuous"})
+    names, system = list(scene.outputs), scene.system
+    if scene.inputs:
+        system = instrument(scene, scene.inputs[-1], fmi=version)
+        names += ["source.value"]
+    files = files_for(system, ALGORITHM, version)
+    python, c = both(system, files, recorded(names, 200), ALGORITHM, scene.step_size)
+    assert python == c
+    assert python[:2] == (None, 201)
+
+
+def test_a_controller_with_states_has_the_same_bits(both, filtered_loop):
+    files, system = filtered_loop
+    python, c = both(system, files, recorded(["mass.x", "law.filtered", "mass.acceleration"], 500), ALGORITHM, 1e-3)
+    assert python == c
+    assert python[:2] == (None, 501)
+
+
+@pytest.mark.parametrize("behaviour", [1.0, 2.0, 3.0, 6.0], ids=["warning", "discard", "error", "not a number"])
+def test_what_another_fmu_does_is_told_alike(both, filtered_loop, foreign, behaviour):
+    files, system = filtered_loop
+    version = 3 if files["mass"].name.endswith("fmi3.fmu") else 2
+    components = [*system.components, Component("gauge", "x", start={"behaviour": behaviour, "at": 0.05})]
+    watched = System(components, [*system.connections, Connection("mass.position", "gauge.u")])
+    run = recorded(["mass.x", "gauge.y"], 100)
+    python, c = both(watched, {**files, "gauge": foreign[version]}, run, ALGORITHM, 1e-3)
+    assert python == c
+    failure, _, time, warnings, _ = python
+    if behaviour == 1.0:
+        assert failure is None
+        assert warnings["gauge"].startswith(f"gauge: fmi{version}DoStep: warning at t = 0.05 s")
+    else:
+        assert time == pytest.approx(0.05, abs=1.1e-3)
+
+
+def rooted() -> Model:
+    """The root of its input, whose derivative is infinite at 0."""
+    m = Model("Root", "Root")
+    m.output("root", -(m.input("square", "m", "Square") ** 0.5), "N", "Root")
+    return m
+
+
+@pytest.mark.parametrize("is_controller", [True, False], ids=["gains", "rates"])
+def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exported, foreign, is_controller):
+    """Of the gain where the root closes the loop, of its rate where it only listens; the mass begins at 0."""
+    files, system = filtered_loop
+    version = 3 if files["mass"].name.endswith("fmi3.fmu") else 2
+    files = {**files, "root": exported(rooted())[version], "listener": foreign[version]}
+    command = "root.root" if is_controller else "law.force"
+    connections = [
+        Connection("mass.position", "law.position"),
+        Connection("mass.position", "root.square"),
+        Connection(command, "mass.force"),
+        Connection("law.force" if is_controller else "root.root", "listener.u"),
+    ]
+    components = [*system.components, Component("root", "root"), Component("listener", "x")]
+    run = recorded(["mass.x"], 100)
+    python, c = both(System(components, connections), files, run, ALGORITHM, 1e-3)
+    assert python == c
+    words, status, time = python[0]
+    assert words.startswith(f"root: fmi{version}GetDirectionalDerivative: discard at t = 0 s: the derivative for root")
+    assert (status, time) == ("discard", 0.0)
 
 
 # What cannot be fed back ----------------------------------------------------------------------------------------------
