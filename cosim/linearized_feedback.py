@@ -56,6 +56,7 @@ class LinearizedFeedback(Master):
                 self.warnings.setdefault(loop.plant, f"{words}; {loop.input} moves on a line instead")
 
     def _step(self) -> Iterator[Action]:
+        """Yield the actions of a step: plants first, then the others."""
         feedback = Feedback(self.wiring, self._loops)
         yield from sampled_first(self.wiring)
         yield from feedback.point

@@ -102,6 +102,7 @@ class _Compiled(Master):
             self._cycle.row, self._cycle.every = watched(recording.watch), recording.every
 
     def _take(self, steps: int) -> None:
+        """Take steps in C, as many at a time as `_SPELL` lets it, and say what it hands back."""
         cycle, run, recording = self._cycle, self._run_in_c, self._recording
         last, outcome = self._count + steps, None
         cycle.start_time = self._start_time

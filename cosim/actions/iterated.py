@@ -148,6 +148,7 @@ class Converge(Work):
 
     @past.setter
     def past(self, points: Iterable[tuple[float, np.ndarray]]) -> None:
+        """Go back to points that were known before, latest first."""
         kept = list(points)
         self._past.clear()
         for time, bus in reversed(kept):
@@ -259,6 +260,7 @@ class Converge(Work):
             self._begin_round(time)
 
     def _failure(self, time: float) -> StepError:
+        """Return the error of the connection whose residual is largest."""
         wiring = self.wiring
         now, guess = wiring.bus[self.places], self.guess[self.places]
         size = np.maximum(np.abs(now), self.nominal)

@@ -69,9 +69,11 @@ class Program:
             call.failing = blamed(inner[structure.failing])
 
     def _array(self, calls: Sequence[Runnable]) -> Any:
+        """Return prepared calls as an array of C."""
         return (c.Call * len(calls))(*(self._prepared(call) for call in calls))
 
     def _prepared(self, call: Runnable) -> c.Call:
+        """Return a call as C knows it, by what makes it."""
         match call:
             case Call():
                 return self._function(call)
@@ -91,6 +93,7 @@ class Program:
                 return self._work(c.LINES, self._lines(call))
 
     def _work(self, kind: int, structure: Structure) -> c.Call:
+        """Return the call of a structure that C works through itself."""
         self._kept.append(structure)
         return c.Call(kind=kind, detail=addressof(structure))
 
@@ -147,6 +150,7 @@ class Program:
         return self._made_of(call, structure, [action.call for action in (*call.inner, *call.groups)])
 
     def _converge(self, call: Converge) -> Structure:
+        """Return an iterated step, with all that one pass of it calls."""
         past = call.past
         lines = [
             c.Line(self._places(line.places), line.values.ctypes.data, len(line.places), line.is_able)
@@ -209,12 +213,15 @@ class Program:
         return structure
 
     def _places(self, places: np.ndarray) -> int:
+        """Return the address of places on the bus, which is kept alive."""
         return self._keep(np.ascontiguousarray(places, dtype=np.uintp)).ctypes.data
 
     def _doubles(self, values: np.ndarray) -> int:
+        """Return the address of numbers, which are kept alive."""
         return self._keep(np.ascontiguousarray(values, dtype=float)).ctypes.data
 
     def _keep(self, kept: Any) -> Any:
+        """Keep something alive as long as the program."""
         self._kept.append(kept)
         return kept
 
