@@ -206,12 +206,15 @@ def test_a_run_begins_anew(master, files):
     assert recording.time[-1] == 5.0 + 50 * 1e-3
 
 
-def test_start_values_that_do_not_exist(master, files):
+def test_start_values_that_do_not_exist_or_are_no_numbers(master, files):
     m = loop(master, files, 2, "gauss_seidel")
     with pytest.raises(StructureError, match="did you mean"):
         m.initialize(starts={"plant.forc": 1.0})
     with pytest.raises(StructureError, match="no component is called 'plnt'; did you mean plant"):
         m.initialize(starts={"plnt.x": 1.0})
+    for value in (np.nan, -np.inf):
+        with pytest.raises(StructureError, match=rf"plant\.x starts at {value:g}, expected a finite number"):
+            m.initialize(starts={"plant.v": 1.0, "plant.x": value})
     with pytest.raises(StructureError, match="initialize it first"):
         m.advance(1)
 
