@@ -1,7 +1,8 @@
 """Where the stepping loop in C comes from: compiled at install, else at first use, by the compiler that FMUs get.
 
-Like `_fmu_cache.py`, whose folder it uses, it stands on the roof: only there is the exporter's compiler in sight. The library
-appears in the cache complete or not at all, so that several processes may compile at once and any may be killed.
+It stands on the roof, as `_fmu_cache.py` does, whose folder it uses: only there is the exporter's compiler in sight.
+The library appears in the cache complete or not at all, so that several processes may compile at once and any may be
+killed.
 """
 
 import os
