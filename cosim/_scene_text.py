@@ -1,6 +1,7 @@
 """A scene as text: a TOML document that is stored with the results, hashed, and read back as a user's own scene.
 
-The keys are those of `Scene`, with `components` and `connections` as arrays of tables; ranges may be written:
+The keys are those of `Scene`, with `components`, in the order in which they step, and `connections` as arrays of
+tables; ranges may be written:
 
     inputs = ["reference.command.position[1..3]"]
     ...

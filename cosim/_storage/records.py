@@ -70,10 +70,11 @@ class OrderChoice:
     @property
     def sentence(self) -> str:
         """The choice on one line, with both errors."""
-        how = "all that differ" if self.is_complete else "by exchanging two of them until none is better"
+        how = "all that differ" if self.is_complete else "exchanging two components until none is better"
+        compared = f"{self.compared} orders compared, {how}" if self.compared > 1 else "no other makes a difference"
         own = ", the scene's own" if self.order == self.own else f"; in the scene's own {_erring(self.own_error)}"
         found = f"order {', '.join(self.order)}: {self.about} {_erring(self.error)}{own}"
-        return f"{found}; {self.compared} orders compared, {how}"
+        return f"{found}; {compared}"
 
 
 def _erring(error: float) -> str:

@@ -50,7 +50,7 @@ def bench_of(scene: Scene, step_size: float, library) -> Bench:
 
 def measured(bench: Bench, step_size: float, frequency: float) -> np.ndarray:
     """Return what a stepped sweep measures, (outputs,)."""
-    settings = Settings(step_size=step_size, settling_tolerance=1e-5)
+    settings = Settings(step_size=step_size, settling_tolerance=1e-4)
     rig = Rig(bench, settings)
     point = rig.measure(Task(0, 0, bench, settings, frequency, bench.system["source"].start["amplitude"]))
     rig.close()
@@ -109,7 +109,7 @@ def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(li
     assert choice is not None
     assert tuple(component.name for component in computed.system.components) == choice.order
     assert (choice.own, choice.compared, choice.is_complete) == (names, 8, True)
-    assert errors[choice.order] == pytest.approx(min(errors.values()), rel=1e-4)
+    assert errors[choice.order] == pytest.approx(min(errors.values()), rel=1e-3)
     assert choice.error == pytest.approx(errors[choice.order], rel=0.01)
     assert choice.own_error == pytest.approx(errors[names], rel=0.01) == pytest.approx(0.123, rel=0.01)
 
@@ -152,12 +152,20 @@ def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring
 
 
 def test_a_scene_that_nothing_excites_is_ordered_by_its_modes():
-    scene = build.load_scene("sdelta_hfsa", {"execution": "continuous"})
-    ordered, choice = with_computed_order(scene, "computed", inputs=())
+    scene = with_fusion(build.load_scene("sdelta_hfsa", {"execution": "continuous"}), ["robot,drives"])
+    _, choice = with_computed_order(scene, "computed", inputs=())
     assert choice is not None
-    assert choice.about == "modes"
-    assert 0 < choice.error <= choice.own_error < 1
-    assert {c.name for c in ordered.system.components} == {c.name for c in scene.system.components}
+    assert (choice.about, choice.own, choice.compared) == ("modes", ("reference", "controller", "fused"), 4)
+    assert 0 < choice.error <= choice.own_error < 0.1
+
+
+def test_what_ticks_among_others_goes_first_in_any_order():
+    """The controller, fused with what it moves, sees what the reference has put out before both step."""
+    scene = with_fusion(build.load_scene("sdelta_hfsa"), ["robot,drives,controller"])
+    same, choice = with_computed_order(scene, "computed", inputs=scene.inputs[2:3])
+    assert choice is not None
+    assert same == scene
+    assert (choice.order, choice.compared) == (("fused", "reference"), 1)
 
 
 def test_a_stable_order_goes_before_one_that_errs_less():
@@ -166,6 +174,14 @@ def test_a_stable_order_goes_before_one_that_errs_less():
     first, *others = names
     found = search(first, lambda at: iter(others if at == first else ()), lambda at: merits[names[at]])
     assert (names[found.best], found.is_complete) == ("stable", True)
+
+
+def test_where_nothing_is_joined_no_order_makes_a_difference():
+    scene = build.load_scene("mass_on_spring")
+    same, choice = with_computed_order(scene, "computed")
+    assert choice is not None
+    assert same == scene
+    assert choice.sentence.endswith(", the scene's own; no other makes a difference")
 
 
 # Orders that differ --------------------------------------------------------------------------------------------------
