@@ -343,18 +343,19 @@ class Master:
 
     def _run(self, actions: Iterable[Action]) -> None:
         """Run actions, and report what is not ok."""
-        for action in actions:
-            status = action.call.run()
+        self._run_calls(action.call for action in actions)
+
+    def _run_calls(self, calls: Iterable[Runnable]) -> None:
+        """Run calls, and report what is not ok."""
+        for call in calls:
+            status = call.run()
             if status:
-                self._report(action.call, status)
+                self._report(call, status)
 
     def _record(self) -> None:
         """Fetch what is recorded, and keep it as a row."""
         assert self._recording is not None
-        for call in self._record_calls:
-            status = call.run()
-            if status:
-                self._report(call, status)
+        self._run_calls(self._record_calls)
         self._recording.take(self.time)
 
     def _report(self, call: Runnable, status: int) -> None:
