@@ -221,6 +221,8 @@ class _Point:
 
     def verified(self) -> int:
         """Return whether a simulation agrees, as `StabilityMap.verified`."""
+        if self._contraction >= 1:
+            return int(len(self._simulated(self._anywhere(), FEWEST)) <= FEWEST)
         mode = self._mode
         if mode is None:
             return -1
@@ -228,8 +230,6 @@ class _Point:
         if largest == 0.0:
             return -1
         moved = {n: x + float((mode.shape[n] * MOVED / largest).real) for n, x in self._rest.items()}
-        if self._contraction >= 1:
-            return int(len(self._simulated(moved, FEWEST)) <= FEWEST)
         steps = self._steps(mode)
         if abs(mode.rate) * steps * self.scene.step_size < SLOW:
             return -1
@@ -241,6 +241,11 @@ class _Point:
             return int(mode.rate > 0)
         size = np.linalg.norm((moving[:rows] - still[:rows]) / self._scale, axis=1)
         return int(_has_grown(size) == (mode.rate > 0))
+
+    def _anywhere(self) -> dict[str, float]:
+        """Return states moved in no direction in particular: passes may lead nowhere in one that no mode shares."""
+        drawn = np.random.default_rng(0).uniform(-MOVED, MOVED, len(self._rest))
+        return {n: x + share * self._nominal[n] for (n, x), share in zip(self._rest.items(), drawn, strict=True)}
 
     def _steps(self, mode: Mode) -> int:
         """Return the steps after which a mode can be told to grow or decay."""

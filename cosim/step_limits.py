@@ -36,8 +36,8 @@ SHORTEST, LONGEST, POINTS = 1e-4, 1e4, 33
 ACCURACY = 1e-5
 """Relative accuracy of a limit that is free."""
 
-_PARTS, _MULTIPLES = (32, 16, 10, 8, 5, 4, 2, 1), (2, 3, 5, 10, 20, 30, 50, 100, 200, 300, 500, 1000)
-"""Of the shortest sample time, the steps that are asked first where parts tick."""
+_PARTS, _MOST, _RATIO = (32, 16, 10, 8, 5, 4, 2, 1), 1000, 1.1
+"""Where parts tick: parts of the shortest sample time that are asked first, its multiples up to this, in this ratio."""
 
 _ADVISED = ("gauss_seidel", "gauss_seidel_linear", "quasi_newton", LINEARIZED_FEEDBACK)
 """Algorithms that may be named in place of an unstable one."""
@@ -188,10 +188,11 @@ def _candidates(step_size: float, times: Sequence[float]) -> list[float]:
     """Return the steps [s] to ask first, ascending."""
     if not times:
         return list(np.geomspace(SHORTEST * step_size, LONGEST * step_size, POINTS))
-    shortest = min(times)
-    return [
-        step for step in (*(shortest / n for n in _PARTS), *(shortest * n for n in _MULTIPLES)) if _fits(step, times)
-    ]
+    shortest, multiples = min(times), [2]
+    while multiples[-1] < _MOST:
+        multiples.append(max(multiples[-1] + 1, int(_RATIO * multiples[-1])))
+    steps = [*(shortest / n for n in _PARTS), *(shortest * n for n in multiples)]
+    return [step for step in steps if _fits(step, times)]
 
 
 def _fits(step_size: float, times: Sequence[float]) -> bool:

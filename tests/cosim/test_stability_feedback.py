@@ -8,6 +8,7 @@ communication point.
 
 import numpy as np
 import pytest
+from mass_and_law import law, plant
 
 from hfsa.components._feedback_ports import with_linear_feedback
 from hfsa.components._model import Model
@@ -17,29 +18,8 @@ from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import Component, Connection, StructureError, System
 
-KP, KV = 5e16, 6e8
 ALGORITHM = "linearized_feedback"
 SENSED = ("position", "velocity")
-
-
-def mass() -> Model:
-    """A mass of 1 kg under a force, with a damper of its own."""
-    m = Model("Mass", "Mass under a force")
-    damping = m.parameter("damping", 0.0, "N.s/m", "Damping to the ground")
-    force = m.input("force", "N", "Force")
-    q, v = m.state("q", "m", "Position"), m.state("v", "m/s", "Velocity")
-    m.der[q], m.der[v] = v, force - damping * v
-    m.output("position", q, "m", "Position")
-    m.output("velocity", v, "m/s", "Velocity")
-    return m
-
-
-def law() -> Model:
-    """A PD law without memory."""
-    m = Model("Law", "PD law")
-    q, v = m.input("position", "m", "Position"), m.input("velocity", "m/s", "Velocity")
-    m.output("force", -KP * q - KV * v, "N", "Force")
-    return m
 
 
 def spring() -> Model:
@@ -56,8 +36,8 @@ def spring() -> Model:
 @pytest.fixture(scope="module")
 def made(exported):
     """FMUs by name; `bare` is the mass without ports."""
-    ported = with_linear_feedback(mass(), [("force", name) for name in SENSED])
-    models = {"bare": mass(), "mass": ported, "law": law(), "spring": spring()}
+    ported = with_linear_feedback(plant(), [("force", name) for name in SENSED])
+    models = {"bare": plant(), "mass": ported, "law": law(), "spring": spring()}
     return {name: exported(model)[2] for name, model in models.items()}
 
 

@@ -16,6 +16,7 @@ part on the way that has no memory, so that a relay between plant and law, both 
 
 import numpy as np
 import pytest
+from mass_and_law import KP, KV, law, plant
 
 from hfsa.components._model import Model
 from hfsa.cosim.instance import StepError
@@ -23,7 +24,6 @@ from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import HELD, Component, Connection, System
 
-KP, KV = 5e16, 6e8
 HELD_LIMIT, LATE_LIMIT, TWICE_LATE_LIMIT, LINE_LIMIT = 3.333e-9, 1.537e-9, 0.938e-9, 1.686e-9
 IMPLICIT_LIMIT = np.sqrt(12 / KP)
 K, C = 1e4, 2.0
@@ -37,29 +37,6 @@ LIMITS = {
     "quasi_newton": IMPLICIT_LIMIT,
 }
 each_algorithm = pytest.mark.parametrize("algorithm", LIMITS)
-
-
-def plant() -> Model:
-    """A mass under a force, with a damper of its own."""
-    m = Model("Plant", "Mass under a force")
-    mass = m.parameter("mass", 1.0, "kg", "Mass", min=0.1)
-    damping = m.parameter("damping", 0.0, "N.s/m", "Damping to the ground")
-    force = m.input("force", "N", "Force")
-    q, v = m.state("q", "m", "Position"), m.state("v", "m/s", "Velocity")
-    m.der[q], m.der[v] = v, (force - damping * v) / mass
-    m.output("position", q, "m", "Position")
-    m.output("velocity", v, "m/s", "Velocity")
-    return m
-
-
-def law() -> Model:
-    """A PD law without memory, or a spring whose force is exchanged."""
-    m = Model("Law", "PD law")
-    kp = m.parameter("stiffness", KP, "N/m", "Proportional gain")
-    kv = m.parameter("damping", KV, "N.s/m", "Derivative gain")
-    q, v = m.input("position", "m", "Position"), m.input("velocity", "m/s", "Velocity")
-    m.output("force", -kp * q - kv * v, "N", "Force")
-    return m
 
 
 def relay() -> Model:
@@ -219,3 +196,29 @@ def ringing(master: Master, frequency: float) -> float:
     turned = np.hanning(window) * np.exp(-2j * np.pi * frequency * master.step_size * np.arange(window))
     early, late = (abs(turned @ recording["plant.q"][k : k + window]) for k in (0, 5 * window))
     return float(np.log(late / early) / (5 * window * master.step_size))
+
+
+# Weak control ---------------------------------------------------------------------------------------------------------
+
+
+def test_weak_control_is_control(wired):
+    """A mass held by 0.01 N/m and 2e-3 N.s/m settles within hours: it is not free, and too long a step counts.
+
+    A force held over 2 s drives it as a damper of -Kp H / 2 would; it grows as the matrix says.
+    """
+    system, instances = wired("plant", "law", law={"stiffness": 1e-2, "damping": 2e-3})
+    cycle = Cycle(system, instances)
+    assert cycle.counting == "all"
+    assert cycle.is_stable(0.2)
+    assert not cycle.is_stable(2.0)
+    master = Master(instances, system, "gauss_seidel", 2.0)
+    recording = master.record(["plant.q"], rows=2001)
+    master.initialize(starts={"plant.q": 1.0})
+    master.advance(2000)
+    early, late = (np.abs(recording["plant.q"][k : k + 100]).max() for k in (500, 1500))
+    assert np.log(late / early) / 2000 == pytest.approx(cycle.over(2.0).growth(), rel=0.01)
+
+
+def test_a_mass_without_a_law_is_free(wired):
+    system, instances = wired("plant", "law")
+    assert Cycle(System([system["plant"]]), instances).counting == "flexible"

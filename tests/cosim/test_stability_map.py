@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hfsa.cosim._stability_map import parse_axis, stability_map
+from hfsa.cosim._stability_map import Axis, parse_axis, stability_map
 from hfsa.cosim.system import StructureError
 
 
@@ -45,7 +45,35 @@ def test_the_verb_writes_a_file_and_a_picture(hfsa, tmp_path):
     with xarray.open_dataset(path, group="map", engine="h5netcdf") as found:
         assert found.growth.dims == ("step_size",)
         assert found.attrs["algorithm"] == "gauss_seidel"
-        np.testing.assert_array_equal(found.growth > 0, found.step_size > 7.0109e-6)
+        np.testing.assert_array_equal(found.stable, found.step_size < 7.0109e-6)
+        assert found.stable.dtype == bool
+
+
+def test_a_posture_is_mapped_by_one_of_its_angles():
+    """In steps of 1.25 ms the robot is stable level, and at 40 degrees of yaw it is not."""
+    found = stability_map("sdelta_hfsa", {}, [parse_axis("posture.rotation[3]=0:40:2")], step_size=1.25e-3)
+    assert found.stable.tolist() == [True, False]
+    assert found.verified.tolist() == [1, 1]
+    for name in ("posture.rotation[4]", "robot.posture.rotation[0]"):
+        with pytest.raises(ValueError, match=r"posture.rotation has elements 1 to 3"):
+            stability_map("sdelta_hfsa", {}, [parse_axis(f"{name}=0:40:2")])
+
+
+def test_passes_that_lead_nowhere_are_unstable():
+    """Beyond 2.807 ms, while the step that they should lead to is stable up to 4.109 ms."""
+    axes = [Axis("step_size", np.array([2e-3, 3e-3, 4e-3, 4.5e-3]))]
+    found = stability_map("sdelta_hfsa", {"execution": "continuous"}, axes, algorithm="fixed_point")
+    assert found.stable.tolist() == [True, False, False, False]
+    assert (found.growth > 0).tolist() == [False, False, False, True]
+    assert found.verified.tolist() == [1, 1, 1, 1]
+
+
+def test_what_is_undamped_is_stable_whatever_the_sign_of_rounding():
+    """Nothing of it grows, nothing decays, and so no simulation can tell."""
+    found = stability_map("mass_on_spring", {"damping": "0"}, [parse_axis("step_size=1e-4:1e-2:8")])
+    assert found.stable.all()
+    assert np.abs(found.growth).max() < 1e-9
+    assert found.agreement == (0, 0)
 
 
 @pytest.mark.parametrize(
@@ -69,3 +97,10 @@ def test_what_cannot_be_mapped():
         stability_map("mass_on_spring", {}, [parse_axis("step_size=1e-4:1e-3:2")], algorithm="monolithic")
     with pytest.raises(StructureError, match="one or two --vary; found 0"):
         stability_map("mass_on_spring", {}, [])
+    axis = parse_axis("damping=0:1:2")
+    with pytest.raises(StructureError, match="--vary damping is said twice"):
+        stability_map("mass_on_spring", {}, [axis, axis])
+    with pytest.raises(StructureError, match=r"--vary damping and -p damping=0.5: leave one out"):
+        stability_map("mass_on_spring", {"damping": "0.5"}, [axis])
+    with pytest.raises(StructureError, match=r"--vary step_size and --step 0.001: leave one out"):
+        stability_map("mass_on_spring", {}, [parse_axis("step_size=1e-4:1e-3:2")], step_size=1e-3)

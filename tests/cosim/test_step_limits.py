@@ -6,19 +6,29 @@ import numpy as np
 import pytest
 from spring_loop import loop
 
+from hfsa.cosim._stability_map import Axis, stability_map
 from hfsa.cosim.build import build, load_scene
+from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
 from hfsa.cosim.step_limits import LIMITED, step_limits, unstable_step
 from hfsa.cosim.system import HELD, System
 
 
-def growth(master: Master) -> float:
-    """How many times as large the position is at the end as after a third of 3000 steps."""
-    recording = master.record(["plant.position"], rows=3001)
+def free_drives(arguments: dict[str, str]) -> System:
+    """The robot and its drives without a controller."""
+    system = load_scene("sdelta_hfsa", arguments).system
+    names = [c.name for c in system.components if c.name == "robot" or c.name.startswith("drive")]
+    inner = [c for c in system.connections if {system.split(end)[0] for end in (c.start, c.end)} <= set(names)]
+    return System([system[name] for name in names], inner)
+
+
+def growth(master: Master, steps: int = 3000) -> float:
+    """How many times as large the position is in the last sixth of a run as after a third of it."""
+    recording = master.record(["plant.position"], rows=steps + 1)
     master.initialize()
-    master.advance(3000)
-    found = np.abs(recording["plant.position"])
-    return found[-500:].max() / found[1000:1500].max()
+    master.advance(steps)
+    found, sixth = np.abs(recording["plant.position"]), steps // 6
+    return found[-sixth:].max() / found[2 * sixth : 3 * sixth].max()
 
 
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi", "jacobi_plain", "gauss_seidel_linear", "quasi_newton"])
@@ -32,21 +42,48 @@ def test_a_loop_decays_below_its_limit_and_grows_above(files, opened, algorithm)
         assert growth(Master(opened(found), system, algorithm, 1.02 * limit.longest)) > 1
 
 
-def test_steps_of_a_sampled_loop_fit_its_ticks(files, opened):
+@pytest.mark.parametrize(("algorithm", "ratio"), [("gauss_seidel", 2), ("jacobi", 2), ("jacobi_plain", 1)])
+def test_steps_of_a_sampled_loop_fit_its_ticks(files, opened, algorithm, ratio):
+    """The limit is a multiple of the sample time; the next one grows in simulation."""
     system, found = loop(files, controller="SampledPd")
-    limits = list(step_limits(system, opened(found), 0.01, HELD, {"pd.sample_time": 0.01}))
-    for limit in limits:
-        ratio = limit.longest / 0.01 if limit.longest > 0.01 else 0.01 / limit.longest
-        assert ratio == pytest.approx(round(ratio))
+    (limit,) = step_limits(system, opened(found), 0.01, [algorithm])
+    assert limit.longest == pytest.approx(ratio * 0.01)
+    assert growth(Master(opened(found), system, algorithm, ratio * 0.01)) < 1
+    assert growth(Master(opened(found), system, algorithm, (ratio + 1) * 0.01), steps=150) > 1
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "limits"),
+    [
+        (
+            "sdelta_hfsa",
+            {},
+            {"gauss_seidel": (1.5e-3, 1.75e-3), "jacobi": (0.5e-3, 0.75e-3), "jacobi_plain": (0.25e-3, 0.5e-3)},
+        ),
+        (
+            "stage_tracking",
+            {"actuator": "force"},
+            {"gauss_seidel": (0.32e-3, 0.33e-3), "jacobi": (0.32e-3, 0.33e-3), "jacobi_plain": (0.15e-3, 0.16e-3)},
+        ),
+    ],
+)
+def test_limits_of_the_robot_and_the_stage(opened, name, arguments, limits):
+    """Each is the last step that fits, and simulations on it and on the next one decay and grow.
+
+    On the stage 0.33 ms is the only one below 0.45 ms that grows.
+    """
+    scene = load_scene(name, arguments)
+    found = step_limits(scene.system, opened(build(scene.system)), scene.step_size, limits)
+    assert {limit.algorithm: limit.longest for limit in found} == pytest.approx({k: v[0] for k, v in limits.items()})
+    for algorithm, steps in limits.items():
+        sides = stability_map(name, arguments, [Axis("step_size", np.array(steps))], algorithm=algorithm)
+        assert sides.stable.tolist() == [True, False]
+        assert sides.verified.tolist() == [1, 1]
 
 
 def test_free_rigid_motion_does_not_count(opened):
     """The drives of `sdelta_hfsa` without a controller: an algorithm makes their drift grow, the modes have a limit."""
-    scene = load_scene("sdelta_hfsa")
-    names = [c.name for c in scene.system.components if c.name == "robot" or c.name.startswith("drive")]
-    components = [scene.system[name] for name in names]
-    inner = [c for c in scene.system.connections if {scene.system.split(e)[0] for e in (c.start, c.end)} <= set(names)]
-    system = System(components, inner)
+    system = free_drives({})
     limits = {f.algorithm: f.longest for f in step_limits(system, opened(build(system)), 50e-6, HELD)}
     expected = {"jacobi_plain": 62.8e-6, "jacobi": 104.3e-6, "gauss_seidel": 285e-6}
     assert limits == pytest.approx(expected, rel=2e-3)
@@ -64,12 +101,59 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
     assert "the algorithm " in sentence
 
 
+def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
+    """The stage at its extreme gains, continuously: with plants that close their loops any step will do."""
+    scene = load_scene("stage_extremes", {"execution": "continuous"})
+    instances = opened(build(scene.system))
+    assert unstable_step(scene.system, instances, "linearized_feedback", 1e-6) is None
+    sentence = unstable_step(scene.system, instances, "quasi_newton", 1e-6)
+    assert sentence is not None
+    assert "a step of 1.549e-08 s or less" in sentence
+    assert "the algorithm linearized_feedback, stable at every step that was asked" in sentence
+
+
+def test_nothing_is_said_where_there_is_no_equilibrium(opened):
+    """A robot that falls on free drives is run without a word."""
+    system = free_drives({"robot.gravity": "9.81"})
+    for algorithm in ("gauss_seidel", "quasi_newton"):
+        assert unstable_step(system, opened(build(system)), algorithm, 1e-3) is None
+
+
+def test_nothing_is_said_of_derivatives_that_are_no_numbers(files, opened, monkeypatch):
+    system, found = loop(files)
+    monkeypatch.setattr(
+        Instance, "jacobian", lambda self, unknowns, knowns: np.full((len(unknowns), len(knowns)), np.nan)
+    )
+    assert unstable_step(system, opened(found), "gauss_seidel", 1e-3) is None
+
+
 def test_the_verb(hfsa):
     code, out, _ = hfsa("stability", "sdelta_hfsa", "-p", "delay=true", "--json")
     assert code == 0
     data = json.loads(out)
     assert {entry["algorithm"] for entry in data["algorithms"]} >= set(LIMITED)
     assert data["sample_time"]["longest"] > data["sample_time"]["own"] == 0.25e-3
+
+
+def test_the_verb_of_one_algorithm(hfsa):
+    code, out, _ = hfsa("stability", "sdelta_hfsa", "--algorithm", "linearized_feedback", "--json")
+    assert code == 0
+    (entry,) = json.loads(out)["algorithms"]
+    assert (entry["algorithm"], entry["is_stable"]) == ("linearized_feedback", True)
+    assert entry["longest_step"] == pytest.approx(2.5e-3)
+    code, out, _ = hfsa("stability", "stage_tracking", "--algorithm", "linearized_feedback")
+    assert code == 0
+    assert "not offered" in out
+    assert "there is nothing to feed back" in out
+    code, out, _ = hfsa("stability", "stage_tracking", "--algorithm", "monolithic")
+    assert "chooses its steps" in out
+
+
+def test_a_file_is_made_of_a_map_only(hfsa):
+    code, _, err = hfsa("stability", "sdelta_hfsa", "-o", "limits.h5")
+    assert code == 2
+    assert "-o limits.h5: limits are printed" in err
+    assert "--vary NAME=FROM:TO:N" in err
 
 
 def test_a_run_warns_of_its_step(hfsa, tmp_path):
