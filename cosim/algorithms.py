@@ -46,7 +46,7 @@ def open_master(
     def make(instances: Mapping[str, Instance]) -> Master:
         """Make the master of an algorithm that steps instances."""
         if algorithm == ERROR_CONTROLLED:
-            return ErrorControlled(instances, system, step_size, COUPLING * tolerance)
+            return ErrorControlled(instances, system, step_size, COUPLING * tolerance, library)
         return make_master(instances, system, algorithm, step_size, library)
 
     return _opened(files, Instance, make)

@@ -17,6 +17,7 @@ says nothing against the longer ones that the error had let be.
 
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from hfsa.cosim._linear.cycle import coupling_gradient
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance, State, StepError
 from hfsa.cosim.master import Master
+from hfsa.cosim.stepping import step_in_c
 from hfsa.cosim.system import Connector, StructureError, System
 
 TOLERANCE = 1e-5
@@ -49,7 +51,7 @@ _REFUSALS = ("does not converge", "discard")
 
 
 class ErrorControlled(Master):
-    """A master that chooses its communication steps between points `step_size` apart.
+    """A master that chooses its communication steps between points `step_size` apart; with a `library` in C.
 
     Attributes:
         tolerance: of a run.
@@ -57,7 +59,12 @@ class ErrorControlled(Master):
     """
 
     def __init__(
-        self, instances: Mapping[str, Instance], system: System, step_size: float, tolerance: float = TOLERANCE
+        self,
+        instances: Mapping[str, Instance],
+        system: System,
+        step_size: float,
+        tolerance: float = TOLERANCE,
+        library: Path | None = None,
     ):
         super().__init__(instances, system, "quasi_newton", step_size)
         assert isinstance(self._moving, Converge)
@@ -65,6 +72,9 @@ class ErrorControlled(Master):
         self._half = self._moving
         # each keeps the derivatives that suit its step
         self._whole = Converge(self.wiring, "quasi_newton", partial(coupling_gradient, self.wiring))
+        if library is not None:
+            for converge in (self._half, self._whole):
+                step_in_c(converge, library)
         self._ticks = self.cycle[: self.cycle.index(self._half)]
         self._after = self.cycle[self.cycle.index(self._half) + 1 :]
         self._clocked = [instances[stepper.instance] for stepper in self.wiring.sampled]
@@ -76,6 +86,7 @@ class ErrorControlled(Master):
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
         """Initialize as `Master.initialize`; `StructureError` where an FMU's solver is coarser than the tolerance."""
+        self._whole.begin()
         super().initialize(start_time, stop_time, starts)
         self._check_solvers()
         self.taken = self.tried = 0

@@ -15,16 +15,17 @@ that a library of others is never taken.
 import ctypes
 import hashlib
 from collections.abc import Iterable, Mapping
-from ctypes import POINTER, c_longlong
+from ctypes import POINTER, c_double, c_longlong
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from time import perf_counter
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.program import Program, watched
 from hfsa.cosim.actions.recording import Recording
-from hfsa.cosim.actions.structures import Cycle, Run
+from hfsa.cosim.actions.structures import Call, Cycle, Run
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearized_feedback import LinearizedFeedback
 from hfsa.cosim.master import Master
@@ -67,6 +68,22 @@ def installed_library() -> Path | None:
     """Return the library that was compiled when the package was installed, if there is one of these sources."""
     candidates = (Path(__file__).with_name(library_name() + suffix) for suffix in EXTENSION_SUFFIXES)
     return next((file for file in candidates if file.is_file()), None)
+
+
+def step_in_c(action: Converge, library: Path) -> None:
+    """Let an iterated step be made in C wherever it is run; it stays what it is, bit for bit."""
+    program, make = Program([action]), ctypes.CDLL(str(library)).hfsa_make
+    make.argtypes = [POINTER(Call), c_double, c_double]
+    wiring = action.wiring
+
+    def attempt() -> int:
+        """Make the step in C, and tell which of its calls the status is of."""
+        status = make(program.calls, wiring.time, wiring.step_size)
+        if status:
+            program.failed(0)
+        return status
+
+    action.attempt = attempt
 
 
 class _Compiled(Master):

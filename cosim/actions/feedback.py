@@ -208,4 +208,5 @@ def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
 
 
 def _is_held(variable: Connector) -> bool:
+    """Whether a variable changes at ticks only."""
     return variable.variability == "discrete"

@@ -15,8 +15,8 @@ guess goes on as the values have come.
 Sampled outputs are held as ever. Where an FMU takes no derivatives of its inputs, they are held at the middle of the
 line. With straight lines the coupling is of second order, like the trapezoidal rule, and as stable.
 
-`Converge.run` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made or
-the passes do not suffice; `Converge.solve` goes on from there.
+`Converge.attempt` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made
+or the passes do not suffice; `Converge.solve` goes on from there.
 """
 
 import ctypes
@@ -98,6 +98,7 @@ class Converge(Work):
         savers, restorers: keep the states of the instances, and bring them back; `tries` are the calls of a pass.
         guess: of the bus at the end; `change` is what it is to change by in `places`, `nominal` the values' there.
         inverse: (1 - dy/dw)^-1, (n, n).
+        attempt: what `run` begins with; `stepping.step_in_c` puts the same in C in its place.
     """
 
     def __init__(self, wiring: Wiring, method: str, gradient: Gradient):
@@ -135,6 +136,7 @@ class Converge(Work):
         n = len(self.places)
         self.guess, self.change, self.inverse = np.zeros(len(wiring.bus)), np.zeros(n), np.zeros((n, n))
         self.progress = Progress()
+        self.attempt: Callable[[], int] = self._attempt
 
     @property
     def passes(self) -> int:
@@ -161,13 +163,19 @@ class Converge(Work):
 
     def run(self) -> int:
         """Step to the next communication point; `StepError` where no guess is good enough."""
+        time, status = self.wiring.time.value, self.attempt()
+        return self.solve(time) if status == STALE else self._told(status, time)
+
+    def _attempt(self) -> int:
+        """Step to the next communication point; `STALE` where something is to be made anew before that."""
         progress, time = self.progress, self.wiring.time.value
         self._past.take(time, self.wiring.bus)
-        progress.warning = self._told(self._run(self.savers), time)
+        progress.warning = self._run(self.savers)
+        if progress.warning > 1:
+            return progress.warning
         progress.rounds = 0
         self._begin_round(time)
-        status = self._iterate()
-        return self.solve(time) if status == STALE else self._told(status, time)
+        return self._iterate()
 
     def solve(self, time: float) -> int:
         """Go on with the step from `time` [s] on that is under way, where neither loop can as it is."""

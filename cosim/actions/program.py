@@ -123,6 +123,7 @@ class Program:
         return prepared
 
     def _remember(self, call: Remember) -> c.Remember:
+        """Return the structure of points that several actions share."""
         if id(call) not in self._remembered:
             self._remembered[id(call)] = c.Remember(call.bus.ctypes.data, call.points.ctypes.data, len(call.bus))
         return self._remembered[id(call)]
@@ -213,7 +214,7 @@ class Program:
         return structure
 
     def _places(self, places: np.ndarray) -> int:
-        """Return the address of places on the bus, which is kept alive."""
+        """Return the address of places, which are kept alive."""
         return self._keep(np.ascontiguousarray(places, dtype=np.uintp)).ctypes.data
 
     def _doubles(self, values: np.ndarray) -> int:

@@ -7,6 +7,7 @@ from spring_loop import LOOP, loop
 from hfsa.components._model import Model
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.error_controlled import ErrorControlled
 from hfsa.cosim.system import ITERATED, Component, Connection, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -131,6 +132,19 @@ def test_an_instance_made_anew_gives_states_of_its_own(both, around, version, me
 
     python, c = both(*around(version), run_twice, method)
     assert python == c
+
+
+@VERSIONS
+@pytest.mark.parametrize("controller", ["Pd", "SampledPd"])
+def test_steps_that_follow_their_error_have_the_same_bits(files, opened, library, version, controller):
+    system, found = loop(files, version, controller)
+    ends = []
+    for way in (None, library):
+        master = ErrorControlled(opened(found), system, 5e-3, 1e-5, way)
+        recording = run_plain(master, 40)
+        ends.append((recording.values.tobytes(), master.wiring.bus.tobytes(), master.taken, master.tried))
+    assert ends[0] == ends[1]
+    assert ends[0][2] < ends[0][3]
 
 
 # Loops within the exchange --------------------------------------------------------------------------------------------
