@@ -28,7 +28,7 @@ from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
-from hfsa.cosim.step_limits import unstable_step
+from hfsa.cosim.step_limits import is_limited, unstable_step
 from hfsa.cosim.sweep import (
     Bench,
     LinearSweep,
@@ -124,6 +124,8 @@ def warn_of_step(
     system: System, files: Mapping[str, Path], algorithm: str, step_size: float, warn: Callable[[str], None]
 ) -> None:
     """Warn of a communication step [s] at which the algorithm is unstable, and say what would do."""
+    if not is_limited(system, algorithm):
+        return
     with open_instances(files) as instances:
         if sentence := unstable_step(system, instances, algorithm, step_size):
             warn(sentence)
