@@ -33,8 +33,21 @@ class Cvode(Integrator):
     def __init__(self, ode: JointOde):
         super().__init__(ode)
         kind, tolerance = sundials("cvode", "CVODE"), _integrator.TOLERANCE
+
+        def indicate(time: float, z: np.ndarray, indicators: np.ndarray) -> None:
+            """Write the event indicators; no method, as the solver keeps what it finds on the function."""
+            ode.evaluate(time, z * self._unit)
+            indicators[:] = ode.indicate()
+
         self._solvers = {
-            method: kind(self._rhs, jacfn=self._differentiate, method=method, rtol=tolerance, atol=tolerance)
+            method: kind(
+                self._rhs,
+                jacfn=self._differentiate,
+                method=method,
+                rtol=tolerance,
+                atol=tolerance,
+                **self._events(indicate),
+            )
             for method in ("Adams", "BDF")
         }
         self.method: Literal["Adams", "BDF"] = "Adams"

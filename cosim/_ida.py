@@ -37,12 +37,19 @@ class Ida(Integrator):
         super().__init__(ode)
         n, m = len(ode.x), len(ode.places)
         self._units, self._longest = np.ones(n + m), 1.0
+
+        def indicate(time: float, z: np.ndarray, _slopes: np.ndarray, indicators: np.ndarray) -> None:
+            """Write the event indicators; no method, as the solver keeps what it finds on the function."""
+            self._evaluate(time, z)
+            indicators[:] = ode.indicate()
+
         self._ida = sundials("ida", "IDA")(
             self._residual,
             jacfn=self._differentiate,
             rtol=TOLERANCE,
             atol=TOLERANCE,
             algebraic_idx=list(range(n, n + m)) or None,
+            **self._events(indicate),
         )
 
     @property
@@ -69,18 +76,25 @@ class Ida(Integrator):
         closing = np.linalg.inv(np.eye(len(w)) - joint[n:, n:])
         followed = np.abs(closing @ joint[n:, :n]) @ self._unit
         pushed = np.abs(joint[:n, n:] @ closing) / self._unit[:, None]
-        with np.errstate(divide="ignore"):
-            harmless = self._fastest / pushed.max(axis=0, initial=0.0)
-        size = np.maximum(np.maximum(np.abs(w), followed), self._ode.value_nominals)
-        unit = np.maximum(np.maximum(np.abs(w), followed), np.minimum(harmless, _UNIMPORTANT * size))
+        pushed = pushed.max(axis=0, initial=0.0)
+        harmless = np.full(len(w), np.inf)
+        np.divide(self._fastest or 1 / self._longest, pushed, out=harmless, where=pushed > 0)
+        own = np.maximum(np.abs(w), followed)
+        size = np.maximum(own, self._ode.value_nominals)
+        unit = np.maximum(own, np.minimum(harmless, _UNIMPORTANT * size))
         unit = np.maximum(unit, self._value_noise / TOLERANCE)
         return 2.0 ** np.ceil(np.log2(unit))
 
+    def _evaluate(self, time: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x' and the outputs at unknowns in their units."""
+        n, y = len(self._unit), z * self._units
+        return self._ode.evaluate_open(time, y[:n], y[n:])
+
     def _residual(self, time: float, z: np.ndarray, slopes: np.ndarray, residual: np.ndarray) -> None:
         """What IDA brings to zero; it tries a smaller step where an FMU refuses a state."""
-        n, y = len(self._unit), z * self._units
+        n = len(self._unit)
         try:
-            rates, found = self._ode.evaluate_open(time, y[:n], y[n:])
+            rates, found = self._evaluate(time, z)
         except StepError as error:
             if error.status not in REFUSALS:
                 raise
@@ -100,8 +114,8 @@ class Ida(Integrator):
         matrix: np.ndarray,
     ) -> None:
         """Write the derivative of the residual by z, plus `slope_weight` times that by the slopes."""
-        n, y = len(self._unit), z * self._units
-        self._ode.evaluate_open(time, y[:n], y[n:])
+        n = len(self._unit)
+        self._evaluate(time, z)
         matrix[:, :] = -self._ode.partials() * self._units / self._units[:, None]
         matrix[range(n), range(n)] += slope_weight
         matrix[range(n, len(z)), range(n, len(z))] += 1.0

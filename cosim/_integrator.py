@@ -13,6 +13,7 @@ a larger one; units are powers of two, so that nothing is rounded.
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -37,6 +38,9 @@ REFUSALS = ("discard", "does not converge")
 _STEP = 0.1
 """Usual step of the solver, relative to the shortest time in which anything happens."""
 
+_ROOT = 2
+"""Status of a step that ends where an event indicator changes its sign."""
+
 _LINES = 3
 """Lines along which noise is measured."""
 
@@ -47,7 +51,7 @@ class Integrator(ABC):
     Attributes:
         name: of the solver.
         time: to which the solver has come [s].
-        wants_event: whether an FMU wants an event there.
+        wants_event: whether an FMU wants an event there; `deciding` names it where its indicators tell so, else None.
     """
 
     name: ClassVar[str]
@@ -55,8 +59,9 @@ class Integrator(ABC):
     def __init__(self, ode: JointOde):
         self._ode = ode
         self.time, self.wants_event = 0.0, False
+        self.deciding: str | None = None
         n = len(ode.x)
-        self._x, self._unit, self._peak, self._nominal = np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)
+        self._x, self._unit, self._peak = np.zeros(n), np.ones(n), np.zeros(n)
         self._limit = np.zeros(n)  # above which a state has outgrown its unit
         self._fastest, self._value_noise = 0.0, np.zeros(len(ode.places))
         self._refusal: StepError | None = None
@@ -64,7 +69,6 @@ class Integrator(ABC):
     def begin(self, time: float, x: np.ndarray, step: float, horizon: float) -> None:
         """Begin a run at x, (n,), that is looked at every `step` [s] and has its next event within `horizon` [s]."""
         self._peak[:] = 0.0
-        self._nominal = self._ode.nominals()
         self._ode.evaluate(time, x)
         self._prepare(step, horizon)
         self._limit[:], self._fastest = 0.0, 0.0
@@ -72,7 +76,7 @@ class Integrator(ABC):
 
     def restart(self, time: float, x: np.ndarray) -> None:
         """Go on from x, (n,), at a time [s] from which on the equation may be another."""
-        self.time, self._x, self.wants_event = time, x, False
+        self.time, self._x, self.wants_event, self.deciding = time, x, False, None
         if not len(x):
             return
         push = np.abs(self._ode.evaluate(time, x)) / (self._fastest or np.inf)
@@ -93,7 +97,7 @@ class Integrator(ABC):
             if self._is_outgrown:
                 self.restart(self.time, self._x)
             self._step(to, stop)
-            self.wants_event = self._ode.complete_step(self.time, self._x)
+            self.wants_event = self._ode.complete_step(self.time, self._x) or self.deciding is not None
             if self.wants_event:
                 return self._x
         return self._x if self.time == to else self._states(self._solver.step(to, "normal", stop))
@@ -113,6 +117,11 @@ class Integrator(ABC):
     def _start(self, time: float, x: np.ndarray) -> None:
         """Let the solver begin anew at x, (n,), in the present units."""
 
+    def _events(self, indicate: Callable[..., None]) -> dict[str, Any]:
+        """Return what a solver of scikit-sundae takes to look for state events, by what writes the indicators."""
+        n = len(self._ode.deciding)
+        return {"eventsfn": indicate, "num_events": n} if n else {}
+
     @property
     def _is_outgrown(self) -> bool:
         return bool((self._peak >= self._limit).any())
@@ -127,6 +136,8 @@ class Integrator(ABC):
         if not result.success:
             self._fail(result.message)
         self.time, self._x, self._refusal = float(result.t), self._states(result), None
+        is_root = result.status == _ROOT
+        self.deciding = self._ode.deciding[int(np.flatnonzero(result.i_events[-1])[0])] if is_root else None
         np.maximum(self._peak, np.abs(self._x), out=self._peak)
 
     def _measure(self, time: float, x: np.ndarray) -> None:
@@ -136,7 +147,7 @@ class Integrator(ABC):
         within a step rounding, which makes noise in der(x), moves it by a part of noise / r. With r the spectral radius
         of |J| no chain of states goes round and grows.
         """
-        size = np.maximum(self._peak, SMALLEST * self._nominal)
+        size = np.maximum(self._peak, SMALLEST * self._ode.nominals())  # an event may change them
         rates, jacobian = np.abs(self._ode.evaluate(time, x)), np.abs(self._ode.jacobian())
         self._fastest = float(np.abs(np.linalg.eigvals(jacobian)).max())
         if self._fastest:

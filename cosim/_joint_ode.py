@@ -12,7 +12,7 @@ ticks, and the inputs that they feed. The FMUs' own derivatives are closed by th
     der(x) = A x + B w,     w = C x + D w     =>     d der(x) / d x = A + B (1 - D)^-1 C
 
 An instance without continuous states whose connected outputs change at ticks only is at rest in between: its outputs
-are set where they go, and it is left alone.
+are set where they go, and it is left alone. Event indicators change sign where an FMU wants an event.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping
@@ -56,7 +56,9 @@ class JointOde:
         states: full names of x.
         x, rates: the arrays that the instances read and write, (n,).
         places: of w on the bus, (m,).
-        awaits_steps: whether an FMU wants to be told of each step of the integrator.
+        indicators: of state events, (k,), as of the last `indicate`; `deciding` names the instance of each.
+        looks_ahead: whether an integrator may go beyond where it is asked to: no FMU wants to be told of each of its
+            steps, and none has state events.
     """
 
     def __init__(
@@ -88,7 +90,14 @@ class JointOde:
         has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
         self._derivatives = self._prepared(moving) if has_derivatives else None
         self._waiting = [i for i in instances.values() if i.fmu.description.awaits_steps]
-        self.awaits_steps = bool(self._waiting)
+        self.deciding = [name for name, instance in instances.items() for _ in range(instance.indicators)]
+        self.indicators = np.zeros(len(self.deciding))
+        self._indicator_calls, first = [], 0
+        for instance in filter(lambda it: it.indicators, instances.values()):
+            part = self.indicators[first : first + instance.indicators]
+            self._indicator_calls.append(instance.indicator_getter(part))
+            first += instance.indicators
+        self.looks_ahead = not self._waiting and not self.deciding
 
     @property
     def values(self) -> np.ndarray:
@@ -137,6 +146,11 @@ class JointOde:
         joint, n = self.partials(), len(self.x)
         through = np.linalg.solve(np.eye(len(self.places)) - joint[n:, n:], joint[n:, :n])
         return joint[:n, :n] + joint[:n, n:] @ through
+
+    def indicate(self) -> np.ndarray:
+        """Return the event indicators at the last evaluation, (k,), the same array at every call."""
+        self._run(self._indicator_calls)
+        return self.indicators
 
     def complete_step(self, time: float, x: np.ndarray) -> bool:
         """Tell the FMUs that want to know of a completed step of the integrator; whether one wants an event now."""
@@ -187,7 +201,8 @@ class JointOde:
 
     def _rests(self, name: str) -> bool:
         connected = [c.start for c in self._wiring.connections if c.start.partition(".")[0] == name]
-        return self._instances[name].size == 0 and all(map(self._is_held, connected))
+        instance = self._instances[name]
+        return instance.size == 0 and not instance.indicators and all(map(self._is_held, connected))
 
     def _flowing(self, exchange: Iterable[Any], moving: set[str]) -> list[Any]:
         """Return the actions of an exchange that matter between ticks."""

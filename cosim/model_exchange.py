@@ -10,6 +10,9 @@
     calls = robot.time_setter(time), robot.state_setter(x), robot.rate_getter(rates)   # prepared, for every evaluation
     robot.event_mode()                                 # at an event; then update, and back
 
+An event is due at `next_event`, where `complete_step` wants one, and where one of the FMU's event indicators changes
+its sign: whoever integrates looks for that instant (`indicator_getter`).
+
 Inputs and outputs pass through handles, as in Co-Simulation.
 """
 
@@ -22,19 +25,16 @@ import numpy as np
 from hfsa.cosim._fmi.description import Interface
 from hfsa.cosim._fmi.instance import BaseInstance, Call, Fmu, StepError
 from hfsa.cosim._fmi.model_exchange import ModelExchangeLibrary
-from hfsa.cosim.system import StructureError
 
 MOST_UPDATES = 100
 """Updates of the discrete states after which an event must be complete."""
 
 
 class ModelExchangeInstance(BaseInstance):
-    """One Model Exchange instance without state events.
-
-    `StructureError` for an FMU that has event indicators: nothing looks for the instants at which they change sign.
+    """One Model Exchange instance.
 
     Attributes:
-        size: number n of its continuous states.
+        size: number n of its continuous states; `indicators` is the number k of its event indicators.
         next_event: when it wants its next event [s], as of the last update.
     """
 
@@ -44,13 +44,8 @@ class ModelExchangeInstance(BaseInstance):
     def __init__(self, fmu: Fmu, name: str):
         super().__init__(fmu, name)
         self.size = len(fmu.description.states)
+        self.indicators = fmu.description.event_indicators
         self.next_event = math.inf
-        if fmu.description.event_indicators:
-            self.close()
-            raise StructureError(
-                f"{name}: {fmu.description.file.name} has state events ({fmu.description.event_indicators} event "
-                "indicators), which are not looked for in Model Exchange; take an algorithm of co-simulation"
-            )
 
     # Modes ------------------------------------------------------------------------------------------------------------
 
@@ -111,6 +106,10 @@ class ModelExchangeInstance(BaseInstance):
         """Return the prepared call that writes the derivatives of the states to an array, (n,)."""
         return self._array_call("rates", values)
 
+    def indicator_getter(self, values: np.ndarray) -> Call:
+        """Return the prepared call that writes the event indicators to an array, (k,)."""
+        return self._array_call("indicators", values, self.indicators)
+
     def stepper(self, time: c_double, _step_size: c_double) -> Call:
         """Return what is left of a step where another integrates: the prepared call that sets the time."""
         return self.time_setter(time)
@@ -123,8 +122,9 @@ class ModelExchangeInstance(BaseInstance):
             self.check(call, call.run())
         return values
 
-    def _array_call(self, role: str, values: np.ndarray) -> Call:
-        """Return a prepared call on an array of the states' size; `ValueError` for any other array."""
-        if values.shape != (self.size,) or values.dtype != np.float64 or not values.flags.c_contiguous:
-            raise ValueError(f"states of {self.name} must be a contiguous float64 array of shape ({self.size},)")
-        return self._call_of(role, values.ctypes.data_as(c_void_p), c_size_t(self.size))
+    def _array_call(self, role: str, values: np.ndarray, size: int | None = None) -> Call:
+        """Return the prepared call that passes an array of all states, or of `size` values."""
+        size = self.size if size is None else size
+        if values.shape != (size,) or values.dtype != np.float64 or not values.flags.c_contiguous:
+            raise ValueError(f"{role} of {self.name} must be a contiguous float64 array of shape ({size},)")
+        return self._call_of(role, values.ctypes.data_as(c_void_p), c_size_t(size))

@@ -14,6 +14,10 @@ What is recorded at a point is the solver's interpolation there.
 The solver stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at
 one instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those
 before it have put out. A tick at a point belongs to the step that begins there: recorded is what was before it.
+
+State events are where an event indicator of an FMU changes its sign. The solver finds that instant to rounding; behind
+it FMUs with indicators are updated until nothing that they put out changes. Where such events come without any time
+between them (a ball that bounces to rest, a switch that chatters), the run ends with a message.
 """
 
 import math
@@ -22,12 +26,12 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from hfsa.cosim._cvode import Cvode
-from hfsa.cosim._fmi.instance import Call, StepError
+from hfsa.cosim._fmi.instance import StepError
 from hfsa.cosim._ida import Ida
 from hfsa.cosim._integrator import Integrator
 from hfsa.cosim._joint_ode import JointOde
 from hfsa.cosim.master import Master
-from hfsa.cosim.model_exchange import ModelExchangeInstance
+from hfsa.cosim.model_exchange import MOST_UPDATES, ModelExchangeInstance
 from hfsa.cosim.system import ALGORITHMS, MONOLITHIC, MONOLITHIC_DAE, System
 
 INTEGRATORS: Mapping[str, type[Integrator]] = {MONOLITHIC: Cvode, MONOLITHIC_DAE: Ida}
@@ -35,6 +39,9 @@ INTEGRATORS: Mapping[str, type[Integrator]] = {MONOLITHIC: Cvode, MONOLITHIC_DAE
 
 _SAME = 1e-9
 """Part of a step within which an event and a point are the same instant."""
+
+MOST_EVENTS = 100
+"""State events, one within `_SAME` of another, after which there is no going on."""
 
 
 class Monolithic(Master):
@@ -58,8 +65,9 @@ class Monolithic(Master):
         self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
         self._ode = JointOde(members, self.wiring, self.point, self._report)
         self._integrator = INTEGRATORS[algorithm](self._ode)
+        self._hybrid = [instance for instance in self._ordered if instance.indicators]
         self._is_in_event, self._is_new = True, True
-        self._stop_time = math.inf
+        self._stop_time, self._last_event, self._crowd = math.inf, -math.inf, 0
 
     @property
     def time(self) -> float:
@@ -72,6 +80,7 @@ class Monolithic(Master):
         """Bring all instances to `start_time`, as `Master.initialize`; ticks there are for the first step."""
         self._stop_time = math.inf if stop_time is None else stop_time
         self._is_in_event, self._is_new = True, True
+        self._last_event, self._crowd = -math.inf, 0
         for instance in self._ordered:
             instance.next_event = math.inf
         super().initialize(start_time, stop_time, starts)
@@ -108,12 +117,13 @@ class Monolithic(Master):
                 self._pass_event()
             event = self._next_event
             reach = to if event >= to - same else event
-            stop = reach if self._ode.awaits_steps else max(reach, min(event, self._stop_time))
+            stop = max(reach, min(event, self._stop_time)) if self._ode.looks_ahead else reach
             x = self._integrator.advance(reach, stop)
             if self._integrator.wants_event:
-                reach = self._integrator.time
+                reach = self._integrator.time if self._integrator.time < to - same else to
             self._arrive(reach, x)
             if self._integrator.wants_event:
+                self._watch_crowd(reach, same)
                 self._enter_event(reach)
             if reach == to:
                 return
@@ -135,11 +145,33 @@ class Monolithic(Master):
             instance.event_mode()
         self._is_in_event = True
 
+    def _watch_crowd(self, time: float, same: float) -> None:
+        """Raise `StepError` where state events come without a time `same` [s] between them."""
+        if self._integrator.deciding is None:
+            return
+        self._crowd = self._crowd + 1 if time - self._last_event <= same else 0
+        self._last_event = time
+        if self._crowd >= MOST_EVENTS:
+            raise StepError(
+                self._integrator.deciding,
+                "event indicators",
+                "does not settle",
+                time,
+                f"{MOST_EVENTS} state events, each within {same:.2g} s of the last: it chatters, or comes to rest in "
+                "ever shorter steps; a model that ends that by itself (by a hysteresis, a least speed) can go on",
+            )
+
     def _pass_event(self) -> None:
         """Let one instance after the other act, each with what those before it have put out; then integrate anew."""
-        for instance in self._ordered:
-            instance.update()
-            self._run(self.point)
+        self._update(self._ordered)
+        for _ in range(MOST_UPDATES):
+            before = self.wiring.bus.copy()
+            self._update(self._hybrid)
+            if np.array_equal(before, self.wiring.bus):
+                break
+        else:
+            message = f"after {MOST_UPDATES} updates in turn, what FMUs with state events put out still changes"
+            raise StepError(self._hybrid[0].name, "event", "does not settle", self.time, message)
         for instance in self._ordered:
             if instance.next_event <= self.time:
                 message = f"after an event it wants another at {instance.next_event:.9g} s, which is past"
@@ -152,8 +184,8 @@ class Monolithic(Master):
             self._integrator.restart(self.time, self._ode.gather())
         self._is_new = False
 
-    def _run_calls(self, calls: Iterable[Call]) -> None:
-        for call in calls:
-            status = call.run()
-            if status:
-                self._report(call, status)
+    def _update(self, instances: Iterable[ModelExchangeInstance]) -> None:
+        """Update instances in turn, each with what those before it have put out."""
+        for instance in instances:
+            instance.update()
+            self._run(self.point)

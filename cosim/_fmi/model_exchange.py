@@ -53,6 +53,7 @@ class ModelExchange2(Library2, ModelExchangeLibrary):
         "states": "fmi2SetContinuousStates",
         "get_states": "fmi2GetContinuousStates",
         "rates": "fmi2GetDerivatives",
+        "indicators": "fmi2GetEventIndicators",
         "nominals": "fmi2GetNominalsOfContinuousStates",
     }
     _kind = FMU2Model
@@ -80,6 +81,7 @@ class ModelExchange3(Library3, ModelExchangeLibrary):
         "states": "fmi3SetContinuousStates",
         "get_states": "fmi3GetContinuousStates",
         "rates": "fmi3GetContinuousStateDerivatives",
+        "indicators": "fmi3GetEventIndicators",
         "nominals": "fmi3GetNominalsOfContinuousStates",
     }
     _kind = FMU3Model

@@ -1,23 +1,18 @@
 """FMUs for the right wing's tests: three small models of ours, one of another maker, and one cache of built scenes."""
 
-import subprocess
 import textwrap
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import fmpy
 import pytest
-from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
+from foreign_fmu import foreign_fmu
 from spring_loop import controller, plant, sampled_controller
 
 from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim.cli import main
 from hfsa.cosim.instance import Fmu, Instance, Instances, StepError, open_instances
 from hfsa.cosim.stepping import make_master
-from hfsa.fmus._binary import binary_path
-from hfsa.fmus.compile import HEADERS, compiler
 
 Open = Callable[..., Instance]
 
@@ -171,20 +166,7 @@ def failing_scene(box, foreign) -> Path:
 
 
 def _foreign(folder: Path, version: int, *more: str) -> Path:
-    slave = FMU2Slave if version == 2 else FMU3Slave
-    source = (Path(__file__).parent / "foreign.c").read_text()
-    missing = [name for name in dir(slave) if name.startswith(f"fmi{version}") and f" {name}(" not in source]
-    (folder / "stubs.c").write_text("".join(f"int {name}(void) {{ return 3; }}\n" for name in missing))
-    (folder / "foreign.c").write_text(source)
-    inside = binary_path(Path(), version, "Foreign").as_posix()
-    flags = ["-std=c99", "-fPIC", "-shared", "-w", f"-DVERSION={version}", f"-I{HEADERS}", *more]
-    subprocess.run([*compiler(), *flags, "foreign.c", "stubs.c", "-o", "foreign"], cwd=folder, check=True)
-    file = folder / "Foreign.fmu"
-    with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTIONS[version])
-        archive.write(folder / "foreign", inside)
-    assert fmpy.read_model_description(str(file), validate=False).modelName == "Foreign"
-    return file
+    return foreign_fmu(folder, version, "Foreign", Path(__file__).with_name("foreign.c"), DESCRIPTIONS[version], *more)
 
 
 DESCRIPTIONS = {

@@ -354,14 +354,6 @@ def test_an_fmu_without_model_exchange(foreign, version):
         open_master(files, system, "monolithic", 1e-3, None)
 
 
-def test_state_events_are_refused(mass_on_spring_files):
-    fmu = Fmu(mass_on_spring_files[2], "model_exchange")
-    fmu.description = replace(fmu.description, event_indicators=2)
-    with pytest.raises(StructureError, match=r"mass: .* has state events \(2 event indicators\)"):
-        ModelExchangeInstance(fmu, "mass")
-    fmu.close()
-
-
 @pytest.mark.parametrize(("algorithm", "module"), [(MONOLITHIC, "cvode"), (MONOLITHIC_DAE, "ida")])
 def test_without_sundials(monkeypatch, files, algorithm, module):
     monkeypatch.setitem(sys.modules, f"sksundae.{module}", None)
