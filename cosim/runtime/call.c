@@ -39,7 +39,7 @@ static int directional_3(const Call* call) {
                                          knowns->seed, knowns->n, call->values, call->n);
 }
 
-EXPORT int hfsa_make(const Call* call, double time, double step_size) {
+int make(const Call* call, double time, double step_size) {
   switch (call->kind) {
     case VALUES_2:
       return ((Values2*)call->function)(*call->component, call->references, call->n, call->values);
@@ -76,10 +76,12 @@ EXPORT int hfsa_make(const Call* call, double time, double step_size) {
   }
 }
 
+EXPORT int hfsa_make(const Call* call, double time, double step_size) { return make(call, time, step_size); }
+
 int make_all(const Call* calls, size_t begin, size_t end, size_t* failing) {
   int warning = FMI_OK;
   for (size_t i = begin; i < end; i++) {
-    int status = hfsa_make(&calls[i], 0.0, 0.0);
+    int status = make(&calls[i], 0.0, 0.0);
     if (status == FMI_OK) continue;
     *failing = i;
     if (status > FMI_WARNING) return status;

@@ -64,6 +64,9 @@ typedef struct {
 enum { FMI_OK = 0, FMI_WARNING = 1, TERMINATED = 100, STALE = 101 };
 
 /* Make one call; a step begins at `time` and takes `step_size` [s]. Returns its status. */
+int make(const Call* call, double time, double step_size);
+
+/* The same for Python. */
 EXPORT int hfsa_make(const Call* call, double time, double step_size);
 
 /* Make calls that are no steps in order, up to the first that does worse than warn, and return its status, else the

@@ -40,7 +40,7 @@ static int go_on(Converge* c, double time, double step_size) {
   Progress* p = c->progress;
   size_t before = 2 * c->n_instances;
   for (; before + p->next < c->n_calls; p->next++) {
-    int status = hfsa_make(&c->calls[before + p->next], time, step_size);
+    int status = make(&c->calls[before + p->next], time, step_size);
     if (status == FMI_OK) continue;
     if (status == STALE) return STALE;
     c->failing = before + p->next;

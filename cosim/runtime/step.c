@@ -4,7 +4,10 @@
    step, and what is done between them on values. master.py makes that order once per system; here it is followed for
    thousands of communication points. Nothing is allocated, and nothing is decided that master.py has not decided:
    whatever is not plainly well is returned to cosim/stepping.py, which reports it as master.py does and may go on from
-   there. Beside this file, each other one says what the file of its name in cosim/actions says. */
+   there.
+
+   call.h says what a call is; the files of what is done on values have the names of those in cosim/actions that say the
+   same. */
 
 #include <math.h>
 #include <string.h>
@@ -46,7 +49,7 @@ typedef enum { COMPLETE, CALL_NOT_OK, BUS_WRONG, ROW_WRONG, RECORDING_FULL } Out
 static bool make_until(const Cycle* cycle, Run* run, size_t end) {
   double time = cycle->start_time + (double)run->count * cycle->step_size;
   while (run->next < end) {
-    run->status = hfsa_make(&cycle->calls[run->next++], time, cycle->step_size);
+    run->status = make(&cycle->calls[run->next++], time, cycle->step_size);
     if (run->status != FMI_OK) return false;
   }
   return true;

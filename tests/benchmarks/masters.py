@@ -2,10 +2,11 @@
 
     make bench        # or: python tests/benchmarks/masters.py [ROUNDS]
 
-Each way is prepared and timed ROUNDS times, in turn, so that a busy machine disturbs all alike; the shortest time
-counts, without loading and initialization. All run on one processor: thread pools only slow small FMUs down. Before
-that, all must agree on the value of one output after 1000 steps. Ratios of speed are to the first row: a C program
-written for that loop alone, or our loop in C where there is no such program.
+Beside it are other algorithms of ours, in rows that name them. Each way is prepared and timed ROUNDS times, in turn, so
+that a busy machine disturbs all alike; the shortest time counts, without loading and initialization. All run on one
+processor: thread pools only slow small FMUs down. Before that, all with the one algorithm must agree on the value of
+one output after 1000 steps. Ratios of speed are to the first row: a C program written for that loop alone, or our loop
+in C where there is no such program.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from hfsa.cosim._compiled import stepping_library
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.stepping import make_master
+from hfsa.cosim.system import ALGORITHMS
 from hfsa.fmus._binary import HEADERS, binary_path
 from hfsa.fmus.compile import compiler
 
@@ -203,7 +205,7 @@ def _colons(full: str) -> str:
 
 def compare(case: Case, ways: dict[str, tuple[Callable[[Case, int], Timed], int]], rounds: int) -> Iterator[str]:
     """Yield the rows of the table; each way has its own number of steps, for some are slow."""
-    values = [way(case, CHECKED_STEPS)[1] for name, (way, _) in ways.items() if "gauss_seidel" not in name]
+    values = [way(case, CHECKED_STEPS)[1] for name, (way, _) in ways.items() if not name.endswith(ALGORITHMS)]
     np.testing.assert_allclose(values, values[0], rtol=1e-9)
     times: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(rounds):
@@ -232,7 +234,9 @@ def main() -> None:
                 "our loop in C": (ours(library), steps),
                 "our loop in C, recording every point": (ours(library, record=True), steps),
                 "our loop in C, gauss_seidel": (ours(library, algorithm="gauss_seidel"), steps),
+                "our loop in C, quasi_newton": (ours(library, algorithm="quasi_newton"), few),
                 "our loop in Python": (ours(None), few),
+                "our loop in Python, quasi_newton": (ours(None, algorithm="quasi_newton"), few // 5),
                 "fmpy, by hand": (fmpy_loop, few),
                 "ecos": (ecos, steps),
                 "libcosim": (libcosim, few),
