@@ -4,6 +4,7 @@ Every verb hands its words on and returns an exit code (`_commands/shell.py`). W
 so that `hfsa --help` is there at once.
 """
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Literal
@@ -501,6 +502,8 @@ def bode(
 
 def main(tokens: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
+    # matrices are small here, and jobs are processes: threads of linear algebra would only wait for each other
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     def verb() -> int:
         """Parse and run; a wrong word has been told by then."""

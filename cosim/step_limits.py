@@ -5,9 +5,10 @@
     advice = unstable_step(scene.system, instances, "gauss_seidel", 1e-3)     # a sentence, or None where it is stable
 
 The one-step matrix of each algorithm (`stability.py`) is asked at steps from `SHORTEST` to `LONGEST` times the scene's
-own, evenly spaced by ratio, and the step at which a mode first begins to grow is bisected. Where parts tick, only steps
-that fit their sample times count: the limit is one of them, and the next one that fits is beyond it. Where rigid motion
-is free, only flexible modes count: an algorithm may make its drift grow slowly at every step.
+own, close to it in small ratios, as stability may be lost and found again, and the step at which a mode first begins to
+grow is bisected. Where parts tick, only steps that fit their sample times count: the limit is one of them, and the next
+one that fits is beyond it. Where rigid motion is free, only flexible modes count: an algorithm may make its drift grow
+slowly at every step.
 
 A fixed point has one more limit: beyond it a step's passes lead away from each other, although the step that they
 should lead to is stable. `error_controlled`, `monolithic` and `monolithic_dae` choose their steps and have no limit.
@@ -30,14 +31,17 @@ from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, StructureError, Syst
 LIMITED = (*HELD, *EXTRAPOLATED, *ITERATED, LINEARIZED_FEEDBACK)
 """Algorithms whose limit is known."""
 
-SHORTEST, LONGEST, POINTS = 1e-4, 1e4, 33
-"""Steps that are asked, over the scene's own, and their number."""
+SHORTEST, LONGEST, COARSE = 1e-4, 1e4, 2.0
+"""Steps that are asked, over the scene's own, and their ratio at most."""
+
+NEAR, FAR, FINE = 0.1, 1e3, 1.1
+"""Steps between which they are asked in a smaller ratio: what is unstable in a narrower window only is not found."""
 
 ACCURACY = 1e-5
 """Relative accuracy of a limit that is free."""
 
-_PARTS, _MOST, _RATIO = (32, 16, 10, 8, 5, 4, 2, 1), 1000, 1.1
-"""Where parts tick: parts of the shortest sample time that are asked first, its multiples up to this, in this ratio."""
+_PARTS, _MOST = (32, 16, 10, 8, 5, 4, 2, 1), 1000
+"""Where parts tick: parts of the shortest sample time that are asked first, and its multiples up to this, `FINE`."""
 
 _ADVISED = ("gauss_seidel", "gauss_seidel_linear", "quasi_newton", LINEARIZED_FEEDBACK)
 """Algorithms that may be named in place of an unstable one."""
@@ -187,12 +191,18 @@ def _longest(cycle: Cycle, step_size: float, times: Sequence[float]) -> float:
 def _candidates(step_size: float, times: Sequence[float]) -> list[float]:
     """Return the steps [s] to ask first, ascending."""
     if not times:
-        return list(np.geomspace(SHORTEST * step_size, LONGEST * step_size, POINTS))
+        ends = ((SHORTEST, NEAR, COARSE), (NEAR, FAR, FINE), (FAR, LONGEST, COARSE))
+        return [step_size * ratio for low, high, most in ends for ratio in _spaced(low, high, most)]
     shortest, multiples = min(times), [2]
     while multiples[-1] < _MOST:
-        multiples.append(max(multiples[-1] + 1, int(_RATIO * multiples[-1])))
+        multiples.append(max(multiples[-1] + 1, int(FINE * multiples[-1])))
     steps = [*(shortest / n for n in _PARTS), *(shortest * n for n in multiples)]
     return [step for step in steps if _fits(step, times)]
+
+
+def _spaced(low: float, high: float, ratio: float) -> list[float]:
+    """Return values from one up to before another, ascending, in that ratio at most."""
+    return np.geomspace(low, high, math.ceil(math.log(high / low) / math.log(ratio)) + 1)[:-1].tolist()
 
 
 def _fits(step_size: float, times: Sequence[float]) -> bool:
