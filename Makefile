@@ -7,6 +7,8 @@
 .PHONY: demo test slow bench published lint lock clean
 
 PYTHON ?= python3
+# tests are as many processes as there are cores: threads of linear algebra would only wait for each other
+export OPENBLAS_NUM_THREADS ?= 1
 BIN := .venv/bin
 HAS_UV := $(shell command -v uv 2> /dev/null)
 HAS_CC := $(shell command -v $${CC:-cc} 2> /dev/null || command -v gcc 2> /dev/null || command -v clang 2> /dev/null)
