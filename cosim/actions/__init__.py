@@ -1,1 +1,1 @@
-"""The actions that a cycle of the master is made of: exchange, step, extrapolate, iterate, solve, record."""
+"""The actions that a cycle of the master is made of: exchange, step, extrapolate, iterate, feed back, solve, record."""
