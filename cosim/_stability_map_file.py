@@ -68,8 +68,6 @@ def map_figure(found: StabilityMap, title: str) -> Figure:
         _spread(axes, "y", y)
         shown = np.ma.masked_array(~found.stable.T, mask=~found.built.T)
         axes.pcolormesh(x.values, y.values, shown, cmap=ListedColormap(["#dbe7f3", "#f6dcd2"]), vmin=0, vmax=1)
-        if shown.min() < shown.max():
-            axes.contour(x.values, y.values, shown.astype(float), [0.5], colors=INK, linewidths=0.9)
         axes.plot([], [], "s", color="#dbe7f3", label="stable")
         axes.plot([], [], "s", color="#f6dcd2", label="unstable")
         grid = np.meshgrid(x.values, y.values, indexing="ij")
