@@ -256,9 +256,7 @@ class Converge(Work):
                 self.failing, progress.warning = loop.failing, progress.warning or status
             progress.next += 1
         elif not self._serves():
-            step_size = self.wiring.step_size.value
-            self.inverse[:] = np.linalg.inv(np.eye(len(self.places)) - self._gradient(self, step_size))
-            progress.inverse_step = step_size
+            self._invert(time)
         else:
             progress.rounds += 1
             if progress.rounds == ROUNDS[self.method]:
@@ -266,6 +264,20 @@ class Converge(Work):
             self.go_back()
             progress.inverse_step = 0.0
             self._begin_round(time)
+
+    def _invert(self, time: float) -> None:
+        """Make the inverse for the step's size."""
+        step_size = self.wiring.step_size.value
+        try:
+            self.inverse[:] = np.linalg.inv(np.eye(len(self.places)) - self._gradient(self, step_size))
+        except np.linalg.LinAlgError:
+            connection = self.wiring.connections[self.places[0]]
+            message = (
+                f"{self.method} coupling over {connection} has loop gain 1 over a step of {step_size:.6g} s, and so no "
+                "solution or any number of them; another step has one"
+            )
+            raise StepError(*self.wiring.split(connection.start), "does not converge", time, message) from None
+        self.progress.inverse_step = step_size
 
     def _failure(self, time: float) -> StepError:
         """Return the error of the connection whose residual is largest."""

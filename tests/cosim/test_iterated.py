@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from spring_loop import closed_loop, loop
 
+from hfsa.components._model import Model
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.master import Master
 from hfsa.cosim.stability import Cycle
@@ -58,6 +59,32 @@ def test_a_fixed_point_that_does_not_attract_is_told(files, opened):
     ):
         positions(Master(opened(found), system, "fixed_point", 0.3), 10)
     assert np.isfinite(positions(Master(opened(found), system, "quasi_newton", 0.3), 10)).all()
+
+
+def growing() -> Model:
+    """State x' = 2 u: on a straight line from x to w, x + 2 (x + w) / 2 after a second."""
+    m = Model("Growing", "Integrator")
+    u, x = m.input("u", "1", "Rate"), m.state("x", "1", "State", start=1.0)
+    m.der[x] = 2 * u
+    m.output("y", x, "1", "State")
+    return m
+
+
+def test_a_step_whose_end_is_not_defined_is_told(exported, opened):
+    system = System([Component("it", "x")], [Connection("it.y", "it.u")])
+    instances = opened({"it": exported(growing())[2]})
+    with pytest.raises(StepError, match=r"quasi_newton coupling over it.y -> it.u has loop gain 1 over a step of 1 s"):
+        run(instances, system, 1.0)
+    assert run(instances, system, 0.5)[-1] == pytest.approx(3.0**4, rel=1e-9)  # each step (1 + H) / (1 - H)
+
+
+def run(instances, system, step_size: float) -> np.ndarray:
+    """Values of `it.y` over two seconds of quasi_newton."""
+    master = Master(instances, system, "quasi_newton", step_size)
+    recording = master.record(["it.y"], rows=5)
+    master.initialize()
+    master.advance(round(2 / step_size))
+    return recording["it.y"]
 
 
 @each_method
