@@ -91,6 +91,14 @@ def test_a_stepped_sweep_with_iterated_steps_measures_the_same(bench, opened, al
     assert_stepped_is_predicted(at, opened, algorithm, step_size, [frequency])
 
 
+def test_a_stepped_sweep_with_linearised_feedback_measures_the_same(opened):
+    """Continuous control, which the drives take into account within a step, and a source on lines at its own rate."""
+    scene = build.load_scene("sdelta_hfsa", {"execution": "continuous"})
+    system = build.instrument(scene, VERTICAL, MOVED[VERTICAL])
+    at = Bench(system, build.files_for(system, "linearized_feedback"), MOVED[VERTICAL])
+    assert_stepped_is_predicted(at, opened, "linearized_feedback", 1e-3, [10.0])
+
+
 @pytest.mark.slow
 @each_algorithm
 @pytest.mark.parametrize("scene", SCENES)

@@ -68,6 +68,14 @@ def test_passes_that_lead_nowhere_are_unstable():
     assert found.verified.tolist() == [1, 1, 1, 1]
 
 
+def test_a_window_where_a_mode_meets_half_the_frequency_of_the_steps():
+    """Linearised feedback under continuous control is unstable from 3.09 to 3.11 ms, and beyond 4.13 ms."""
+    axes = [Axis("step_size", np.array([3.0e-3, 3.1e-3, 3.2e-3, 4.1e-3, 4.2e-3]))]
+    found = stability_map("sdelta_hfsa", {"execution": "continuous"}, axes, algorithm="linearized_feedback")
+    assert found.stable.tolist() == [True, False, True, True, False]
+    assert found.verified.tolist() == [1, 1, 1, 1, 1]
+
+
 def test_what_is_undamped_is_stable_whatever_the_sign_of_rounding():
     """Nothing of it grows, nothing decays, and so no simulation can tell."""
     found = stability_map("mass_on_spring", {"damping": "0"}, [parse_axis("step_size=1e-4:1e-2:8")])

@@ -58,7 +58,12 @@ def test_steps_of_a_sampled_loop_fit_its_ticks(files, opened, algorithm, ratio):
         (
             "sdelta_hfsa",
             {},
-            {"gauss_seidel": (1.5e-3, 1.75e-3), "jacobi": (0.5e-3, 0.75e-3), "jacobi_plain": (0.25e-3, 0.5e-3)},
+            {
+                "gauss_seidel": (1.5e-3, 1.75e-3),
+                "jacobi": (0.5e-3, 0.75e-3),
+                "jacobi_plain": (0.25e-3, 0.5e-3),
+                "linearized_feedback": (2.5e-3, 2.75e-3),
+            },
         ),
         (
             "stage_tracking",
