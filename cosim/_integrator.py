@@ -35,6 +35,9 @@ GROWTH = 8.0
 REFUSALS = ("discard", "does not converge")
 """What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
 
+MOST_STEPS = 10**6
+"""Steps from one point to the next after which there is no going on."""
+
 _STEP = 0.1
 """Usual step of the solver, relative to the shortest time in which anything happens."""
 
@@ -93,7 +96,11 @@ class Integrator(ABC):
         if not len(self._x):
             self.time = to
             return self._x
+        steps = 0
         while self.time < to:
+            if steps == MOST_STEPS:
+                self._fail(f"{steps} steps do not lead to {to:.9g} s, as noise or a fast mode keeps them short.")
+            steps += 1
             if self._is_outgrown:
                 self.restart(self.time, self._x)
             self._step(to, stop)

@@ -19,7 +19,7 @@ from hfsa.cosim.monolithic import Monolithic
 from hfsa.cosim.system import MONOLITHIC, MONOLITHIC_DAE, Component, Connection, StructureError, System
 
 ALGORITHMS = pytest.mark.parametrize(
-    ("algorithm", "error"), [(MONOLITHIC, 1e-10), (MONOLITHIC_DAE, 3e-8)], ids=[MONOLITHIC, MONOLITHIC_DAE]
+    ("algorithm", "error"), [(MONOLITHIC, 1e-10), (MONOLITHIC_DAE, 5e-8)], ids=[MONOLITHIC, MONOLITHIC_DAE]
 )
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 
@@ -173,8 +173,9 @@ def follower() -> Model:
     return m
 
 
-def test_gains_of_5e16_at_1_nm(master, files, exported):
-    """The force is what 5e16 makes of the last digits of 1 nm; all else is as exact as ever."""
+@ALGORITHMS
+def test_gains_of_5e16_at_1_nm(master, files, exported, algorithm, error):
+    """The force is what 5e16 makes of the last digits of 1 nm, which CVODE has; all else is as exact as ever."""
     gain = (STIFF_KP + 1j * OMEGA * STIFF_KV) / (STIFF_KP + 100 - OMEGA**2 + 1j * OMEGA * (STIFF_KV + 0.5))
     phasor = AMPLITUDE * gain
     found = {"source": exported(oscillation())[2], "pd": exported(follower())[2]}
@@ -187,13 +188,14 @@ def test_gains_of_5e16_at_1_nm(master, files, exported):
     ]
     starts = {"plant": {"x": phasor.real, "v": (1j * OMEGA * phasor).real}}
     found["plant"] = files["Plant", 2]
-    one = master(found, [Connection(*wire) for wire in wires], 1e-3, starts)
+    one = master(found, [Connection(*wire) for wire in wires], 1e-3, starts, algorithm)
     motion = np.exp(1j * OMEGA * np.arange(101) * 1e-3)
     values = recorded(one, ["plant.x", "plant.v", "pd.force"], 100)
     force = (100 - OMEGA**2 + 0.5j * OMEGA) * phasor
-    assert_accurate(values[:, :2], np.outer(motion, [phasor, 1j * OMEGA * phasor]).real, 1e-9)
-    assert_accurate(values[1:, 2:], np.outer(motion, [force]).real[1:], 1e-3)
-    assert one._integrator.method == "BDF"
+    assert_accurate(values[:, :2], np.outer(motion, [phasor, 1j * OMEGA * phasor]).real, max(error, 1e-9))
+    if algorithm == MONOLITHIC:
+        assert_accurate(values[1:, 2:], np.outer(motion, [force]).real[1:], 1e-3)
+        assert one._integrator.method == "BDF"
 
 
 def added_mass() -> Model:
@@ -388,6 +390,15 @@ def test_a_solution_that_ends(master, exported):
         one.advance(2)
     assert caught.value.instance == "it"
     assert caught.value.time == pytest.approx(1.0, abs=1e-6)
+
+
+@ALGORITHMS
+def test_more_steps_than_anybody_waits_for(monkeypatch, master, mass_on_spring_files, algorithm, error):
+    monkeypatch.setattr(_integrator, "MOST_STEPS", 50)
+    one = master({"mass": mass_on_spring_files[2]}, (), 5.0, {"mass": {"mass.position": 1.0}}, algorithm)
+    one.initialize()
+    with pytest.raises(StepError, match=r"mass: (CVODE|IDA): cannot go on at t = 0\.\d* s: 50 steps do not lead to 5 s"):
+        one.advance(1)
 
 
 @VERSIONS
