@@ -397,7 +397,7 @@ def test_more_steps_than_anybody_waits_for(monkeypatch, master, mass_on_spring_f
     monkeypatch.setattr(_integrator, "MOST_STEPS", 50)
     one = master({"mass": mass_on_spring_files[2]}, (), 5.0, {"mass": {"mass.position": 1.0}}, algorithm)
     one.initialize()
-    with pytest.raises(StepError, match=r"mass: (CVODE|IDA): cannot go on at t = 0\.\d* s: 50 steps do not lead to 5 s"):
+    with pytest.raises(StepError, match=r"mass: (CVODE|IDA): cannot go on at t = 0\.\d* s: 50 steps do not lead"):
         one.advance(1)
 
 
