@@ -15,6 +15,7 @@ next step is as long as e lets it be. Steps end at every tick and wherever value
 says nothing against the longer ones that the error had let be.
 """
 
+import dataclasses
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -23,7 +24,9 @@ import numpy as np
 
 from hfsa.cosim._fmi.description import SAMPLE_TIME
 from hfsa.cosim._linear.cycle import coupling_gradient
+from hfsa.cosim.actions.action import Stepper
 from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.instance import Instance, State, StepError
 from hfsa.cosim.master import Master
 from hfsa.cosim.stepping import step_in_c
@@ -75,7 +78,7 @@ class ErrorControlled(Master):
         if library is not None:
             for converge in (self._half, self._whole):
                 step_in_c(converge, library)
-        self._ticks = self.cycle[: self.cycle.index(self._half)]
+        self._ticks = [self._tried(action) for action in self.cycle[: self.cycle.index(self._half)]]
         self._after = self.cycle[self.cycle.index(self._half) + 1 :]
         self._clocked = [instances[stepper.instance] for stepper in self.wiring.sampled]
         self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
@@ -130,6 +133,14 @@ class ErrorControlled(Master):
             self._run(self._after)
             if is_tick and length == left:
                 self._half.past.clear()
+
+    def _tried(self, action: Action) -> Action:
+        """Return an action, a step as one that may be taken back."""
+        if not isinstance(action, Stepper):
+            return action
+        wiring = self.wiring
+        call = self.instances[action.instance].stepper(wiring.time, wiring.step_size, is_final=False)
+        return dataclasses.replace(action, call=call)
 
     def _stop(self, time: float, end: float) -> tuple[float, bool]:
         """Return the next time [s] at which a step must end, and whether that is a tick."""
