@@ -7,9 +7,9 @@
     master.advance(1000)
 
 All FMUs run in Model Exchange: their continuous states are one vector, and SUNDIALS integrates it with the FMUs' own
-derivatives (`_joint_ode.py`, `_integrator.py`), `monolithic` by CVODE, `monolithic_dae` by IDA, with the values that
-flow between the FMUs among the unknowns. There is no communication step: inputs agree with outputs at every instant.
-What is recorded at a point is the solver's interpolation there.
+derivatives (`_monolithic/`), `monolithic` by CVODE, `monolithic_dae` by IDA, with the values that flow between the FMUs
+among the unknowns. There is no communication step: inputs agree with outputs at every instant. What is recorded at a
+point is the solver's interpolation there.
 
 The solver stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at
 one instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those
@@ -25,11 +25,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from hfsa.cosim._cvode import Cvode
 from hfsa.cosim._fmi.instance import StepError
-from hfsa.cosim._ida import Ida
-from hfsa.cosim._integrator import Integrator
-from hfsa.cosim._joint_ode import JointOde
+from hfsa.cosim._monolithic.cvode import Cvode
+from hfsa.cosim._monolithic.ida import Ida
+from hfsa.cosim._monolithic.integrator import Integrator
+from hfsa.cosim._monolithic.joint_ode import JointOde
 from hfsa.cosim.master import Master
 from hfsa.cosim.model_exchange import MOST_UPDATES, ModelExchangeInstance
 from hfsa.cosim.system import ALGORITHMS, MONOLITHIC, MONOLITHIC_DAE, System

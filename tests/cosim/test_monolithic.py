@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from spring_loop import KD, KP, LOOP, MATRIX
 
 from hfsa.components._model import Model
-from hfsa.cosim import _integrator
+from hfsa.cosim._monolithic import integrator
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.instance import Fmu, StepError, open_instances
@@ -318,13 +318,13 @@ def test_the_stages_co_simulation_is_it(library):
 
 def test_rounding_is_not_resolved(monkeypatch, hfsa):
     """A sine sets in from rest, picometres beside a tube's angle of 1 rad: CVODE takes a few dozen steps per tick."""
-    steps, step = [], _integrator.Integrator._step
+    steps, step = [], integrator.Integrator._step
 
     def counted(self, to, stop):
         steps.append(to)
         step(self, to, stop)
 
-    monkeypatch.setattr(_integrator.Integrator, "_step", counted)
+    monkeypatch.setattr(integrator.Integrator, "_step", counted)
     command = "run sdelta_hfsa --algorithm monolithic --frequency 20 --step 0.25e-3 --stop 5e-3 -o run.h5"
     assert hfsa(*command.split())[0] == 0
     assert 20 * 10 < len(steps) < 20 * 100
@@ -338,7 +338,7 @@ def test_the_error_follows_the_tolerance(monkeypatch, part, step, stop):
     starts = {"reference.command.position[3]": 1e-5} if part is ROBOT else None
     found = {}
     for tolerance in (3e-14, 1e-11, 1e-8, 1e-5):
-        monkeypatch.setattr(_integrator, "TOLERANCE", tolerance)
+        monkeypatch.setattr(integrator, "TOLERANCE", tolerance)
         found[tolerance] = simulated(*scene, "monolithic", step, stop, names, starts)
     exact = found.pop(3e-14)
     error = errors(list(found.values()), exact)
@@ -394,7 +394,7 @@ def test_a_solution_that_ends(master, exported):
 
 @ALGORITHMS
 def test_more_steps_than_anybody_waits_for(monkeypatch, master, mass_on_spring_files, algorithm, error):
-    monkeypatch.setattr(_integrator, "MOST_STEPS", 50)
+    monkeypatch.setattr(integrator, "MOST_STEPS", 50)
     one = master({"mass": mass_on_spring_files[2]}, (), 5.0, {"mass": {"mass.position": 1.0}}, algorithm)
     one.initialize()
     with pytest.raises(StepError, match=r"mass: (CVODE|IDA): cannot go on at t = 0\.\d* s: 50 steps do not lead"):

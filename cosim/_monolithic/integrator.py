@@ -1,6 +1,6 @@
 """A solver of SUNDIALS on the joint equation of a system, each state in a unit of its own size.
 
-    integrator = Cvode(ode)                            # `_cvode.py`, or `_ida.py`
+    integrator = Cvode(ode)                            # `cvode.py`, or `ida.py`
     integrator.begin(t, x, step, horizon)              # at the start of a run
     x = integrator.advance(to, stop)                   # x(to); no FMU is asked for anything beyond stop
     integrator.restart(t, x)                           # after an event
@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hfsa.cosim._fmi.instance import StepError
-from hfsa.cosim._joint_ode import JointOde
+from hfsa.cosim._monolithic.joint_ode import JointOde
 from hfsa.cosim.system import StructureError
 
 TOLERANCE = 3e-14

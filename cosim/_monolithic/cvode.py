@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim import _integrator
 from hfsa.cosim._fmi.instance import StepError
-from hfsa.cosim._integrator import REFUSALS, Integrator, sundials
-from hfsa.cosim._joint_ode import JointOde
+from hfsa.cosim._monolithic import integrator
+from hfsa.cosim._monolithic.integrator import REFUSALS, Integrator, sundials
+from hfsa.cosim._monolithic.joint_ode import JointOde
 
 STIFF = 30.0
 """Ratio of the fastest damped pole to what is to be followed from which on BDF takes fewer steps."""
@@ -32,7 +32,7 @@ class Cvode(Integrator):
 
     def __init__(self, ode: JointOde):
         super().__init__(ode)
-        kind, tolerance = sundials("cvode", "CVODE"), _integrator.TOLERANCE
+        kind, tolerance = sundials("cvode", "CVODE"), integrator.TOLERANCE
 
         def indicate(time: float, z: np.ndarray, indicators: np.ndarray) -> None:
             """Write the event indicators; no method, as the solver keeps what it finds on the function."""
