@@ -67,11 +67,11 @@ class Ida(Integrator):
         self._ode.evaluate(time + ahead, x + ahead * rates)
         slopes = (self._ode.values - w) / ahead
         self._ode.evaluate(time, x)
-        self._units = np.concatenate([self._unit, self._value_units(w)])
+        self._units = np.concatenate([self._unit, self._value_units(x, w)])
         self._ida.init_step(time, np.concatenate([x, w]) / self._units, np.concatenate([rates, slopes]) / self._units)
 
-    def _value_units(self, w: np.ndarray) -> np.ndarray:
-        """Return what the values w, (m,), are measured by, at the point of the last evaluation."""
+    def _value_units(self, x: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Return what the values w, (m,), are measured by, at the point of the last evaluation, which was at x."""
         joint, n = self._ode.partials(), len(self._unit)
         closing = np.linalg.inv(np.eye(len(w)) - joint[n:, n:])
         followed = np.abs(closing @ joint[n:, :n]) @ self._unit
@@ -82,7 +82,9 @@ class Ida(Integrator):
         own = np.maximum(np.abs(w), followed)
         size = np.maximum(own, self._ode.value_nominals)
         unit = np.maximum(own, np.minimum(harmless, _UNIMPORTANT * size))
-        unit = np.maximum(unit, self._value_noise / TOLERANCE)
+        # a motion below the last digit of what it is added to comes in jumps, which smooth lines may not show
+        jumps = np.abs(closing) @ np.spacing(np.abs(w)) + np.abs(closing @ joint[n:, :n]) @ np.spacing(np.abs(x))
+        unit = np.maximum(unit, np.maximum(self._value_noise, jumps) / TOLERANCE)
         return 2.0 ** np.ceil(np.log2(unit))
 
     def _evaluate(self, time: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
