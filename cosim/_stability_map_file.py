@@ -81,7 +81,7 @@ def _mark(axes, found: StabilityMap, x: np.ndarray, y: np.ndarray) -> None:
         chosen = found.verified == value
         if chosen.any():
             axes.plot(x[chosen], y[chosen], ".", color=colour, markersize=4, label=words)
-    axes.legend(loc="best", frameon=True, fontsize=8.5)
+    axes.figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8.5)
 
 
 def _spread(axes, which: str, axis: Axis) -> None:
