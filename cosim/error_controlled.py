@@ -249,7 +249,7 @@ class ErrorControlled(Master):
         if coarsest is None or own[coarsest] <= self._allowed:
             return
         raise StructureError(
-            f"with a tolerance of {self.tolerance:.3g} a communication step may err by {self._allowed:.2g}, but "
+            f"in a run exact to {self.tolerance:.3g} a communication step may err by {self._allowed:.2g}, but "
             f"{coarsest} ({self.instances[coarsest].fmu.description.file.name}) solves its own equations to "
             f"{own[coarsest]:g} only; expected a tolerance at least "
             f"{own[coarsest] ** (2 / 3) / (SCALE * self.tolerance):.3g} times as large, or a smaller "
