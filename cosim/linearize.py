@@ -21,10 +21,12 @@ next tick).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from hfsa.cosim._equilibrium import equilibrium
@@ -40,8 +42,25 @@ if TYPE_CHECKING:
 FORGOTTEN = 1e-9
 """Multiplier per period below which a mode is memory that is written over, not motion that decays."""
 
+NEUTRAL = 1e-3
+"""Rate [1/s] up to which a mode counts as neither growing nor decaying."""
+
+_ROUNDING = 100.0
+"""Rounding errors that an eigenvalue has gathered at most."""
+
 Orders = Sequence[tuple[int, ...]]
 """Sinusoids: for each the inputs at which its value and its derivatives enter, by order, as indices; -1 for none."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A mode that grows: its rate [1/s], 0 where none does, and its frequency [Hz]."""
+
+    rate: float = 0.0
+    frequency: float = 0.0
+
+    def __bool__(self) -> bool:
+        return self.rate > 0
 
 
 class Linearization:
@@ -97,6 +116,31 @@ class Linearization:
         # what is forgotten within a period has no rate
         multipliers = multipliers[np.abs(multipliers) > FORGOTTEN]
         return np.asarray(np.log(multipliers) / self.sampled.period, dtype=complex)
+
+    @cached_property
+    def growth(self) -> "Growth":
+        """The fastest of the modes that grow for sure; none where all that do may be rounding.
+
+        Rounding moves an eigenvalue by the norm of the balanced matrix times its condition number: a free body's double
+        eigenvalue 0 by much, one that is alone by little.
+        """
+        matrix = self.sampled.transition if self.is_sampled else self.closed.balanced().rate[:, : len(self.states)]
+        if not len(matrix):
+            return Growth()
+        values, left, right = scipy.linalg.eig(matrix, left=True, right=True)
+        condition = 1 / np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).tiny)
+        rounding = _ROUNDING * np.finfo(float).eps * np.linalg.norm(matrix) * condition
+        if self.is_sampled:
+            period, size = self.sampled.period, np.maximum(np.abs(values), np.finfo(float).tiny)
+            rates, surely = np.log(size) / period, np.log1p(rounding / size) / period
+            turns = np.angle(values) / period
+        else:
+            rates, surely, turns = values.real, rounding, values.imag
+        grows = rates > NEUTRAL + surely
+        if not grows.any():
+            return Growth()
+        fastest = int(np.argmax(np.where(grows, rates, -np.inf)))
+        return Growth(float(rates[fastest]), abs(float(turns[fastest])) / (2 * np.pi))
 
     def response(self, frequency: np.ndarray, orders: Orders) -> NDArray[np.complex128]:
         """Return the complex response to sinusoids, (frequencies, outputs, sinusoids); `frequency` [Hz] is (n,)."""

@@ -20,26 +20,23 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim._feedback_loops import feedback_loops
-from hfsa.cosim._linear.blocks import Blocks, block
-from hfsa.cosim._linear.cycle import Layout, Listen, Replace, operations
+from hfsa.cosim._linear.blocks import Block, Blocks, block
+from hfsa.cosim._linear.cycle import Layout, Listen, Replace, Source, operations
 from hfsa.cosim._linear.feedback import FeedbackLayout, followed
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.instance import Instance
-from hfsa.cosim.linearize import FORGOTTEN, operating_point
+from hfsa.cosim.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
 from hfsa.cosim.master import Master, sampled_first
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, in_order
 
 RIGID = 1.0
 """Frequency [Hz] below which a mode is rigid motion."""
-
-NEUTRAL = 1e-3
-"""Rate [1/s] up to which a mode counts as neither growing nor decaying."""
 
 ROUNDING = 1e-8
 """What rounding makes of a free body's double eigenvalue 1: so far from 1 two of them may be found."""
@@ -135,16 +132,14 @@ class OneStep:
         return self.growth(kind) <= NEUTRAL + ROUNDING / self.period
 
     def response(self, frequency: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Return what the lock-in amplifier measures of each signal in the end, complex, (frequencies, signals).
+        """Return the complex amplitude of each observed signal in the end, (frequencies, signals).
 
-        The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` without the two instruments.
+        The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` where there is no source, or
+        nothing is observed.
         """
-        layout = self._layout
-        if layout.source is None or layout.lock_in is None:
-            raise StructureError("a response takes a system with a sine source and a lock-in amplifier")
-        sine = layout.at(layout.lock_in, ["sine"])
-        count = sum(component == layout.lock_in and name.startswith("signal[") for component, name in layout.place)
-        signals = layout.at(layout.lock_in, [f"signal[{i}]" for i in range(1, count + 1)])
+        layout, observed = self._layout, self._layout.observation()
+        if layout.source is None or observed is None:
+            raise StructureError("a response takes a system with a source, and a lock-in amplifier or observed outputs")
         omega = 2 * np.pi * np.asarray(frequency, float)
         forced = np.zeros((layout.size, len(omega)), complex)
         for _ in self._run(forced, omega):
@@ -156,11 +151,15 @@ class OneStep:
         v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
         for _ in range(self._memory):  # what is written over follows what is kept
             v = (self._whole @ v + forced) / turn
-        samples = [now[signals] / now[sine] for now in self._run(v, omega)]
+        phase = np.exp(1j * omega * self.step_size)
+        samples = [
+            observed.matrix @ now[observed.columns] / phase ** (k + observed.points)
+            for k, now in enumerate(self._run(v, omega))
+        ]
         return np.mean(samples, axis=0).T
 
     def _run(self, v: np.ndarray, omega: np.ndarray | None = None) -> Iterator[np.ndarray]:
-        """Take vectors v, (size, m), through one period in place; yields them at each sample of the amplifier.
+        """Take vectors v, (size, m), through one period in place; yields them at each sample of what is observed.
 
         Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; without, the source rests.
         """
@@ -189,6 +188,7 @@ class Cycle:
 
     Attributes:
         operating_point: states, and sampled states and outputs, at the equilibrium by full name.
+        exact: the same system without communication steps, without inputs or outputs.
         counting: the modes that must not grow: all, or flexible ones where rigid motion is free, which an algorithm may
             make grow slowly at every step.
     """
@@ -204,32 +204,54 @@ class Cycle:
         starts: Mapping[str, float] | None = None,
     ):
         self._system, self._instances, self._algorithm = system, instances, algorithm
-        self._instruments = source, lock_in
+        self._source, self._lock_in = Source(source) if source else None, lock_in
+        self._observed: tuple[tuple[str, str], ...] = ()
         instruments = {source, lock_in}
         components = [component for component in system.components if component.name not in instruments]
-        names = [component.name for component in components]
         inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & instruments]
         plain = System(components, inner)
         every = Blocks(plain, instances, [], [])
         self.operating_point = operating_point(plain, instances, every, starts or {})
         self.counting: Kind = "flexible" if every.is_free else "all"
+        self.exact = Linearization(every.close(), self.operating_point)
+        self._arrange(self._linearized())
 
-        def connected(name: str, ends: Sequence[str]) -> list[str]:
-            """The variables of a component among ends of connections."""
-            return [variable for component, variable in map(system.split, ends) if component == name]
+    def excited(
+        self, system: System, instances: Mapping[str, Instance], source: Source, observed: Sequence[str]
+    ) -> "Cycle":
+        """Return the same with one component taken for a sinusoid, whose response is that of the `observed` outputs.
 
-        fed, feeding = [c.end for c in system.connections], [c.start for c in system.connections]
-        self._blocks = {name: block(instances[name], connected(name, fed), connected(name, feeding)) for name in names}
-        self._layout = self._arranged()
+        `system` is this one, or this one with a source, which `instances` then hold as well; outputs are full names.
+        """
+        other = copy(self)
+        other._system, other._instances = system, instances
+        other._source, other._lock_in, other._observed = source, None, tuple(map(system.split, observed))
+        other._arrange(other._linearized())
+        return other
 
-    def _arranged(self) -> Layout:
-        """Return where everything is when the linearised FMUs step in the order of the system."""
+    def _linearized(self) -> dict[str, Block]:
+        """Return the FMUs, instruments left out, from inputs that are fed to outputs that feed or are observed."""
+        system = self._system
+        fed = [system.split(c.end) for c in system.connections]
+        shown = [*(system.split(c.start) for c in system.connections), *self._observed]
+        instruments = {self._source.component if self._source else None, self._lock_in}
+        return {
+            name: block(self._instances[name], _of(name, fed), _of(name, shown))
+            for name in (component.name for component in system.components)
+            if name not in instruments
+        }
+
+    def _arrange(self, blocks: Mapping[str, Block]) -> None:
+        """Find out where everything is when linearised FMUs step in the order of the system."""
+        self._blocks = blocks
+        observation = self._source, self._lock_in, self._observed
         if self._algorithm == LINEARIZED_FEEDBACK:
-            return self._fed_back()
-        master = Master(self._instances, self._system, self._algorithm)
-        return Layout(master.wiring, master.cycle, self._blocks, *self._instruments)
+            self._layout = self._fed_back(*observation)
+        else:
+            master = Master(self._instances, self._system, self._algorithm)
+            self._layout = Layout(master.wiring, master.cycle, blocks, *observation)
 
-    def _fed_back(self) -> Layout:
+    def _fed_back(self, *observation: Any) -> Layout:
         """Return the layout of linearised feedback, which the FMUs' blocks suffice for: no ports are asked of them."""
         wiring = Master(self._instances, self._system).wiring
         found = followed(feedback_loops(self._system, wiring.connectors), self._blocks)
@@ -239,7 +261,7 @@ class Cycle:
                 f"{LINEARIZED_FEEDBACK}: there is nothing to feed back: no part has an output that comes back to it "
                 "through a continuous component without a state between"
             )
-        return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *self._instruments)
+        return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *observation)
 
     def _is_a_part(self, component: str) -> bool:
         """Whether a component is made of parts, and can therefore be exported with ports."""
@@ -249,14 +271,14 @@ class Cycle:
         """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""
         other = copy(self)
         other._algorithm = algorithm
-        other._layout = other._arranged()
+        other._arrange(self._blocks)
         return other
 
     def in_order(self, names: Sequence[str]) -> "Cycle":
         """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
         other = copy(self)
         other._system = in_order(self._system, names)
-        other._layout = other._arranged()
+        other._arrange(self._blocks)
         return other
 
     def over(self, step_size: float) -> OneStep:
@@ -301,3 +323,8 @@ class Cycle:
             if was != now:
                 limits.append(float((low + high) / 2))
         return limits
+
+
+def _of(component: str, variables: Sequence[tuple[str, str]]) -> list[str]:
+    """Return those variables (component, variable) that belong to a component."""
+    return [variable for owner, variable in variables if owner == component]

@@ -48,9 +48,6 @@ __all__ = [
 METHODS = ("stepped", "linear")
 """Methods of a sweep; the first is the default."""
 
-NEUTRAL = 1e-3
-"""Rate [1/s] up to which a mode of the linear system counts as neither growing nor decaying."""
-
 # Simulated time [s] that a lightly damped machine takes to settle, for estimates of the work only.
 _TYPICAL_SETTLING = 3.0
 
@@ -119,8 +116,7 @@ class LinearSweep:
     @property
     def growth(self) -> float:
         """Rate [1/s] of the mode that grows fastest; 0 where all decay, or rest to rounding."""
-        fastest = float(self.found.poles.real.max(initial=-np.inf))
-        return fastest if fastest > NEUTRAL else 0.0
+        return self.found.growth.rate
 
 
 def linear(system: System, files: Mapping[str, Path], plan: Plan) -> LinearSweep:

@@ -13,14 +13,15 @@ their derivatives, the bus of connected outputs and what it was before. In the l
                     moves by the matrix exponential, ticks that fall into the step change v
     Converge        all steps with the d1 that lead to the outputs they come to
 
-A sine source is what it puts out and that output's derivatives, now and at the next point; its own step makes now of
-next. Who lays lines to where it leads samples it at communication points. A lock-in amplifier only listens.
+A source is a sinusoid and its derivatives, now and at the next point; its own step makes now of next. Who lays lines
+to where it leads samples it at communication points. A lock-in amplifier only listens; without one, outputs are
+observed at the communication points themselves.
 
 What linearised feedback does more is in `feedback.py`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,11 +36,30 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.system import StructureError
 
-ORDERS = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
-"""Outputs of a sine source by the derivative that they are; what else it puts out has no part in a response."""
+SINE = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
+"""Outputs of a sine source by the derivative that they are."""
 
 DERIVATIVES = 5
 """Derivatives of the sinusoid that there are members for, the value included: those put out, and their rates."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A component that puts out a sinusoid of amplitude 1: `orders` are the derivatives that its outputs are.
+
+    What else it puts out stays what it is.
+    """
+
+    component: str
+    orders: Mapping[str, int] = field(default_factory=lambda: SINE)
+
+    def emission(self, outputs: Sequence[str], order: int = 0) -> np.ndarray:
+        """Return what makes outputs, or their derivatives of an order, of `Layout.now`, (outputs, `DERIVATIVES`)."""
+        matrix = np.zeros((len(outputs), DERIVATIVES))
+        for row, name in enumerate(outputs):
+            if name in self.orders:
+                matrix[row, self.orders[name] + order] = 1.0
+        return matrix
 
 
 @dataclass(frozen=True)
@@ -53,7 +73,17 @@ class Replace:
 
 @dataclass(frozen=True)
 class Listen:
-    """The amplifier takes a sample."""
+    """The observed signals are sampled."""
+
+
+@dataclass(frozen=True)
+class Observation:
+    """Signals that are observed, `matrix` times the members `columns`, so many communication `points` after a step's
+    beginning."""
+
+    columns: np.ndarray
+    matrix: np.ndarray
+    points: int
 
 
 Operation = Replace | Listen
@@ -62,7 +92,8 @@ Operation = Replace | Listen
 class Layout:
     """Where everything is in the vector.
 
-    `blocks` holds the linearised FMU of each component but the source and the lock-in amplifier.
+    `blocks` holds the linearised FMU of each component but the source and the lock-in amplifier. Observed are the
+    signals of the amplifier, or the `observed` outputs (component, variable) at communication points.
 
     Attributes:
         size: of the vector.
@@ -75,10 +106,12 @@ class Layout:
         wiring: Wiring,
         cycle: Sequence[Any],
         blocks: Mapping[str, Block],
-        source: str | None = None,
+        source: Source | None = None,
         lock_in: str | None = None,
+        observed: Sequence[tuple[str, str]] = (),
     ):
         self.wiring, self.cycle, self.blocks, self.source, self.lock_in = wiring, cycle, blocks, source, lock_in
+        self.observed = tuple(observed)
         names: list[tuple[str, str]] = []
         for component, own in blocks.items():
             names += [(component, name) for name in (*own.values, *own.inputs)]
@@ -125,12 +158,27 @@ class Layout:
 
     def fetch(self, group: Group) -> Replace:
         """Return what fetching a group does."""
-        if group.instance == self.source:
-            return Replace(self.bus[id(group)], self.now, emission(group.outputs))
+        if self.source and group.instance == self.source.component:
+            return Replace(self.bus[id(group)], self.now, self.source.emission(group.outputs))
         block = self.blocks[group.instance]
         rows = [block.outputs.index(name) for name in group.outputs]
         columns = self.at(group.instance, (*block.values, *block.inputs))
         return Replace(self.bus[id(group)], columns, block.output[rows])
+
+    def observation(self) -> Observation | None:
+        """Return what is observed, `None` where nothing is."""
+        if self.lock_in is not None:
+            count = sum(c == self.lock_in and name.startswith("signal[") for c, name in self.place)
+            signals = self.at(self.lock_in, [f"signal[{i}]" for i in range(1, count + 1)])
+            return Observation(signals, np.eye(count), 0)
+        if not self.observed:
+            return None
+        rows = np.zeros((len(self.observed), self.size))
+        for row, (component, name) in zip(rows, self.observed, strict=True):
+            block = self.blocks[component]
+            row[self.at(component, (*block.values, *block.inputs))] = block.output[block.outputs.index(name)]
+        columns = np.flatnonzero(rows.any(axis=0))
+        return Observation(columns, rows[:, columns], 1)
 
     def solve(self, loop: AlgebraicLoop) -> Operation:
         """Return what solving an algebraic loop does."""
@@ -228,7 +276,7 @@ class Layout:
 
     def step(self, component: str, step_size: float, ticks: int) -> Operation:
         """Return what a step of a component with evenly spaced ticks, the first at once, does."""
-        if component == self.source:
+        if self.source and component == self.source.component:
             return Replace(self.now, self.next, None)
         if component == self.lock_in:
             return Listen()
@@ -274,16 +322,8 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
             case _:
                 return layout.prepare(action, step_size)
 
-    return [[operation for action in layout.cycle for operation in done(action, k)] for k in range(steps)]
-
-
-def emission(outputs: Sequence[str], order: int = 0) -> np.ndarray:
-    """Return what makes outputs of a sine source, or their derivatives of an order, of `Layout.now`."""
-    matrix = np.zeros((len(outputs), DERIVATIVES))
-    for row, name in enumerate(outputs):
-        if name in ORDERS:
-            matrix[row, ORDERS[name] + order] = 1.0
-    return matrix
+    ends = [Listen()] if layout.observed else []
+    return [[operation for action in layout.cycle for operation in done(action, k)] + ends for k in range(steps)]
 
 
 def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int] = ()) -> np.ndarray:

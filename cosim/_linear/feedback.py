@@ -18,7 +18,7 @@ import numpy as np
 
 from hfsa.cosim._feedback_loops import Loop
 from hfsa.cosim._linear.blocks import Block
-from hfsa.cosim._linear.cycle import Layout, Operation, Replace, emission
+from hfsa.cosim._linear.cycle import Layout, Operation, Replace, Source
 from hfsa.cosim.actions.action import Group, Stepper
 from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.actions.wiring import Wiring
@@ -54,14 +54,15 @@ class FeedbackLayout(Layout):
         ticks: Iterable[Action],
         blocks: Mapping[str, Block],
         loops: Sequence[Loop],
-        source: str | None = None,
+        source: Source | None = None,
         lock_in: str | None = None,
+        observed: Sequence[tuple[str, str]] = (),
     ):
         self._bare = blocks
         self._gains = {plant: _gains(blocks, loops, plant) for plant in dict.fromkeys(loop.plant for loop in loops)}
         fed_back = {plant: with_feedback(blocks[plant], gains) for plant, gains in self._gains.items()}
         cycle = [*ticks, *self._steps(wiring), *wiring.exchange()]
-        super().__init__(wiring, cycle, {**blocks, **fed_back}, source, lock_in)
+        super().__init__(wiring, cycle, {**blocks, **fed_back}, source, lock_in, observed)
         n = len(wiring.bus)
         self._values, self._rates = self._new(n), self._new(n)
         for action in cycle:
@@ -134,8 +135,8 @@ class FeedbackLayout(Layout):
         ends = {self.wiring.split(c.end): i for i, c in enumerate(self.wiring.connections)}
         for group in self.wiring.groups:
             rows = self._rates[self.wiring.places(group)]
-            if group.instance == self.source:
-                found.append(Replace(rows, self.now, emission(group.outputs, order=1)))
+            if self.source and group.instance == self.source.component:
+                found.append(Replace(rows, self.now, self.source.emission(group.outputs, order=1)))
             elif group.loop is None and group.instance in self._bare:
                 block = self._bare[group.instance]
                 matrix = np.array([_moved(block, name) for name in group.outputs])
