@@ -23,6 +23,7 @@ from hfsa.cosim._linear.blocks import block
 from hfsa.cosim._rig import Bench, Rig, Settings, Task
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.results import Point, Signal, Status
+from hfsa.cosim.step_judge import settled
 from hfsa.cosim.system import Scene, StructureError
 
 _SMALLER = 0.1
@@ -84,6 +85,7 @@ def measure_effect(
 
     `StructureError` for a response that does not settle; `StepError` as a master.
     """
+    scene, _ = settled(scene)
     settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)

@@ -44,6 +44,7 @@ from hfsa.cosim.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import Instance, open_instances
 from hfsa.cosim.linearize import entering, linearize, sinusoids, upstream
+from hfsa.cosim.step_judge import settled
 from hfsa.cosim.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check, connector
 
@@ -220,6 +221,7 @@ class Motion:
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
+        self._algorithm = settled(scene)[0].algorithm
         self._reference = self._outputs(scene.system)
         files = _checked_files(scene.system)
         self._counts = _counting(np.abs(self._reference)[:, :, None], scene, files, [1.0])[:, 0]
@@ -236,8 +238,8 @@ class Motion:
         steps = max(round(scene.stop_time / scene.step_size), 1)
         _checked_files(system)  # in the scene's own words, before parts are fused
         system = fused(system, scene.fuse)
-        files = build.files_for(system, scene.algorithm)
-        with closing(open_master(files, system, scene.algorithm, scene.step_size, self._library)) as master:
+        files = build.files_for(system, self._algorithm)
+        with closing(open_master(files, system, self._algorithm, scene.step_size, self._library)) as master:
             recording = master.record(scene.outputs, rows=steps + 1)
             master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))
             master.advance(steps)

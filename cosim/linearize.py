@@ -127,7 +127,7 @@ class Linearization:
         matrix = self.sampled.transition if self.is_sampled else self.closed.balanced().rate[:, : len(self.states)]
         if not len(matrix):
             return Growth()
-        values, left, right = scipy.linalg.eig(matrix, left=True, right=True)
+        values, left, right = scipy.linalg.eig(matrix, left=True, right=True)  # pyright: ignore[reportAssignmentType]
         condition = 1 / np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).tiny)
         rounding = _ROUNDING * np.finfo(float).eps * np.linalg.norm(matrix) * condition
         if self.is_sampled:

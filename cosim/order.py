@@ -23,7 +23,6 @@ from itertools import islice
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from hfsa.cosim._response_scale import Scale, near_modes
 from hfsa.cosim._storage.records import OrderChoice
@@ -32,6 +31,7 @@ from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import linearize, sinusoids
 from hfsa.cosim.stability import Cycle, OneStep
+from hfsa.cosim.step_effect import mode_error
 from hfsa.cosim.system import System, connector
 
 ORDERED = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "linearized_feedback")
@@ -124,25 +124,17 @@ class Responses:
 class Modes:
     """The modes of a system that moves by itself, as rates and frequencies, against the exact ones.
 
-    Those count whose rate [1/s] is within what a step resolves. The error of a mode is relative to its rate, or where
-    it is slower to 2 pi `lowest`, [Hz].
+    Errors are those of `step_effect.mode_error`, relative to 2 pi `lowest` [Hz] where a mode is slower.
     """
 
     about = "modes"
 
     def __init__(self, case: Case, outputs: Sequence[str], lowest: float):
-        poles = linearize(case.system, case.instances, [], outputs).poles
-        self._poles = poles[(poles.imag >= 0) & (np.abs(poles) * case.step_size <= 1)]
-        self._size = np.maximum(np.abs(self._poles), 2 * np.pi * lowest)
+        self._poles, self._lowest = linearize(case.system, case.instances, [], outputs).poles, lowest
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
-        """Return the largest error of a mode, each exact one having one of the algorithm's to itself."""
-        found = np.array([mode.multiplier for mode in own.modes])
-        if len(found) < len(self._poles):
-            return math.inf
-        ratio = found[None, :] * np.exp(-self._poles[:, None] * own.period)
-        error = np.abs(np.log(ratio)) / own.period / self._size[:, None]
-        return float(error[linear_sum_assignment(error)].max(initial=0.0))
+        """Return the largest error of a mode."""
+        return mode_error(self._poles, own, self._lowest)
 
 
 def best_order(case: Case, question: Question) -> OrderChoice:

@@ -10,7 +10,8 @@
     /system      the scene as text, components in the order in which they step; one group per FMU; operating_point
     /sweep       the settings, as attributes
     /bode        frequency [Hz], output, input: dimension scales; output_unit, input_unit, amplitude
-                 response (complex, output per input), magnitude, phase [rad], harmonic_distortion, remaining_transient
+                 response (complex, output per input), magnitude, phase [rad], harmonic_distortion,
+                 remaining_transient, step_error: what the communication steps do to it, relative, NaN if not known
                  status, wall_time [s], message, over (frequency, input)
     /time        time [s] and one dataset per recorded variable
 
@@ -32,6 +33,7 @@ from numpy.typing import NDArray
 from hfsa.cosim._storage import hdf5
 from hfsa.cosim._storage.hdf5 import Node
 from hfsa.cosim._storage.records import (
+    AlgorithmChoice,
     InstanceRecord,
     LevelChoice,
     OrderChoice,
@@ -48,6 +50,7 @@ from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
 
 __all__ = [
+    "AlgorithmChoice",
     "Bode",
     "InstanceRecord",
     "LevelChoice",
@@ -62,6 +65,7 @@ __all__ = [
     "SystemRecord",
     "Theory",
     "read",
+    "read_algorithm",
     "read_choices",
     "read_order",
     "read_run",
@@ -175,6 +179,7 @@ class Bode:
         frequency: shape (frequencies,) [Hz].
         outputs, inputs: full names with units, the inputs with their amplitudes.
         response: complex, output per input; NaN where a point is pending or failed.
+        step_error: relative error by the communication steps, NaN where it is not known or the response is zero.
         status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
         attributes: of the file; `settings`: of the sweep.
         theory: the linear response beside a measured one, where there is one.
@@ -188,6 +193,7 @@ class Bode:
     response: NDArray[np.complex128]
     harmonic_distortion: NDArray[np.float64]
     remaining_transient: NDArray[np.float64]
+    step_error: NDArray[np.float64]
     status: NDArray[np.int8]
     wall_time: NDArray[np.float64]
     message: NDArray[np.object_]
@@ -229,6 +235,7 @@ def read(path: str | Path) -> Bode:
             message=np.array([[hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
             settings=hdf5.plain(file["sweep"].attrs),
             attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
+            step_error=_step_error(group),
             theory=_read_theory(file),
             marks=_marks(hdf5.text(file["system"].attrs["scene"])),
             **numbers,
@@ -263,6 +270,14 @@ def read_order(path: str | Path) -> OrderChoice | None:
         return hdf5.read_order(file["system"])
 
 
+def read_algorithm(path: str | Path) -> AlgorithmChoice | None:
+    """Read which algorithm `auto` took for a file's system; `None` where it was named."""
+    path = Path(path)
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
+        return hdf5.read_algorithm(file["system"])
+
+
 _COMPUTED = (
     "response",
     "harmonic_distortion",
@@ -278,6 +293,11 @@ def _marks(scene: str) -> dict[str, float]:
     with contextlib.suppress(tomllib.TOMLDecodeError):
         return tomllib.loads(scene).get("marks", {})
     return {}
+
+
+def _step_error(group: Node) -> NDArray[np.float64]:
+    """Read the error by communication steps, NaN in files of version 0.1, which lack it."""
+    return group["step_error"][:] if "step_error" in group else np.full(group["response"].shape, np.nan)
 
 
 def _read_theory(file: Node) -> Theory | None:
@@ -304,6 +324,9 @@ def _lay_out(file: Node, plan: Plan) -> None:
     hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
     hdf5.filled(bode, "harmonic_distortion", entries, np.nan, float, "1")
     hdf5.filled(bode, "remaining_transient", entries, np.nan, float, "1")
+    hdf5.filled(bode, "step_error", entries, np.nan, float, "1")
+    if plan.step_error is not None:
+        bode["step_error"][:] = plan.step_error
     hdf5.filled(bode, "wall_time", points, np.nan, float, "s")
     members = {status.name.lower(): int(status) for status in Status}
     status = hdf5.filled(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))

@@ -59,7 +59,7 @@ def sampling_limit(
     `starts` holds start values by full name. Instances are left in initialization mode. Raises `StructureError` as
     `linearize`.
     """
-    own = _sample_times(upstream(system, outputs), instances, starts or {})
+    own = sample_times(upstream(system, outputs), instances, starts or {})
     if not own:
         return None
 
@@ -74,8 +74,8 @@ def sampling_limit(
     return SamplingLimit(shortest, shortest * _longest(is_stable))
 
 
-def _sample_times(system: System, instances: Mapping[str, Instance], starts: Mapping[str, float]) -> dict[str, float]:
-    """Return the sample times [s] of a system by the full names of the parameters."""
+def sample_times(system: System, instances: Mapping[str, Instance], starts: Mapping[str, float]) -> dict[str, float]:
+    """Return the sample times [s] of a system by the full names of the parameters; `starts` go before its own."""
     found = {}
     for component in system.components:
         description = instances[component.name].fmu.description

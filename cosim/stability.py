@@ -217,15 +217,22 @@ class Cycle:
         self._arrange(self._linearized())
 
     def excited(
-        self, system: System, instances: Mapping[str, Instance], source: Source, observed: Sequence[str]
+        self,
+        system: System,
+        instances: Mapping[str, Instance],
+        source: Source,
+        *,
+        lock_in: str | None = None,
+        observed: Sequence[str] = (),
     ) -> "Cycle":
-        """Return the same with one component taken for a sinusoid, whose response is that of the `observed` outputs.
+        """Return the same with one component taken for a sinusoid.
 
-        `system` is this one, or this one with a source, which `instances` then hold as well; outputs are full names.
+        Its response is that of a lock-in amplifier's signals, or of the `observed` outputs (full names). `system` is
+        this one, or this one with instruments, which `instances` then hold as well.
         """
         other = copy(self)
         other._system, other._instances = system, instances
-        other._source, other._lock_in, other._observed = source, None, tuple(map(system.split, observed))
+        other._source, other._lock_in, other._observed = source, lock_in, tuple(map(system.split, observed))
         other._arrange(other._linearized())
         return other
 

@@ -2,7 +2,7 @@
 
     for found in step_limits(scene.system, instances, scene.step_size):
         print(found.algorithm, found.longest)
-    advice = unstable_step(scene.system, instances, "gauss_seidel", 1e-3)     # a sentence, or None where it is stable
+    sentence = advice(cycle, "gauss_seidel", 1e-3, times)          # what to say of a step beyond the limit, or None
 
 The one-step matrix of each algorithm (`stability.py`) is asked at steps from `SHORTEST` to `LONGEST` times the scene's
 own, close to it in small ratios, as stability may be lost and found again, and the step at which a mode first begins to
@@ -15,7 +15,7 @@ should lead to is stable. `error_controlled`, `monolithic` and `monolithic_dae` 
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +23,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim._fmi.description import SAMPLE_TIME
-from hfsa.cosim.instance import Instance, StepError
+from hfsa.cosim.instance import Instance
+from hfsa.cosim.sampling import sample_times
 from hfsa.cosim.stability import Cycle
 from hfsa.cosim.system import EXTRAPOLATED, HELD, ITERATED, StructureError, System
 
@@ -80,7 +80,7 @@ def step_limits(
     `starts` holds start values by full name. Raises `StructureError` as `linearize`.
     """
     own = Cycle(system, instances, starts=starts)
-    times = _sample_times(system, instances, starts or {})
+    times = sample_times(system, instances, starts or {}).values()
     for algorithm in algorithms:
         try:
             cycle = own.with_algorithm(algorithm)
@@ -95,41 +95,40 @@ def is_limited(system: System, algorithm: str) -> bool:
     return algorithm in LIMITED and _has_feedback(system)
 
 
-def unstable_step(system: System, instances: Mapping[str, Instance], algorithm: str, step_size: float) -> str | None:
-    """Return what to say of a step [s] beyond the limit of its algorithm, `None` where nothing is known against it.
+def advice(base: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> str | None:
+    """Return what to say of a step [s] beyond the limit of an algorithm, `None` where it is stable.
 
-    Nothing is known either where there is no equilibrium, or an FMU does not tell its derivatives there.
+    `base` is the system's cycle with any algorithm, `times` are the sample times [s]. Errors as of `Cycle`.
     """
-    if not is_limited(system, algorithm):
-        return None
-    try:
-        return _said(Cycle(system, instances, algorithm), system, instances, algorithm, step_size)
-    except (ValueError, ArithmeticError, StepError):  # StructureError and LinAlgError are values that are wrong
-        return None
-
-
-def _said(
-    cycle: Cycle, system: System, instances: Mapping[str, Instance], algorithm: str, step_size: float
-) -> str | None:
-    """Return `unstable_step`; errors as of `Cycle`."""
+    cycle = base.with_algorithm(algorithm)
     own = cycle.over(step_size)
     is_growing = not own.is_stable(cycle.counting)
     if not is_growing and cycle.converges(step_size):
         return None
-    times = _sample_times(system, instances, {})
     longest = _longest(cycle, step_size, times)
     others = [limit for name in _ADVISED if name != algorithm and (limit := _advice(cycle, name, step_size, times))]
     grows = f"a mode grows by {own.growth(cycle.counting):.3g} 1/s" if is_growing else "its passes diverge"
-    advice = [f"a step of {longest:.4g} s or less"] if longest > 0 else []
+    would = [f"a step of {longest:.4g} s or less"] if longest > 0 else []
     if others:
         best = max(others, key=lambda limit: limit.longest)
-        advice.append(f"the algorithm {best.algorithm}, stable {_seconds(best.longest)}")
-    if not advice:
+        would.append(f"the algorithm {best.algorithm}, stable {_seconds(best.longest)}")
+    if not would:
         return f"with {algorithm} at a step of {step_size:.4g} s {grows}, as at every step and with every algorithm"
-    return f"with {algorithm} at a step of {step_size:.4g} s {grows}; {' or '.join(advice)} would do"
+    return f"with {algorithm} at a step of {step_size:.4g} s {grows}; {' or '.join(would)} would do"
 
 
-def _advice(cycle: Cycle, algorithm: str, step_size: float, times: Sequence[float]) -> StepLimit | None:
+def fitting(step_size: float, times: Collection[float]) -> float:
+    """Return the longest step [s] up to a given one that is a whole part or a multiple of each sample time [s]."""
+    if not times:
+        return step_size
+    shortest = min(times)
+    if step_size < shortest:
+        return shortest / math.ceil(shortest / step_size * (1 - 1e-9))
+    multiples = range(math.floor(step_size / shortest * (1 + 1e-9)), 0, -1)
+    return next((shortest * n for n in multiples if _fits(shortest * n, times)), shortest)
+
+
+def _advice(cycle: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit | None:
     """Return the limit of another algorithm where it is stable at the step [s], `None` where not, or not offered."""
     try:
         other = cycle.with_algorithm(algorithm)
@@ -138,7 +137,7 @@ def _advice(cycle: Cycle, algorithm: str, step_size: float, times: Sequence[floa
     return StepLimit(algorithm, _longest(other, step_size, times)) if other.is_stable(step_size) else None
 
 
-def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Sequence[float]) -> StepLimit:
+def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit:
     """Return the limit of a cycle's algorithm, and what it makes of the scene's own step [s]."""
     longest = _longest(cycle, step_size, times)
     try:
@@ -164,18 +163,7 @@ def _seconds(longest: float) -> str:
     return "at every step that was asked" if math.isinf(longest) else f"up to {longest:.4g} s"
 
 
-def _sample_times(system: System, instances: Mapping[str, Instance], starts: Mapping[str, float]) -> list[float]:
-    """Return the sample times [s] of a system."""
-    found = []
-    for component in system.components:
-        description = instances[component.name].fmu.description
-        if description.has_sample_time:
-            own = component.start.get(SAMPLE_TIME, description.variables[SAMPLE_TIME].start)
-            found.append(float(starts.get(f"{component.name}.{SAMPLE_TIME}", own)))
-    return found
-
-
-def _longest(cycle: Cycle, step_size: float, times: Sequence[float]) -> float:
+def _longest(cycle: Cycle, step_size: float, times: Collection[float]) -> float:
     """Return `StepLimit.longest`; `times` are the sample times [s]."""
     low = 0.0
     for high in _candidates(step_size, times):
@@ -188,7 +176,7 @@ def _longest(cycle: Cycle, step_size: float, times: Sequence[float]) -> float:
     return math.inf
 
 
-def _candidates(step_size: float, times: Sequence[float]) -> list[float]:
+def _candidates(step_size: float, times: Collection[float]) -> list[float]:
     """Return the steps [s] to ask first, ascending."""
     if not times:
         ends = ((SHORTEST, NEAR, COARSE), (NEAR, FAR, FINE), (FAR, LONGEST, COARSE))
@@ -205,13 +193,13 @@ def _spaced(low: float, high: float, ratio: float) -> list[float]:
     return np.geomspace(low, high, math.ceil(math.log(high / low) / math.log(ratio)) + 1)[:-1].tolist()
 
 
-def _fits(step_size: float, times: Sequence[float]) -> bool:
+def _fits(step_size: float, times: Collection[float]) -> bool:
     """Whether a step [s] is a whole part or a multiple of each sample time [s]."""
     ratios = [max(time / step_size, step_size / time) for time in times]
     return all(abs(ratio - round(ratio)) <= 1e-9 * ratio for ratio in ratios)
 
 
-def _between(low: float, high: float, times: Sequence[float]) -> list[float]:
+def _between(low: float, high: float, times: Collection[float]) -> list[float]:
     """Return the steps [s] that fit the sample times from one that does up to below another, ascending."""
     shortest = min(times)
     if high > shortest:

@@ -29,7 +29,17 @@ from hfsa.cosim.excitation import amplitude_of, ramp_time
 from hfsa.cosim.frequency_response import FEWEST_WINDOWS
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import Linearization, Orders, linearize, sinusoids
-from hfsa.cosim.results import InstanceRecord, OrderChoice, Plan, Point, Signal, Status, SweepFile, SystemRecord
+from hfsa.cosim.results import (
+    AlgorithmChoice,
+    InstanceRecord,
+    OrderChoice,
+    Plan,
+    Point,
+    Signal,
+    Status,
+    SweepFile,
+    SystemRecord,
+)
 from hfsa.cosim.system import Component, StructureError, System, check, connector
 
 __all__ = [
@@ -143,6 +153,7 @@ def system_record(
     *systems: tuple[System, Mapping[str, Path]],
     operating_point: Mapping[str, float] = {},
     order: OrderChoice | None = None,
+    algorithm: AlgorithmChoice | None = None,
 ) -> SystemRecord:
     """Return what the results file says of what was measured: the scene's text, and the FMUs of each system.
 
@@ -157,7 +168,7 @@ def system_record(
                 earlier.append(file)
                 name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
                 instances.append(_instance_record(name, component, file))
-    return SystemRecord(title, scene, instances, operating_point, order)
+    return SystemRecord(title, scene, instances, operating_point, order, algorithm)
 
 
 def _instance_record(name: str, component: Component, file: Path) -> InstanceRecord:

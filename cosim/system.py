@@ -33,7 +33,9 @@ MONOLITHIC = "monolithic"
 MONOLITHIC_DAE = "monolithic_dae"
 """The same, with the values between the FMUs among the unknowns: a differential-algebraic equation."""
 ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_feedback", MONOLITHIC, MONOLITHIC_DAE)
-"""Ways to run a system, see `algorithms.py`; the first is the default."""
+"""Ways to run a system, see `algorithms.py`."""
+AUTO = "auto"
+"""In place of an algorithm: the cheapest whose error is within the scene's tolerance (`algorithm_choice.py`)."""
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
 """First to third derivative of a signal: outputs of a sine source, and inputs beside that of the signal."""
@@ -200,8 +202,8 @@ class Scene:
         amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`; needed where there are inputs.
         step_size: communication step size [s].
         stop_time: end of a time-domain run [s].
-        tolerance: relative difference of the response that a choice of level, or of the communication step, may make.
-        algorithm: one of `ALGORITHMS`.
+        tolerance: relative error of a response that levels, algorithm and communication step may make.
+        algorithm: one of `ALGORITHMS`, or `AUTO`.
         source: the sine source; it is given the excited input's unit as argument `unit`.
         marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.
         fuse: groups of components that become one FMU each (`_fuse.py`), by name.
@@ -216,7 +218,7 @@ class Scene:
     band: tuple[float, float] = (1.0, 100.0)
     amplitude: Mapping[str, float] = field(default_factory=dict)
     tolerance: float = 1e-3
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = AUTO
     source: Component = field(default_factory=lambda: Component("source", "sine_source"))
     marks: Mapping[str, float] = field(default_factory=dict)
     fuse: Sequence[Sequence[str]] = ()
@@ -243,8 +245,9 @@ class Scene:
         for label, frequency in self.marks.items():
             if not (isinstance(frequency, int | float) and 0 < frequency < math.inf):
                 raise StructureError(f"mark {label!r} is at {frequency!r}, expected a frequency in Hz")
-        if self.algorithm not in ALGORITHMS:
-            raise StructureError(f"no algorithm is called {self.algorithm!r}{nearest(self.algorithm, ALGORITHMS)}")
+        known = (AUTO, *ALGORITHMS)
+        if self.algorithm not in known:
+            raise StructureError(f"no algorithm is called {self.algorithm!r}{nearest(self.algorithm, known)}")
 
 
 def expand(name: str) -> list[str]:

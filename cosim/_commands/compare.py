@@ -20,7 +20,7 @@ from typing import Any
 
 from hfsa.cosim import _pool
 from hfsa.cosim._commands.measure import load
-from hfsa.cosim._commands.runs import Drive, choices_made, prepare
+from hfsa.cosim._commands.runs import Drive, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.results import OrderChoice
@@ -111,9 +111,7 @@ def compare(
         tell(0.0, f"building FMUs for {_words(values)}")
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
-        ready = prepare(loaded, drive or Drive(), library)
-        for sentence in choices_made(ready):
-            warn(f"{_words(values)}: {sentence}")
+        ready = prepare(loaded, drive or Drive(), library, partial(_warn_of, values, warn))
         trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
@@ -124,6 +122,11 @@ def compare(
         for message in run.outcome.warnings:
             warn(f"{run.words}: {message}")
     return Comparison(scene, title, {name: tuple(values) for name, values in over.items()}, runs)
+
+
+def _warn_of(values: Mapping[str, str], warn: Callable[[str], None], sentence: str) -> None:
+    """Warn of the run with these values."""
+    warn(f"{_words(values)}: {sentence}")
 
 
 def _perform(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
-from hfsa.cosim._commands.orders import with_computed_order, with_order
+from hfsa.cosim._commands.orders import offered, with_computed_order, with_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, with_fusion
@@ -26,9 +26,8 @@ from hfsa.cosim._load_scene import scenes
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
-from hfsa.cosim.instance import open_instances
 from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
-from hfsa.cosim.step_limits import is_limited, unstable_step
+from hfsa.cosim.step_judge import judge
 from hfsa.cosim.sweep import (
     Bench,
     LinearSweep,
@@ -120,17 +119,6 @@ def refuse_order(loaded: Loaded) -> None:
         raise StructureError(f"--order {loaded.order}: the linear method takes no steps, so that there is no order")
 
 
-def warn_of_step(
-    system: System, files: Mapping[str, Path], algorithm: str, step_size: float, warn: Callable[[str], None]
-) -> None:
-    """Warn of a communication step [s] at which the algorithm is unstable, and say what would do."""
-    if not is_limited(system, algorithm):
-        return
-    with open_instances(files) as instances:
-        if sentence := unstable_step(system, instances, algorithm, step_size):
-            warn(sentence)
-
-
 def _refuse_loops(scene: Scene) -> None:
     """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, close an algebraic loop."""
     system = fused(levels.at_highest(scene).system, scene.fuse)
@@ -181,14 +169,25 @@ def sweep_scene(
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
     with usage_errors():
         excitation.window_steps(plan.frequency.max(), settings.step_size)
-    benches = {name: _bench(scene, name, outputs, library) for name in inputs}
+    excited = {name: fused(build.instrument(scene, name, outputs), scene.fuse) for name in inputs}
+    with judge(scene, excited, outputs, _band(scene, request)) as known:
+        scene, algorithm, sentences = known.decided(scene, offered(loaded.order))
+        for sentence in sentences:
+            warn(sentence)
+        plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
+    settings = dataclasses.replace(settings, algorithm=scene.algorithm)
+    plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
+    benches = {name: _bench(scene, system, outputs, library) for name, system in excited.items()}
     record = system_record(
-        loaded.title, text, *((bench.system, bench.files) for bench in benches.values()), order=order
+        loaded.title,
+        scene_text(scene),
+        *((bench.system, bench.files) for bench in benches.values()),
+        order=order,
+        algorithm=algorithm,
     )
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, levels.with_choices(record, choices)) as file:
         try:
-            warn_of_step(system, files, settings.algorithm, settings.step_size, warn)
             stepped(file, plan, benches, settings, jobs=jobs, report=report)
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
@@ -292,7 +291,7 @@ def _theory(
             raise
         warn(f"there is no linear response to compare with: {error}")
         return None
-    if found.growth:
+    if found.growth and request.settings.method == "linear":
         warn(f"the system is unstable: a mode grows by {found.growth:.3g} 1/s, so its response cannot be measured")
     return found
 
@@ -312,12 +311,10 @@ def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[n
     return excitation.along_response(draft.frequency, dense[:, ~negligible(dense, units, amplitudes)], points)
 
 
-def _bench(scene: Scene, excited: str, outputs: Sequence[str], library: Path | None) -> Bench:
-    """Return a scene with its instruments, one input excited, fused as it says."""
-    system = fused(build.instrument(scene, excited, outputs), scene.fuse)
-    return Bench(
-        system, build.files_for(system, scene.algorithm), tuple(outputs), scene.source.name, build.LOCK_IN, library
-    )
+def _bench(scene: Scene, system: System, outputs: Sequence[str], library: Path | None) -> Bench:
+    """Return a scene's system with its instruments, ready to be measured."""
+    files = build.files_for(system, scene.algorithm)
+    return Bench(system, files, tuple(outputs), scene.source.name, build.LOCK_IN, library)
 
 
 @contextlib.contextmanager

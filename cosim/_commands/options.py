@@ -32,6 +32,7 @@ Tolerance = Annotated[
     ),
 ]
 Algorithm = Literal[
+    "auto",
     "gauss_seidel",
     "jacobi",
     "jacobi_plain",

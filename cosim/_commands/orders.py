@@ -13,10 +13,11 @@ from typing import Any
 from hfsa.cosim import build, levels
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, stepping_in
+from hfsa.cosim.algorithm_choice import CANDIDATES
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.order import ORDERED, Case, Excitation, Modes, Responses, best_order
 from hfsa.cosim.results import OrderChoice
-from hfsa.cosim.system import Scene, StructureError, meant, nearest
+from hfsa.cosim.system import AUTO, Scene, StructureError, meant, nearest
 
 COMPUTED = "computed"
 """The word for an order that is to be computed."""
@@ -29,7 +30,7 @@ def with_order(scene: Scene, words: str) -> Scene:
     computed stays as it is. `StructureError` where the scene's algorithm knows no order, or for what ticks: when that
     is, and after whom, is what the system is.
     """
-    if scene.algorithm not in ORDERED:
+    if scene.algorithm not in (AUTO, *ORDERED):
         raise StructureError(
             f"--order {words}: with {scene.algorithm} the order of steps makes no difference; it does with "
             f"{', '.join(ORDERED[:-1])} and {ORDERED[-1]}"
@@ -49,6 +50,11 @@ def with_order(scene: Scene, words: str) -> Scene:
     return ordered
 
 
+def offered(words: str | None) -> list[str]:
+    """Return the algorithms that `auto` may take: with an order, as typed, those to which it makes a difference."""
+    return [name for name in CANDIDATES if words is None or name in ORDERED]
+
+
 def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[Scene, OrderChoice | None]:
     """Return the scene in the order that errs least, and what it was chosen by, where `words` ask for that.
 
@@ -61,7 +67,8 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
     with ExitStack() as stack:
         system = fused(scene.system, scene.fuse)
         instances = stack.enter_context(open_instances(build.build(system)))
-        case = Case(system, instances, scene.algorithm, scene.step_size)
+        algorithm = offered(words)[0] if scene.algorithm == AUTO else scene.algorithm
+        case = Case(system, instances, algorithm, scene.step_size)
         excitations = [_excitation(question, name, stack) for name in question.inputs]
         try:
             if excitations:

@@ -14,7 +14,17 @@ from hfsa.components._parts import Part
 from hfsa.cosim._load_scene import load_scene, scenes
 from hfsa.cosim._models import parts
 from hfsa.cosim.limits import Acting, acting, is_limit
-from hfsa.cosim.results import OrderChoice, Status, read, read_choices, read_order, read_run
+from hfsa.cosim.results import (
+    AlgorithmChoice,
+    Bode,
+    OrderChoice,
+    Status,
+    read,
+    read_algorithm,
+    read_choices,
+    read_order,
+    read_run,
+)
 from hfsa.cosim.system import StructureError, nearest
 
 _KINDS = {
@@ -198,12 +208,28 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         "troubles": troubles,
         "levels": _levels(path),
         "order": order_data(read_order(path)),
+        "algorithm": bode.settings.get("algorithm"),
+        "choice": algorithm_data(read_algorithm(path)),
+        "step_error": _largest_step_error(bode),
     }
     lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
     lines += [
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
     return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
+
+
+def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
+    """Return where communication steps change a response most, of all points; `None` where that is not known."""
+    if np.isnan(bode.step_error).all():
+        return None
+    k, output, source = np.unravel_index(int(np.nanargmax(bode.step_error)), bode.step_error.shape)
+    return {
+        "output": bode.outputs[output].name,
+        "input": bode.inputs[source].name,
+        "frequency": float(bode.frequency[k]),
+        "relative": float(bode.step_error[k, output, source]),
+    }
 
 
 def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
@@ -234,6 +260,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         "limits": limits_data(limits),
         "levels": _levels(path),
         "order": order_data(read_order(path)),
+        "choice": algorithm_data(read_algorithm(path)),
     }
     lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
     lines += [
@@ -256,6 +283,11 @@ def _levels(path: Path) -> dict[str, dict[str, Any]]:
 def order_data(choice: OrderChoice | None) -> dict[str, Any] | None:
     """Return how the order of steps was computed, for JSON; `None` where it is the scene's."""
     return None if choice is None else asdict(choice)
+
+
+def algorithm_data(choice: AlgorithmChoice | None) -> dict[str, Any] | None:
+    """Return which algorithm `auto` took, for JSON; `None` where one was named."""
+    return None if choice is None else {**asdict(choice), "error": choice.error}
 
 
 def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:

@@ -1,6 +1,6 @@
 """From a scene to runs in time: what drives it, what is recorded, which FMUs; everything refused before a file is made.
 
-    ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library)
+    ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library, print)
     run(ready, Path("results/run.h5"))
 
 A scene without inputs has a motion of its own and runs as it is. Like `measure.py` it stands on the roof: it asks
@@ -13,14 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hfsa.cosim import build, levels
-from hfsa.cosim._commands.measure import Loaded, find_signals, warn_of_step, with_amplitude, with_levels
-from hfsa.cosim._commands.orders import with_computed_order
+from hfsa.cosim._commands.measure import Loaded, find_signals, with_amplitude, with_levels
+from hfsa.cosim._commands.orders import offered, with_computed_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.run import Ready, run
+from hfsa.cosim.step_judge import judge
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
 
@@ -37,39 +38,42 @@ class Drive:
     amplitude: float | None = None
 
 
-def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
+def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[str], None]) -> Ready:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
     The scene's outputs are recorded, and the input that a sine drives. `library` is the stepping loop in C, `None` for
-    Python's.
+    Python's. `warn` is told which levels, order and algorithm were chosen, and what is known against the answer.
     """
-    scene = loaded.scene
+    scene, frequency, excited, band = loaded.scene, None, None, loaded.scene.band
     if drive.input or scene.inputs:
         variables = _variables(build.build(levels.at_highest(scene).system))
         excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
         scene = with_amplitude(scene, drive.amplitude, [excited], variables)
-        band = _band_with(scene.band, drive.frequency)
-        scene, choices = with_levels(scene, library, inputs=[excited], band=band)
-        scene, order = with_computed_order(scene, loaded.order, inputs=[excited], band=band)
-        system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs)
+        frequency = drive.frequency or scene.band[0]
+        band = min(scene.band[0], frequency), max(scene.band[1], frequency)
     elif drive.frequency or drive.amplitude:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
-    else:
-        scene, choices = with_levels(scene, library)
-        scene, order = with_computed_order(scene, loaded.order)
-        system, names = scene.system, tuple(scene.outputs)
-    system = fused(system, scene.fuse)
+    asked = {"inputs": [excited], "band": band} if excited else {}
+    scene, choices = with_levels(scene, library, **asked)
+    scene, order = with_computed_order(scene, loaded.order, **asked)
+    driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)} if excited else {}
+    with judge(scene, driven, scene.outputs, band) as known:
+        scene, algorithm, sentences = known.decided(scene, offered(loaded.order), frequency)
+    system = driven[excited] if excited else fused(scene.system, scene.fuse)
     files = build.files_for(system, scene.algorithm)
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
-    record = system_record(loaded.title, scene_text(scene), (system, files), order=order)
+    chosen = [choice.sentence(name) for name, choice in choices.items()]
+    for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
+        warn(sentence)
+    record = system_record(loaded.title, scene_text(scene), (system, files), order=order, algorithm=algorithm)
     return Ready(
         system,
         files,
-        names,
+        (excited, *scene.outputs) if excited else tuple(scene.outputs),
         scene.stop_time,
         scene.step_size,
         levels.with_choices(record, choices),
@@ -89,24 +93,10 @@ def run_scene(
     report: Callable[[float], None] | None = None,
 ) -> None:
     """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
-    ready = prepare(loaded, drive, chosen_loop(loop, warn))
-    for sentence in choices_made(ready):
-        warn(sentence)
-    warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
+    ready = prepare(loaded, drive, chosen_loop(loop, warn), warn)
     ended = run(ready, path, report)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
-
-
-def choices_made(ready: Ready) -> list[str]:
-    """Return a sentence for each level that was chosen, and one for an order that was computed."""
-    chosen = [i.choice.sentence(i.instance) for i in ready.record.instances if i.choice is not None]
-    return [*chosen, ready.record.order.sentence] if ready.record.order else chosen
-
-
-def _band_with(band: tuple[float, float], frequency: float | None) -> tuple[float, float]:
-    """Return a scene's band [Hz], with a sine's frequency in it."""
-    return band if frequency is None else (min(band[0], frequency), max(band[1], frequency))
 
 
 def _driven(scene: Scene, excited: str, frequency: float | None) -> System:

@@ -14,7 +14,7 @@ from typing import Any
 from hfsa.cosim import build
 from hfsa.cosim._commands.measure import Loaded, load, with_levels
 from hfsa.cosim._commands.orders import with_computed_order
-from hfsa.cosim._commands.reports import order_data
+from hfsa.cosim._commands.reports import algorithm_data, order_data
 from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._stability_map import StabilityMap, default_path, parse_axis, stability_map
@@ -23,6 +23,7 @@ from hfsa.cosim._style import save
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linearize
 from hfsa.cosim.sampling import SamplingLimit, sampling_limit
+from hfsa.cosim.step_judge import settled
 from hfsa.cosim.step_limits import LIMITED, StepLimit, step_limits
 from hfsa.cosim.system import ALGORITHMS, StructureError
 
@@ -75,7 +76,7 @@ def stability_answer(
         [parse_axis(words) for words in request.vary],
         fuse=request.fuse,
         step_size=request.step_size,
-        algorithm=request.algorithm,
+        algorithm=settled(loaded.scene)[0].algorithm,
         order=_names(loaded),
         report=report,
     )
@@ -87,6 +88,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     """Return the limits of a scene under one algorithm, `None` for all, as data and as text."""
     scene, _ = with_levels(loaded.scene, None)
     scene, order = with_computed_order(scene, loaded.order)
+    scene, choice = settled(scene)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
     asked = ALGORITHMS if algorithm is None else (algorithm,)
@@ -104,6 +106,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     data = {
         "step_size": scene.step_size,
         "algorithm": scene.algorithm,
+        "choice": algorithm_data(choice),
         "order": order_data(order),
         "growth": growth,
         "sample_time": None
@@ -114,7 +117,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     }
     lines = [
         f"{loaded.title}: communication steps about the equilibrium",
-        *([order.sentence] if order else []),
+        *(found.sentence for found in (order, choice) if found),
         _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
         *(limit.message for limit in limits if limit.message),
         *_without_steps(sampling, growth),

@@ -78,8 +78,7 @@ class Listen:
 
 @dataclass(frozen=True)
 class Observation:
-    """Signals that are observed, `matrix` times the members `columns`, so many communication `points` after a step's
-    beginning."""
+    """Observed signals: `matrix` times the members `columns`, so many `points` after the one at which a step began."""
 
     columns: np.ndarray
     matrix: np.ndarray

@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hfsa.cosim._storage.records import LevelChoice, OrderChoice, ResultsError, SystemRecord
+from hfsa.cosim._storage.records import AlgorithmChoice, LevelChoice, OrderChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
 
@@ -224,6 +224,8 @@ def _write_system(group: Node, system: SystemRecord) -> None:
     _write_named(group, "operating_point", system.operating_point)
     if system.order is not None:
         _write_order(group, system.order)
+    if system.algorithm is not None:
+        _write_algorithm(group, system.algorithm)
 
 
 def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
@@ -285,6 +287,37 @@ def read_order(group: Node) -> OrderChoice | None:
         float(attributes["order_own_error"]),
         int(attributes["order_compared"]),
         bool(attributes["order_is_complete"]),
+    )
+
+
+def _write_algorithm(group: Node, choice: AlgorithmChoice) -> None:
+    """Write what `auto` took: attributes `algorithm` and `algorithm_...`, arrays over those that were tried."""
+    tried = list(dict.fromkeys([*choice.errors, *choice.refusals]))
+    group.attrs["algorithm"] = choice.algorithm
+    for key in ("step_size", "tolerance", "about", "unknown"):
+        group.attrs[f"algorithm_{key}"] = getattr(choice, key)
+    group.attrs.create("algorithm_tried", tried, dtype=h5py.string_dtype())
+    group.attrs["algorithm_errors"] = [choice.errors.get(name, np.nan) for name in tried]
+    refusals = [choice.refusals.get(name, "") for name in tried]
+    group.attrs.create("algorithm_refusals", refusals, dtype=h5py.string_dtype())
+
+
+def read_algorithm(group: Node) -> AlgorithmChoice | None:
+    """Return what `auto` took, from the group `/system`; `None` where the algorithm was named."""
+    if "algorithm" not in group.attrs:
+        return None
+    attributes = group.attrs
+    tried = list(map(text, attributes["algorithm_tried"]))
+    errors = dict(zip(tried, np.atleast_1d(attributes["algorithm_errors"]).tolist(), strict=True))
+    refusals = dict(zip(tried, map(text, attributes["algorithm_refusals"]), strict=True))
+    return AlgorithmChoice(
+        text(attributes["algorithm"]),
+        float(attributes["algorithm_step_size"]),
+        float(attributes["algorithm_tolerance"]),
+        text(attributes["algorithm_about"]),
+        {name: error for name, error in errors.items() if not refusals[name]},
+        {name: why for name, why in refusals.items() if why},
+        text(attributes["algorithm_unknown"]),
     )
 
 

@@ -77,6 +77,44 @@ class OrderChoice:
         return f"{found}; {compared}"
 
 
+@dataclass(frozen=True)
+class AlgorithmChoice:
+    """An algorithm that `auto` took (`algorithm_choice.py`): the cheapest whose error is within the tolerance.
+
+    Attributes:
+        algorithm: the one taken.
+        step_size: at which it was judged [s].
+        tolerance: largest relative error that was allowed.
+        about: what the errors are of, `response` or `modes`.
+        errors: relative error of each that was tried, the cheapest first; infinite where its steps change stability.
+        refusals: why one is not offered, by algorithm.
+        unknown: why no error is known; empty where one is.
+    """
+
+    algorithm: str
+    step_size: float
+    tolerance: float
+    about: str = "response"
+    errors: Mapping[str, float] = field(default_factory=dict)
+    refusals: Mapping[str, str] = field(default_factory=dict)
+    unknown: str = ""
+
+    @property
+    def error(self) -> float:
+        """Relative error of the algorithm taken, NaN where it is not known."""
+        return self.errors.get(self.algorithm, float("nan"))
+
+    @property
+    def sentence(self) -> str:
+        """The choice on one line, with the errors of all that were tried."""
+        if self.unknown:
+            return f"algorithm {self.algorithm}; the error of its steps is not known: {self.unknown}"
+        others = [f"{name} {_erring(error)}" for name, error in self.errors.items() if name != self.algorithm]
+        others += [f"{name} is not offered ({why})" for name, why in self.refusals.items()]
+        found = f"algorithm {self.algorithm}: {self.about} {_erring(self.error)} at steps of {self.step_size:.4g} s"
+        return "; ".join([f"{found} (tolerance {100 * self.tolerance:.3g} %)", *others])
+
+
 def _erring(error: float) -> str:
     """Return an error in words."""
     return f"within {100 * error:.3g} %" if error < float("inf") else "unstable"
@@ -104,7 +142,7 @@ class InstanceRecord:
 class SystemRecord:
     """The system of a result: the scene as text, its FMUs, the states at the operating point by full name.
 
-    `order` says how the order of steps was chosen, where it was computed.
+    `order` says how the order of steps was chosen, where it was computed; `algorithm` which one `auto` took.
     """
 
     title: str
@@ -112,6 +150,7 @@ class SystemRecord:
     instances: Sequence[InstanceRecord] = ()
     operating_point: Mapping[str, float] = field(default_factory=dict)
     order: OrderChoice | None = None
+    algorithm: AlgorithmChoice | None = None
 
 
 class Status(enum.IntEnum):
@@ -143,13 +182,18 @@ class Theory:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep measures and expects: the axes of `/bode`, `settings`, the attributes of `/sweep`, and `/theory`."""
+    """What a sweep measures and expects: the axes of `/bode`, `settings`, the attributes of `/sweep`, and `/theory`.
+
+    `step_error` is the relative error that its communication steps make, (frequencies, outputs, inputs); `None` where
+    that is not known.
+    """
 
     frequency: NDArray[np.float64]
     outputs: Sequence[Signal]
     inputs: Sequence[Signal]
     settings: Mapping[str, Any] = field(default_factory=dict)
     theory: Theory | None = None
+    step_error: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
