@@ -50,6 +50,8 @@ SCALED = {
     "N/um": 1e6,
     "MPa": 1e6,
     "kHz": 1e3,
+    "mm/N": 1e-3,
+    "1/(N.mm)": 1e3,
     "%": 1e-2,
 }
 """Units of entries that are not SI, in SI units; the others are spelt as in a part."""

@@ -5,11 +5,11 @@
 
 from inspect import getmembers, isfunction
 
-from published_probes import accelerometer, modules, sdelta, sdelta_motion, stage
+from published_probes import accelerometer, modules, sdelta, sdelta_modes, sdelta_motion, stage
 
 PROBES = {
     name: function
-    for module in (sdelta, sdelta_motion, stage, accelerometer, modules)
+    for module in (sdelta, sdelta_modes, sdelta_motion, stage, accelerometer, modules)
     for name, function in getmembers(module, isfunction)
     if function.__module__ == module.__name__ and not name.startswith("_")
 }
