@@ -288,7 +288,9 @@ def report() -> str:
         "ten is shown as an exponent. It **agrees** where the computed numbers round to the printed ones, to half a "
         "unit of the last digit unless its file says otherwise. It is a **misprint** where they do not and where it is "
         "known what is right, be it a slip of a digit or of the computation behind it: the computed numbers round to "
-        "the corrected ones. Otherwise it is **not reproducible**, and the reason says why.",
+        "the corrected ones. Otherwise it is **not reproducible**, and the reason says why. A slip early in a "
+        "computation makes misprints of all that follows; these are listed a second time with the slip put in, and "
+        "then agree.",
         "A **derived** quantity is printed nowhere: it was computed from a source's data without this project. It says "
         "nothing about the source. It must agree; where it does not, the digits or the parts are corrected.",
         "Computed numbers are shown with a digit more. The difference is relative to the printed number; of an array "
@@ -349,7 +351,7 @@ def _shown(text: Text) -> str:
     if isinstance(text, str):
         return text
     if isinstance(text[0], list):
-        return "; ".join(_shown(row) for row in text)
+        return "; ".join(", ".join(row) for row in text)
     if len(text) > 2 and len(set(text)) == 1:
         return f"{len(text)} times {text[0]}"
     return ", ".join(text)  # type: ignore[arg-type]
