@@ -289,8 +289,8 @@ def report() -> str:
         "unit of the last digit unless its file says otherwise. It is a **misprint** where they do not and where it is "
         "known what is right, be it a slip of a digit or of the computation behind it: the computed numbers round to "
         "the corrected ones. Otherwise it is **not reproducible**, and the reason says why. A slip early in a "
-        "computation makes misprints of all that follows; these are listed a second time with the slip put in, and "
-        "then agree.",
+        "computation makes misprints of all that follows; where these are listed a second time with the slip put in, "
+        "they agree. What a source says in words only is marked so.",
         "A **derived** quantity is printed nowhere: it was computed from a source's data without this project. It says "
         "nothing about the source. It must agree; where it does not, the digits or the parts are corrected.",
         "Computed numbers are shown with a digit more. The difference is relative to the printed number; of an array "
