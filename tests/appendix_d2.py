@@ -1,14 +1,18 @@
 """Appendix D.2 of the 3-RRR stage's source: its functions of the elongations, and our model in the same functions.
 
-    K_ii = a . (1, c_i, s_i),  K_ij = b . (1, c_i, s_i, c_j, s_j),  (i, j, k) = (1, 2, 3), (2, 3, 1), (3, 1, 2)
-    H_i  = f . (1 + c_i - 2 c_i^2, s_i, s_i c_i, s_j - s_k, c_j - c_k) + g . (l_i, l_j + l_k, c_i (l_j - l_k),
-           s_i (l_j - l_k)),   s = sin(l / R0), c = cos(l / R0)
+    K_ii  1, c_i, s_i                                           K_ij  1, c_i, s_i, c_j, s_j
+    C_ii  c_i l_i', s_i l_i', c_i l_j', s_i l_j', c_i l_k', s_i l_k'
+    C_ij  c_i l_i', s_i l_i', c_j l_j', s_j l_j'
+    H_i   s_i, s_i c_i, s_j, s_k, l_i, l_j, l_k, c_i l_j, c_i l_k, odd in l, and then those even in l,
+          1, c_i, c_i^2, c_j, c_k, s_i l_j, s_i l_k
 
-Its numbers a, b, f, g are in `published.toml`. It leaves the yaw out of the hinges' energy and has the sign of H's even
-terms reversed, so it is no level of the part.
+with s = sin(l / R0), c = cos(l / R0) and i, j, k the three stacks, i first, j and k in ascending order. The numbers of
+these functions are in `published_sources/stage.toml`, entry by entry. D.2 leaves the yaw out of the hinges' energy and
+has the sign of H's even terms reversed, so it is no level of the part.
 """
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 from unittest.mock import patch
 
 import casadi as ca
@@ -17,12 +21,17 @@ import numpy as np
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components._rrr_kinematics import NOMINAL
 
-LEGS = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-MASSES = {"PLATFORM_MASS": 0.1322698, "PLATFORM_INERTIA": 9.618918e-6, "COUPLER_MASS": 7.627785e-3}
-"""What D.2 was made with, to the seven digits that can be told; the source's tables round them."""
+MASSES = {
+    "PLATFORM_MASS": 0.13227224996,
+    "PLATFORM_INERTIA": 9.622432692e-6,
+    "CRANK_INERTIA": 1.4825356067e-6,
+    "COUPLER_MASS": 7.627785e-3,
+}
+"""What D.2 was made with, told from its numbers with I_e = M_e R^2 / 12; the source's tables round them."""
 
 length, rate = ca.SX.sym("l", 3), ca.SX.sym("l_rate", 3)
 
+_STACKS = (0, 1, 2)
 _RNG = np.random.default_rng(1)
 _POINTS = np.vstack([NOMINAL.arm * _RNG.uniform(-np.pi, np.pi, (3, 200)), _RNG.standard_normal((3, 200))])
 """l all around the circle, where the functions differ most, and l'."""
@@ -36,57 +45,40 @@ class PrintedStage(NamedTuple):
     H: ca.SX
 
 
-def waves(elongation: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return cosines and sines of the cranks' turns, each (3, 1)."""
-    return ca.cos(elongation / NOMINAL.arm), ca.sin(elongation / NOMINAL.arm)
+def bases(elongation: ca.SX, rates: ca.SX) -> dict[str, ca.SX]:
+    """Return the functions of D.2 by entry, `K11`, `C12`, `H1` and so on, of K the upper triangle, each (n, 1).
+
+    Elongations and their rates are (3, 1).
+    """
+    c, s = ca.cos(elongation / NOMINAL.arm), ca.sin(elongation / NOMINAL.arm)
+    found = {}
+    for i in _STACKS:
+        j, k = (other for other in _STACKS if other != i)
+        found[f"K{i + 1}{i + 1}"] = ca.vertcat(1, c[i], s[i])
+        found[f"C{i + 1}{i + 1}"] = ca.vertcat(*[wave[i] * rates[n] for n in (i, j, k) for wave in (c, s)])
+        for n in (j, k):
+            found[f"C{i + 1}{n + 1}"] = ca.vertcat(c[i] * rates[i], s[i] * rates[i], c[n] * rates[n], s[n] * rates[n])
+            if n > i:
+                found[f"K{i + 1}{n + 1}"] = ca.vertcat(1, c[i], s[i], c[n], s[n])
+        own, others = elongation[i], ca.vertcat(elongation[j], elongation[k])
+        odd = ca.vertcat(s[i], s[i] * c[i], s[j], s[k], own, others, c[i] * others)
+        found[f"H{i + 1}"] = ca.vertcat(odd, 1, c[i], c[i] ** 2, c[j], c[k], s[i] * others)
+    return found
 
 
-def diagonal_functions(elongation: ca.SX, i: int) -> ca.SX:
-    """Return the functions of K_ii."""
-    c, s = waves(elongation)
-    return ca.vertcat(1, c[i], s[i])
-
-
-def coupling_functions(elongation: ca.SX, i: int, j: int) -> ca.SX:
-    """Return the functions of K_ij."""
-    c, s = waves(elongation)
-    return ca.vertcat(1, c[i], s[i], c[j], s[j])
-
-
-def force_functions(elongation: ca.SX, i: int, j: int, k: int) -> ca.SX:
-    """Return the functions of H_i, those of f before those of g."""
-    (c, s), between = waves(elongation), elongation[j] - elongation[k]
-    f = ca.vertcat(1 + c[i] - 2 * c[i] ** 2, s[i], s[i] * c[i], s[j] - s[k], c[j] - c[k])
-    return ca.vertcat(f, elongation[i], elongation[j] + elongation[k], c[i] * between, s[i] * between)
-
-
-def assembled(
-    a: np.ndarray, b: np.ndarray, f: np.ndarray, g: np.ndarray, elongation: ca.SX, rates: ca.SX
-) -> PrintedStage:
-    """Return D.2 with these numbers over elongations and their rates, each (3, 1); C is made of K as there."""
-    K, H = ca.SX.zeros(3, 3), []
-    for i, j, k in LEGS:
-        K[i, i] = ca.dot(ca.DM(a), diagonal_functions(elongation, i))
-        K[i, j] = K[j, i] = ca.dot(ca.DM(b), coupling_functions(elongation, i, j))
-        H.append(ca.dot(ca.DM([*f, *g]), force_functions(elongation, i, j, k)))
-    C = ca.jtimes(K, elongation, rates) - ca.jacobian(K @ rates, elongation).T / 2
-    return PrintedStage(K, C, ca.vertcat(*H))
+def assembled(printed: Mapping[str, np.ndarray], elongation: ca.SX, rates: ca.SX) -> PrintedStage:
+    """Return D.2 with these numbers of its functions over elongations and their rates, each (3, 1)."""
+    entries = {name: ca.dot(ca.DM(printed[name]), basis) for name, basis in bases(elongation, rates).items()}
+    K = [[entries[f"K{min(i, j)}{max(i, j)}"] for j in (1, 2, 3)] for i in (1, 2, 3)]
+    C = [[entries[f"C{i}{j}"] for j in (1, 2, 3)] for i in (1, 2, 3)]
+    H = [entries[f"H{i}"] for i in (1, 2, 3)]
+    return PrintedStage(*[ca.vertcat(*[ca.horzcat(*row) for row in matrix]) for matrix in (K, C)], ca.vertcat(*H))
 
 
 def values(expression: ca.SX) -> np.ndarray:
     """Return the values of an expression of `length` and `rate` at 200 points, shape (200, entries)."""
     found = ca.Function("f", [length, rate], [ca.vec(ca.densify(expression))]).map(_POINTS.shape[1])
     return np.array(found(_POINTS[:3], _POINTS[3:])).T
-
-
-def projected(expression: ca.SX, basis: ca.SX) -> np.ndarray:
-    """Return the coefficients of an expression's entries, shape (entries, functions); the basis leaves nothing out."""
-    functions, wanted = values(basis), values(expression)
-    size = np.abs(functions).max(axis=0)
-    found = np.linalg.lstsq(functions / size, wanted)[0]
-    np.testing.assert_allclose(functions / size @ found, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
-    found[np.abs(found) < 1e-13 * np.abs(found).max()] = 0
-    return found.T / size
 
 
 def with_its_masses() -> dynamics.Mechanism:
@@ -100,13 +92,30 @@ def without_yaw(mechanism: dynamics.Mechanism) -> dynamics.Mechanism:
     return mechanism._replace(bends=ca.substitute(mechanism.bends, mechanism.parts[2], 0))
 
 
-def our_numbers() -> dict[str, Any]:
-    """Return a, b, f, g of our model with D.2's masses, the yaw left out of the potential energy."""
+def our_model() -> PrintedStage:
+    """Return our model with D.2's masses, without the yaw in the potential energy, and C in D.2's form.
+
+    C_ij = sum_k dK_ij/dl_k l_k' - 1/2 sum_k dK_kj/dl_i l_k', one of many matrices with the same product C l'.
+    """
     found = dynamics.terms(without_yaw(with_its_masses()))
-    force = projected(found.elastic[0], force_functions(length, *LEGS[0]))[0]
-    return {
-        "a": projected(found.mass[0, 0], diagonal_functions(length, 0))[0],
-        "b": projected(found.mass[0, 1], coupling_functions(length, 0, 1))[0],
-        "f": force[:5],
-        "g": force[5:],
-    }
+    K = found.mass
+    C = ca.horzcat(*[ca.jtimes(K[:, j], length, rate) - ca.gradient(K[:, j].T @ rate, length) / 2 for j in _STACKS])
+    return PrintedStage(K, C, found.elastic)
+
+
+def our_numbers() -> dict[str, np.ndarray]:
+    """Return the numbers that D.2's functions have in our model, by entry."""
+    ours = our_model()
+    expressions = {f"H{i + 1}": ours.H[i] for i in _STACKS}
+    for name, matrix in (("K", ours.K), ("C", ours.C)):
+        expressions |= {f"{name}{i + 1}{j + 1}": matrix[i, j] for i in _STACKS for j in _STACKS}
+    return {name: _projected(expressions[name], basis) for name, basis in bases(length, rate).items()}
+
+
+def _projected(expression: ca.SX, basis: ca.SX) -> np.ndarray:
+    """Return the coefficients of an expression, shape (functions,); the basis leaves nothing out."""
+    functions, wanted = values(basis), values(expression).ravel()
+    size = np.abs(functions).max(axis=0)
+    found = np.linalg.lstsq(functions / size, wanted)[0]
+    np.testing.assert_allclose(functions / size @ found, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
+    return found / size

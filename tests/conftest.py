@@ -87,8 +87,11 @@ def mass_on_spring_files(exported) -> Files:
 @pytest.fixture(scope="session")
 def printed_stage() -> Callable[[ca.SX, ca.SX], PrintedStage]:
     """Symbols of elongations and their rates, each (3, 1), to D.2 of the stage's source in its printed numbers."""
-    printed = {e.key: numbers(e.printed) for e in entries() if e.evaluation.probe == "stage_as_appendix_d2"}
-    return partial(assembled, *[printed[name] for name in "abfg"])
+    printed: dict[str, list[float]] = {}
+    for entry in entries():
+        if entry.evaluation.probe == "stage_as_appendix_d2":
+            printed.setdefault(entry.key.partition("[")[0], []).extend(numbers(entry.printed))
+    return partial(assembled, {name: np.array(found) for name, found in printed.items()})
 
 
 class Ecos:

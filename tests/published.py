@@ -1,16 +1,22 @@
-"""Writes `published.md`: every published number beside what the parts compute, from `published.toml`.
+"""Writes `published.md`: every published number beside what the parts compute, from `published_sources`.
 
     make published        # or: python tests/published.py
 
-`published.toml` says what is printed and how it is computed, `published_probes.py` computes what no part's `analyze`
-does; no computed number is stored. `test_published.py` judges every entry and keeps `published.md` up to date.
+`published_sources` says what is printed and how it is computed, in a file for each source; `published_probes` computes
+what no part's `analyze` does; no computed number is stored. `test_published.py` judges every entry and keeps
+`published.md` up to date. A file has
+
+    [sources]       titles of the sources by key, that of the file first
+    [[evaluation]]  what is evaluated once: `part` with `level` and `arguments` as on the command line, or with
+                    `probe`, a function of `published_probes`. Attributes of `Entry` here hold for all its values.
+    values          what is compared, each with attributes of `Entry`. Without `source` it is that of the file.
 """
 
 import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -27,7 +33,8 @@ Text = str | list[str] | list[list[str]]
 """Numbers as they are printed: one, a row or a matrix."""
 Verdict = Literal["agrees", "misprint", "not reproducible"]
 
-DATA = Path(__file__).with_name("published.toml")
+DATA = Path(__file__).with_name("published_sources")
+FILES = ("sdelta", "stage", "accelerometer", "modules")
 REPORT = Path(__file__).parents[1] / "published.md"
 KINDS = ("printed", "derived")
 VERDICTS: tuple[Verdict, ...] = ("agrees", "misprint", "not reproducible")
@@ -43,11 +50,15 @@ SCALED = {
     "N/um": 1e6,
     "MPa": 1e6,
     "kHz": 1e3,
+    "mm/N": 1e-3,
+    "1/(N.mm)": 1e3,
     "%": 1e-2,
 }
 """Units of entries that are not SI, in SI units; the others are spelt as in a part."""
 
 _SMALLEST_DIFFERENCE = 1e-9
+_NOTHING = 1e-9
+"""What is 0, by the largest number beside it."""
 
 
 @dataclass(frozen=True)
@@ -83,16 +94,20 @@ class Entry:
     Attributes:
         evaluation: what computes it.
         source: key of the source.
-        kind: `printed` in the source, or `derived` from its data, without this project.
+        kind: `printed` in the source, or `derived` from its data, without this project, and printed nowhere.
         quantity: what it is.
         equation: where the source prints it, or what it is derived from.
         key: path into the evaluation, `resonance_hz.lumped`, `stiffness_S[1,5]`, `force[1:2]`, 1-based; all without.
         unit: of `printed`, as in a part or one of `SCALED`.
-        printed: with its digits.
+        printed: with its digits, a power of ten behind them as an exponent.
         tolerance: of each number, in `unit`; half a unit of its last digit without.
-        verdict: what the comparison comes to.
+        relative_tolerance: of each number, by its size; instead of `tolerance`.
+        verdict: what the comparison comes to; what is derived can only agree, or its digits are ours to correct.
         corrected: of a misprint, with its digits.
         reason: why, or what else there is to say.
+
+    Raises:
+        ValueError: a derived quantity with another verdict than `agrees`.
     """
 
     evaluation: Evaluation
@@ -104,9 +119,16 @@ class Entry:
     printed: Text
     key: str = ""
     tolerance: float | list[float] | None = None
+    relative_tolerance: float | None = None
     verdict: Verdict = "agrees"
     corrected: Text | None = None
     reason: str = ""
+
+    def __post_init__(self):
+        if self.kind == "derived" and self.verdict != "agrees":
+            raise ValueError(
+                f"{self.title}: {self.verdict}, but derived digits are no source's: correct them until they agree"
+            )
 
     @property
     def title(self) -> str:
@@ -127,7 +149,7 @@ class Entry:
     def difference(self) -> float:
         """Largest difference of computed and printed, relative to each printed number, or to the largest at a 0."""
         printed = numbers(self.printed)
-        size = np.where(printed == 0, np.abs(printed).max(), np.abs(printed))
+        size = np.where(printed == 0, np.abs(printed).max() or 1.0, np.abs(printed))
         return float(np.max(np.abs(self.computed - printed) / size))
 
     def agrees_with(self, text: Text) -> bool:
@@ -135,9 +157,15 @@ class Entry:
         expected, computed = numbers(text), self.computed
         if computed.shape != expected.shape:
             raise ValueError(f"{self.title}: computed has shape {computed.shape}, printed {expected.shape}")
-        allowed = half_units(text) if self.tolerance is None else np.array(self.tolerance)
         # Rounding of the decimal numbers themselves
-        return bool(np.all(np.abs(computed - expected) <= allowed + 1e-14 * np.abs(expected)))
+        allowed = self._allowed(text) + 1e-14 * np.abs(expected)
+        return bool(np.all(np.abs(computed - expected) <= allowed))
+
+    def _allowed(self, text: Text) -> np.ndarray:
+        """Return how far each computed number may be from the one of `text`."""
+        if self.relative_tolerance is not None:
+            return self.relative_tolerance * np.abs(numbers(text))
+        return half_units(text) if self.tolerance is None else np.array(self.tolerance)
 
 
 class Number(NamedTuple):
@@ -167,9 +195,14 @@ def numbers(text: Text) -> np.ndarray:
 
 
 def half_units(text: Text) -> np.ndarray:
-    """Return half a unit of the last digit of printed numbers."""
-    found = [Number.of(one) for one in np.ravel(text).tolist()]
-    return np.reshape([0.5 * 10.0 ** ((n.exponent or 0) - n.decimals) for n in found], np.shape(text))
+    """Return half a unit of the last digit of printed numbers; of a bare 0, which means nothing at all, next to 0."""
+    words = np.ravel(text).tolist()
+    nothing = _NOTHING * (np.abs(numbers(text)).max() or 1.0)
+    found = [Number.of(one) for one in words]
+    units = [0.5 * 10.0 ** ((n.exponent or 0) - n.decimals) for n in found]
+    return np.reshape(
+        [nothing if word == "0" else unit for word, unit in zip(words, units, strict=True)], np.shape(text)
+    )
 
 
 def at_key(found: Any, key: str) -> np.ndarray:
@@ -199,20 +232,20 @@ def evaluated(evaluation: Evaluation) -> Any:
     """Return what a part's analysis or a probe returns, computed once."""
     arguments = {name: list(v) if isinstance(v, tuple) else v for name, v in evaluation.arguments}
     if evaluation.probe:
-        return getattr(published_probes, evaluation.probe)(**arguments)
+        return published_probes.PROBES[evaluation.probe](**arguments)
     return part_named(evaluation.part, parts()).analysis(evaluation.level, **arguments)
 
 
 @cache
 def sources() -> dict[str, str]:
     """Return the titles of the sources by key."""
-    return _data()["sources"]
+    return {key: title for data in _data().values() for key, title in data["sources"].items()}
 
 
 @cache
 def entries() -> tuple[Entry, ...]:
-    """Return all entries in the order of the file."""
-    return tuple(_entries())
+    """Return all entries in the order of the files."""
+    return tuple(entry for name, data in _data().items() for entry in _entries(name, data["evaluation"]))
 
 
 def entry(part: str, quantity: str, equation: str) -> Entry:
@@ -224,22 +257,23 @@ def entry(part: str, quantity: str, equation: str) -> Entry:
     raise KeyError(wanted)
 
 
-def _entries() -> Iterator[Entry]:
-    for group in _data()["evaluation"]:
-        common = {name: group.pop(name) for name in ("source", "kind", "equation", "unit") if name in group}
-        arguments = {n: tuple(v) if isinstance(v, list) else v for n, v in group.pop("arguments", {}).items()}
-        part, level, probe = group.pop("part"), group.pop("level", None), group.pop("probe", None)
+def _entries(source: str, groups: list[dict[str, Any]]) -> Iterator[Entry]:
+    known = {field.name for field in fields(Entry)}
+    for group in groups:
+        about = {"source": source, **group}
+        arguments = {n: tuple(v) if isinstance(v, list) else v for n, v in about.pop("arguments", {}).items()}
+        part, level, probe = about.pop("part"), about.pop("level", None), about.pop("probe", None)
         evaluation = Evaluation(part, level, tuple(arguments.items()), probe)
-        values = group.pop("values")
-        if group:
-            raise ValueError(f"evaluation of {part}: unknown {', '.join(group)}")
+        values = about.pop("values")
+        if unknown := about.keys() - known:
+            raise ValueError(f"evaluation of {part}: unknown {', '.join(sorted(unknown))}")
         for value in values:
-            yield Entry(**{"evaluation": evaluation, **common, **value})
+            yield Entry(**{"evaluation": evaluation, **about, **value})
 
 
 @cache
 def _data() -> dict[str, Any]:
-    return tomllib.loads(DATA.read_text())
+    return {name: tomllib.loads((DATA / f"{name}.toml").read_text()) for name in FILES}
 
 
 # The report -----------------------------------------------------------------------------------------------------------
@@ -249,14 +283,18 @@ def report() -> str:
     """Return the text of `published.md`."""
     text = [
         "# Published numbers and ours",
-        "Written by `make published` from `tests/published.toml`, which the tests read, too.",
-        "Quantities are *printed* in a source, or *derived* from its data without this project and printed nowhere. A "
-        "quantity **agrees** where the computed numbers round to the printed ones, to half a unit of the last digit "
-        "unless the file says otherwise. It is a **misprint** where they do not and where it is known what is right: "
-        "the computed numbers round to the corrected ones; in a derived quantity that is a slip of a last digit. "
-        "Otherwise it is **not reproducible**. Computed numbers are shown with a digit more. The difference is "
-        "relative to the printed number; of an array it is the largest. "
-        "Numbers come from the command shown, or from a function of `tests/published_probes.py`.",
+        "Written by `make published` from `tests/published_sources`, which the tests read, too.",
+        "A **printed** quantity stands in a source with just these digits, at the equation or table named; a power of "
+        "ten is shown as an exponent. It **agrees** where the computed numbers round to the printed ones, to half a "
+        "unit of the last digit unless its file says otherwise. It is a **misprint** where they do not and where it is "
+        "known what is right, be it a slip of a digit or of the computation behind it: the computed numbers round to "
+        "the corrected ones. Otherwise it is **not reproducible**, and the reason says why. A slip early in a "
+        "computation makes misprints of all that follows; where these are listed a second time with the slip put in, "
+        "they agree. What a source says in words only is marked so.",
+        "A **derived** quantity is printed nowhere: it was computed from a source's data without this project. It says "
+        "nothing about the source. It must agree; where it does not, the digits or the parts are corrected.",
+        "Computed numbers are shown with a digit more. The difference is relative to the printed number; of an array "
+        "it is the largest. Numbers come from the command shown, or from a function of `tests/published_probes`.",
         _summary(),
     ]
     for part in dict.fromkeys(entry.evaluation.part for entry in entries()):
@@ -268,15 +306,13 @@ def report() -> str:
 
 
 def _summary() -> str:
+    """Return what was printed in each source and what became of it, and how much was derived from it and agrees."""
+    columns = [("printed", verdict) for verdict in VERDICTS] + [("derived", "agrees")]
     counts = Counter((e.source, e.kind, e.verdict) for e in entries())
-    rows = [
-        [f"{key}: {title}", kind, *[counts[key, kind, verdict] for verdict in VERDICTS]]
-        for key, title in sources().items()
-        for kind in KINDS
-        if any(counts[key, kind, verdict] for verdict in VERDICTS)
-    ]
-    rows.append(["all", "", *[sum(column) for column in list(zip(*rows, strict=True))[2:]]])
-    return _markdown(["source", "quantities", *VERDICTS, "total"], [[*row, sum(row[2:])] for row in rows])
+    rows = [[f"{key}: {title}", *[counts[key, *column] for column in columns]] for key, title in sources().items()]
+    rows.append(["all", *[sum(column) for column in list(zip(*rows, strict=True))[1:]]])
+    head = ["source", *[f"{kind}: {verdict}" for kind, verdict in columns]]
+    return _markdown(head, rows)
 
 
 def _table(found: list[Entry]) -> str:
@@ -315,7 +351,7 @@ def _shown(text: Text) -> str:
     if isinstance(text, str):
         return text
     if isinstance(text[0], list):
-        return "; ".join(_shown(row) for row in text)
+        return "; ".join(", ".join(row) for row in text)
     if len(text) > 2 and len(set(text)) == 1:
         return f"{len(text)} times {text[0]}"
     return ", ".join(text)  # type: ignore[arg-type]

@@ -50,11 +50,29 @@ def test_a_wrong_verdict_fails(wrong):
         judge(wrong)
 
 
+@pytest.mark.parametrize("verdict", ["misprint", "not reproducible"])
+def test_what_is_derived_is_ours_to_correct(verdict):
+    with pytest.raises(ValueError, match=r"force .*correct them until they agree"):
+        replace(EXAMPLE, kind="derived", verdict=verdict, corrected="833", reason="ours")
+
+
 def test_a_number_counts_to_half_a_unit_of_its_last_digit():
     assert published.half_units(["1.50", "-3e-3", "2.5e4", "7"]) == pytest.approx([5e-3, 5e-4, 500, 0.5])
     for text, agrees in (("833.0", True), ("832.9", False), ("8.3e2", True), ("8.2e2", False)):
         assert replace(EXAMPLE, printed=text).agrees_with(text) == agrees
     assert replace(EXAMPLE, tolerance=1.5).agrees_with("834")
+    for tolerance, agrees in ((2e-3, True), (1e-3, False)):
+        assert replace(EXAMPLE, relative_tolerance=tolerance).agrees_with("834") == agrees
+
+
+def test_a_bare_zero_means_nothing_at_all():
+    assert published.half_units(["2e4", "0", "0.0"]) == pytest.approx([5e3, 2e-5, 0.05])
+    assert published.half_units("0") == pytest.approx(1e-9)
+    assert not replace(EXAMPLE, unit="MPa").agrees_with("0")
+
+
+def test_every_probe_computes_a_published_number():
+    assert {entry.evaluation.probe for entry in entries()} - {None} == published.published_probes.PROBES.keys()
 
 
 def test_a_computed_number_is_shown_like_the_printed_one_with_a_digit_more():
@@ -84,8 +102,9 @@ def test_published_md_is_up_to_date():
 def test_published_md_begins_with_the_counts():
     beginning = published.REPORT.read_text().split("\n## ")[0]
     last = [cell.strip() for cell in beginning.rstrip().splitlines()[-1].split("|")[1:-1]]
-    verdicts = Counter(entry.verdict for entry in entries())
-    assert last == ["all", "", *[str(verdicts[v]) for v in published.VERDICTS], str(len(entries()))]
+    verdicts = Counter(entry.verdict for entry in entries() if entry.kind == "printed")
+    derived = len(entries()) - verdicts.total()
+    assert last == ["all", *[str(verdicts[v]) for v in published.VERDICTS], str(derived)]
     assert all(title in beginning for title in published.sources().values())
 
 

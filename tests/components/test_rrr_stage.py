@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from published_probes import stage_base, stage_linear_statics, stage_stress
+from published_probes.stage import stage_base, stage_linear_statics, stage_stress
 
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components._functions import functions

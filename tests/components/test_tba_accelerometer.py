@@ -5,7 +5,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from published_probes import accelerometer_on_a_shaker
+from published_probes.accelerometer import accelerometer_on_a_shaker
 
 import hfsa.components
 from hfsa.components import _tba_design as designs

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from published_probes import sdelta_free_motors
+from published_probes.sdelta_motion import sdelta_free_motors
 
 from hfsa.components import c_drive, sdelta
 from hfsa.controllers import sdelta_tuning
