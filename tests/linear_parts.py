@@ -10,7 +10,6 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import expm
 
 from hfsa.components._model import Model
 from hfsa.cosim.system import Component, Connection, System
@@ -74,6 +73,10 @@ class Ring:
         k, sample_time = self.law
         return float(np.log(np.abs(np.linalg.eigvals(_held(A, B, sample_time) @ _closed(k * C))).max()) / sample_time)
 
+    def shifted(self, rate: float) -> "Ring":
+        """Return the ring whose parts all decay more slowly by a rate [1/s]."""
+        return Ring([(A + rate * np.eye(2), b, c) for A, b, c in self.parts], self.law)
+
     def stepped_growth(self, step_size: float) -> float:
         """Return that of Gauss-Seidel with held inputs; the step [s] is the sample time where there is one."""
         n = 2 * len(self.parts)
@@ -105,7 +108,8 @@ def _held(A: np.ndarray, B: np.ndarray, step: float) -> np.ndarray:
     n, m = B.shape
     generator = np.zeros((n + m, n + m))
     generator[:n] = np.hstack([A, B]) * step
-    return expm(generator)[:n]
+    values, vectors = np.linalg.eig(generator)
+    return (vectors * np.exp(values) @ np.linalg.inv(vectors)).real[:n]
 
 
 def _closed(K: np.ndarray) -> np.ndarray:
@@ -128,7 +132,4 @@ def random_ring(rng: np.random.Generator, growth: float | None = None) -> tuple[
         A = np.array([[0, omega], [-omega, -2 * zeta * omega]])
         parts.append((A, np.array([0, omega * rng.uniform(0.2, 1)]), rng.normal(size=2) * rng.uniform(0.2, 1)))
     ring = Ring(parts, (float(rng.normal()), step) if is_sampled else None)
-    if growth is not None:
-        shift = growth - ring.growth()
-        ring = Ring([(A + shift * np.eye(2), b, c) for A, b, c in parts], ring.law)
-    return ring, step
+    return ring if growth is None else ring.shifted(growth - ring.growth()), step
