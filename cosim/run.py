@@ -8,13 +8,14 @@ Everything that is recorded is in the file; what is returned says how it went.
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.algorithms import open_master
+from hfsa.cosim.divergence import Scale
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
 from hfsa.cosim.results import RunFile, SystemRecord
@@ -34,6 +35,7 @@ class Ready:
         record: what the results file says of the system.
         library: the stepping loop in C, `None` for Python's.
         tolerance: of the response, relative, for algorithms that choose their steps.
+        scales: sizes of variables (full names) beyond a thousand times which the run stops.
     """
 
     system: System
@@ -45,6 +47,7 @@ class Ready:
     algorithm: str = ALGORITHMS[0]
     library: Path | None = None
     tolerance: float = 1e-3
+    scales: Mapping[str, Scale] = field(default_factory=dict)
 
     @property
     def steps(self) -> int:
@@ -79,6 +82,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
         names = list(dict.fromkeys([*ready.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
+        recording.watch.limit(ready.scales)
         file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * ready.step_size, units, ready.record)
         written, failure = 0, "stopped before the end"
 

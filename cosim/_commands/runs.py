@@ -20,6 +20,7 @@ from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.divergence import recorded_scales
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
@@ -76,6 +77,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         scene.algorithm,
         library,
         scene.tolerance,
+        recorded_scales(scene, system, variables, names),
     )
 
 

@@ -26,6 +26,7 @@ With `execution` `continuous` the controller acts at every instant, and the stag
 import math
 from typing import Literal
 
+from hfsa.cosim.scenes._scale import ELONGATION, FORCE
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
@@ -87,6 +88,7 @@ def stage_extremes(
         "ctc": ("stage_computed_torque", {"model": stage}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
+    impact = kv * abs(rate) * (_YAW_MASS if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
@@ -103,6 +105,11 @@ def stage_extremes(
         step_size=step,
         stop_time=10e-6,
         algorithm=ALGORITHMS[0] if execution == "sampled" else "linearized_feedback",
+        scale={
+            f"tracking.{_AXES}.error": ELONGATION,
+            f"controller.{_AXES}.command": max(FORCE, impact),
+            f"stage.{_STACKS}.elongation": ELONGATION,
+        },
     )
 
 
