@@ -57,6 +57,21 @@ class Ready:
             raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
         return steps
 
+    @property
+    def end(self) -> float:
+        """Time [s] of the last step, the multiple of a step that is nearest to the stop time."""
+        return self.steps * self.step_size
+
+    @property
+    def end_sentence(self) -> str:
+        """What to say of an end that is not the stop time; empty where it is, to a millionth of a step."""
+        if abs(self.end - self.stop_time) <= 1e-6 * self.step_size + 1e-12 * self.stop_time:
+            return ""
+        return (
+            f"the stop time of {self.stop_time:.9g} s is no multiple of the step of {self.step_size:.9g} s: the run "
+            f"ends at {self.end:.9g} s"
+        )
+
 
 @dataclass(frozen=True)
 class Ended:
@@ -94,7 +109,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
 
         try:
             # A last step that rounding takes beyond the stop time is no step beyond what the FMUs are told.
-            master.initialize(stop_time=max(ready.stop_time, steps * ready.step_size))
+            master.initialize(stop_time=max(ready.stop_time, ready.end))
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 write()

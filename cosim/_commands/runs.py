@@ -20,6 +20,7 @@ from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.aliasing import check_resolved
 from hfsa.cosim.divergence import recorded_scales
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
@@ -66,6 +67,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
+    check_resolved(system, variables, scene.step_size)
     record = system_record(loaded.title, scene_text(scene), (system, files), order=order)
     return Ready(
         system,
@@ -101,9 +103,10 @@ def run_scene(
 
 
 def choices_made(ready: Ready) -> list[str]:
-    """Return a sentence for each level that was chosen, and one for an order that was computed."""
+    """Return a sentence for each level that was chosen, one for a computed order, one for an end at another time."""
     chosen = [i.choice.sentence(i.instance) for i in ready.record.instances if i.choice is not None]
-    return [*chosen, ready.record.order.sentence] if ready.record.order else chosen
+    chosen += [ready.record.order.sentence] if ready.record.order else []
+    return [*chosen, ready.end_sentence] if ready.end_sentence else chosen
 
 
 def _band_with(band: tuple[float, float], frequency: float | None) -> tuple[float, float]:
