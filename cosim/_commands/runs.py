@@ -25,6 +25,7 @@ from hfsa.cosim.divergence import recorded_scales
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
+from hfsa.cosim.verification import check_verifiable, shares, verify
 
 
 @dataclass(frozen=True)
@@ -89,17 +90,23 @@ def run_scene(
     drive: Drive,
     *,
     loop: str = LOOPS[0],
+    verified: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
 ) -> None:
-    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
+    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`, `verified` adds error estimates."""
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
+    if verified:
+        check_verifiable(ready)
     for sentence in choices_made(ready):
         warn(sentence)
     warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
-    ended = run(ready, path, report)
+    first, second = shares(report) if verified else (report, None)
+    ended = run(ready, path, first)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
+    if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
+        warn(sentence)
 
 
 def choices_made(ready: Ready) -> list[str]:
