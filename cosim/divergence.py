@@ -23,14 +23,17 @@ from hfsa.cosim.system import Connector, Scene, System, connector
 FACTOR = 1000.0
 """Times its scale, the value of a variable above which a run has no meaning."""
 
+_UNDECLARED = ", as the scene declares no scale for it"
+
 
 @dataclass(frozen=True)
 class Scale:
-    """The size that a variable has in use: `size` in its `unit`, and its `origin` in words."""
+    """The size that a variable has in use: `size` in its `unit`, its `origin` and a `remark` on that in words."""
 
     size: float
     unit: str
     origin: str
+    remark: str = ""
 
     @property
     def limit(self) -> float:
@@ -38,7 +41,7 @@ class Scale:
         return FACTOR * self.size
 
     def __str__(self) -> str:
-        return f"{self.origin} of {readable(self.size, self.unit)}"
+        return f"{self.origin} of {readable(self.size, self.unit)}{self.remark}"
 
 
 class DivergenceError(StepError):
@@ -70,11 +73,7 @@ def recorded_scales(
         if name in declared:
             found[name] = Scale(scene.scale[name], unit, "the scene's scale")
         elif variable.causality != "input" and variable.has_nominal and None in (variable.min, variable.max):
-            sizes = Scale(abs(variable.nominal), unit, "its nominal value"), _excitation(scene, unit)
-            found[name] = max(sizes, key=lambda scale: scale.size)
+            nominal, amplitude = abs(variable.nominal), scene.amplitude.get(unit, 0.0)
+            origin = "its nominal value" if nominal >= amplitude else "the scene's amplitude"
+            found[name] = Scale(max(nominal, amplitude), unit, origin, _UNDECLARED)
     return found
-
-
-def _excitation(scene: Scene, unit: str) -> Scale:
-    """Return the amplitude of the scene in a unit as a scale, 0 where there is none."""
-    return Scale(scene.amplitude.get(unit, 0.0), unit, "the scene's amplitude")

@@ -176,7 +176,7 @@ class Master:
 
     @property
     def order(self) -> int:
-        """Order of the error in the communication step: the algorithm's, less where inputs cannot move as it asks."""
+        """Order of the error in the communication step: the algorithm's of `ORDERS`, or less where inputs are held."""
         order = ORDERS[self.algorithm]
         return min(order, 1 + self._moving.degree) if isinstance(self._moving, Extrapolation) else order
 

@@ -38,6 +38,8 @@ _SHORTEST = 1e-12
 """Shortest sample time of a part [s]."""
 _STEP = 1e-6
 """Communication step under a continuous controller [s]."""
+_LONG = 10e-6
+"""What a run lasts [s], to the nearest step."""
 _GAINS = {"ctc": (5e16, 6e8), "pd": (1e17, 1e7)}
 _ORDERS = {"ctc": ("", "_rate", "_acceleration"), "pd": ("", "_rate")}
 
@@ -103,7 +105,7 @@ def stage_extremes(
         band=(1.0, 1000.0),
         amplitude={"m": 1e-15},
         step_size=step,
-        stop_time=10e-6,
+        stop_time=max(round(_LONG / step), 1) * step,
         algorithm=ALGORITHMS[0] if execution == "sampled" else "linearized_feedback",
         scale={
             f"tracking.{_AXES}.error": ELONGATION,
