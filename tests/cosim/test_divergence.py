@@ -228,6 +228,11 @@ def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
     code, _, err = hfsa("run", "own.toml", *words)
     assert code == 4
     assert "more than 1000 times the scene's scale of 1 mm" in err
+    at = err.partition(": diverged at")[0]
+    # the same where the mass is one FMU with what shakes it, or with another mass
+    Path("own.toml").write_text(Path("own.toml").read_text() + '[[components]]\nname="other"\npart="mass_on_spring"\n')
+    code, _, err = hfsa("run", "own.toml", *words, "--fuse", "mass,other")
+    assert (code, err.partition(": diverged at")[0]) == (4, at)
 
 
 # The scenes we ship ---------------------------------------------------------------------------------------------------
