@@ -3,7 +3,8 @@
     save(comparison_figure("The 3-RRR stage", ["pd", "ctc"], [outcome, outcome]), Path("results/stage.png"))
 
 Where the runs' peaks lie more than two decades apart a panel shows |value| on a logarithmic axis. A triangle at the
-top says when a limit began to act in the run of that colour, or did so to the end; a cross where a run failed.
+top says when a limit began to act in the run of that colour, or did so to the end; a cross where a run failed, at the
+edge where it has left what the others show.
 """
 
 import itertools
@@ -89,6 +90,7 @@ def _draw(
     peaks = [group.peak for group in judged if rounding < group.peak < math.inf]
     is_logarithmic = len(peaks) > 1 and max(peaks) > _DECADES * min(peaks)
     factor, unit = prefixed(max([*peaks, rounding]), drawn[0].unit)
+    ends: list[tuple[float, float]] = []
     for place, (group, outcome) in enumerate(zip(groups, outcomes, strict=True)):
         if group is not None:
             # each thinner than the one before it, so that curves that coincide are all seen
@@ -97,8 +99,11 @@ def _draw(
                 values = factor * (_sizes(curve.values) if is_logarithmic else curve.values)
                 axes.plot(clock * curve.time, values, linestyle=line, **look)
                 if outcome.failure:
-                    axes.plot(clock * curve.time[-1:], values[-1:], "x", color=_FAILED, markersize=7, zorder=5)
+                    ends.append((clock * curve.time[-1], values[-1]))
     _scale(axes, judged, factor, factor * rounding, is_logarithmic)
+    for time, value in ends:  # at the edge where a run has left what is shown
+        place = np.clip(np.nan_to_num(value, nan=-np.inf), *axes.get_ylim())
+        axes.plot([time], [place], "x", color=_FAILED, markersize=7, clip_on=False, zorder=6)
     label = max(drawn, key=lambda group: len(group.curves)).label
     axes.set_title(f"|{label}|" if is_logarithmic else label, fontsize=9, loc="left")
     axes.set_ylabel("" if unit == "1" else unit)
@@ -153,7 +158,13 @@ def _legend(labels: Sequence[str], outcomes: Sequence[Outcome]) -> list[Line2D]:
     most = max((len(group.curves) for outcome in outcomes for group in outcome.groups), default=1)
     if 1 < most <= len(_LINES):
         entries += [Line2D([], [], color=INK, linestyle=_LINES[i], label=f"[{i + 1}]") for i in range(most)]
-    marks = {"color": INK, "linestyle": "none", "markersize": 6}
     if any(_limit_times(outcome) for outcome in outcomes):
-        entries.append(Line2D([], [], marker="v", label="a limit begins to act", **marks))
+        entries.append(_mark("v", INK, "a limit begins to act"))
+    if any(outcome.failure and outcome.groups for outcome in outcomes):
+        entries.append(_mark("x", _FAILED, "end of a run that failed"))
     return entries
+
+
+def _mark(marker: str, colour: str, label: str) -> Line2D:
+    """Return the entry of a mark."""
+    return Line2D([], [], marker=marker, color=colour, linestyle="none", markersize=6, label=label)

@@ -34,6 +34,7 @@ def scene_text(scene: Scene) -> str:
     lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
     lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
     lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
+    lines += [f"scale = {_value(scene.scale)}"] if scene.scale else []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
@@ -79,7 +80,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
     groups = table.get("fuse", [])
     if not isinstance(groups, list) or not all(isinstance(group, list) for group in groups):
         raise StructureError(f"{where}: fuse is {groups!r}, expected an array of arrays of names")
-    for key in ("amplitude", "marks"):
+    for key in ("amplitude", "marks", "scale"):
         if not isinstance(table.get(key, {}), dict):
             raise StructureError(f"{where}: {key} is {table[key]!r}, expected a table of numbers")
     try:

@@ -28,6 +28,7 @@ from hfsa.cosim._commands.options import (
     Positive,
     Signals,
     Tolerance,
+    Verify,
 )
 
 app = App(
@@ -182,6 +183,7 @@ def run(
     tolerance: Tolerance = None,
     loops: Loops = "solve",
     loop: Loop = "c",
+    verify: Verify = False,
     output: Output = None,
     json: Json = False,
 ) -> int:
@@ -222,6 +224,7 @@ def run(
             path,
             Drive(input, frequency, amplitude),
             loop=loop,
+            verified=verify,
             warn=shell.warn,
             report=lambda part: show(part, ""),
         )
@@ -247,6 +250,7 @@ def compare(
     tolerance: Tolerance = None,
     loops: Loops = "solve",
     loop: Loop = "c",
+    verify: Verify = False,
     jobs: Jobs = None,
     output: Output = None,
     json: Json = False,
@@ -295,6 +299,7 @@ def compare(
             drive=Drive(input, frequency, amplitude),
             loop=loop,
             jobs=jobs,
+            verified=verify,
             warn=shell.warn,
             report=show,
             fuse=fuse or (),
@@ -311,7 +316,8 @@ def compare(
     failed = [outcome for outcome in outcomes if outcome.failure]
     if len(failed) == len(outcomes):
         return shell.SIMULATION_FAILED
-    return shell.PROBLEMS if failed else shell.DONE
+    unverified = [outcome for outcome in outcomes if verify and not outcome.errors]
+    return shell.PROBLEMS if failed or unverified else shell.DONE
 
 
 @app.command

@@ -15,7 +15,7 @@ A trial that fails says so and when, and keeps what was recorded until then: it 
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +24,11 @@ from numpy.typing import NDArray
 from hfsa.cosim._pool import is_stopping
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.limits import Acting, acting
-from hfsa.cosim.results import ResultsError, read_run
+from hfsa.cosim.results import ErrorEstimate, ResultsError, read_run
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.system import StructureError
+from hfsa.cosim.verification import shares, verify
 
 CRASHED = "the process ended without a result: an FMU must have crashed"
 """What is said of a trial whose process died."""
@@ -39,11 +40,12 @@ _DRAWN = 1500
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to be made into the file `path`, and the outputs (full names) that are judged."""
+    """A run to be made into the file `path`, the outputs (full names) that are judged, whether their errors as well."""
 
     ready: Ready
     path: Path
     outputs: Sequence[str]
+    verified: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ class Outcome:
         limits: those that acted, the earliest first.
         warnings: of instances, and why there is no sampling limit.
         steps: taken; `stop_time` [s] reached; `wall_time` [s] of the run alone.
+        errors: estimates by recorded variable, of a trial that is verified.
         sampling: the sampling limit, `None` where nothing is sampled or none was found.
         failure: why the run ended early, empty where it did not; `failure_time` [s] where that is known.
     """
@@ -118,6 +121,7 @@ class Outcome:
     steps: int = 0
     stop_time: float = 0.0
     wall_time: float = float("nan")
+    errors: Mapping[str, ErrorEstimate] = field(default_factory=dict)
     sampling: SamplingLimit | None = None
     failure: str = ""
     failure_time: float | None = None
@@ -136,10 +140,11 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
         if report is not None:
             report(part)
 
+    first, second = shares(go_on) if trial.verified else (go_on, go_on)
     begin, failure, failure_time = time.perf_counter(), "", None
     warnings: list[str] = []
     try:
-        warnings += run(trial.ready, trial.path, go_on).warnings.values()
+        warnings += run(trial.ready, trial.path, first).warnings.values()
     except StepError as error:
         failure, failure_time = str(error), error.time
     except ResultsError as error:
@@ -148,19 +153,31 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     values, units = read_run(trial.path)
     reached = np.all([np.isfinite(values[name]) for name in trial.outputs], axis=0)
     at = values["time"][reached]
+    errors, unsure = _errors(trial, second) if trial.verified and not failure else ({}, ())
     sampling, message = _sampling(trial)
     return Outcome(
         trial.path,
         measure(at, {name: values[name][reached] for name in trial.outputs}, units) if len(at) else (),
         tuple(acting(values["time"], values)),
-        (*warnings, *message),
+        (*warnings, *unsure, *message),
         max(len(at) - 1, 0),
         float(at.max(initial=0.0)),
         wall_time,
+        errors,
         sampling,
         failure,
         failure_time,
     )
+
+
+def _errors(trial: Trial, report: Callable[[float], None]) -> tuple[Mapping[str, ErrorEstimate], tuple[str, ...]]:
+    """Return the error estimates of a run that is complete, and what is to be said of them, or why there are none."""
+    try:
+        verification = verify(trial.ready, trial.path, report)
+    except (StepError, ResultsError) as error:
+        return {}, (f"no error estimate is known: {error}",)
+    sentence = verification.excess(trial.ready.tolerance)
+    return verification.errors, (sentence,) if sentence else ()
 
 
 def measure(

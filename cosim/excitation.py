@@ -72,9 +72,15 @@ def window_steps(frequency: float, step_size: float, measurement_periods: int = 
     if samples < FEWEST_SAMPLES:
         raise ValueError(
             f"{frequency:g} Hz has {samples:.3g} steps of {step_size:g} s in a period, expected at least "
-            f"{FEWEST_SAMPLES}: a step of {1 / (FEWEST_SAMPLES * frequency):.3g} s or less"
+            f"{FEWEST_SAMPLES}: a step of {_rounded_down(1 / (FEWEST_SAMPLES * frequency)):g} s or less"
         )
     return round(measurement_periods * samples)
+
+
+def _rounded_down(value: float) -> float:
+    """Return a positive number with three digits that is no larger."""
+    near = float(f"{value:.3g}")
+    return near if near <= value else float(f"{near - 10 ** (math.floor(math.log10(value)) - 2):.3g}")
 
 
 def _check_points(points: int) -> None:

@@ -36,7 +36,7 @@ from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.schedule import Action, Runnable, without_repetition
 from hfsa.cosim.actions.wiring import Wiring, check_sample_times
 from hfsa.cosim.instance import Call, Instance, StepError
-from hfsa.cosim.system import ALGORITHMS, EXTRAPOLATED, HELD, StructureError, System, connector, nearest
+from hfsa.cosim.system import ALGORITHMS, EXTRAPOLATED, HELD, ORDERS, StructureError, System, connector, nearest
 
 SETTLING_PASSES = 100
 """Exchanges in initialization mode after which the values across connections must agree."""
@@ -173,6 +173,12 @@ class Master:
     def time(self) -> float:
         """Current communication point [s]."""
         return self._start_time + self._count * self.step_size
+
+    @property
+    def order(self) -> int:
+        """Order of the error in the communication step: the algorithm's of `ORDERS`, or less where inputs are held."""
+        order = ORDERS[self.algorithm]
+        return min(order, 1 + self._moving.degree) if isinstance(self._moving, Extrapolation) else order
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None

@@ -13,7 +13,7 @@
                  response (complex, output per input), magnitude, phase [rad], harmonic_distortion,
                  remaining_transient, step_error: what the communication steps do to it, relative, NaN if not known
                  status, wall_time [s], message, over (frequency, input)
-    /time        time [s] and one dataset per recorded variable
+    /time        time [s] and one dataset per recorded variable; error_estimate, relative_error: their attributes
 
 Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `open_dataset(path, group="bode",
 engine="h5netcdf")`. Only one process may write a file.
@@ -34,6 +34,7 @@ from hfsa.cosim._storage import hdf5
 from hfsa.cosim._storage.hdf5 import Node
 from hfsa.cosim._storage.records import (
     AlgorithmChoice,
+    ErrorEstimate,
     InstanceRecord,
     LevelChoice,
     OrderChoice,
@@ -52,6 +53,7 @@ from hfsa.cosim.system import nearest
 __all__ = [
     "AlgorithmChoice",
     "Bode",
+    "ErrorEstimate",
     "InstanceRecord",
     "LevelChoice",
     "OrderChoice",
@@ -67,12 +69,17 @@ __all__ = [
     "read",
     "read_algorithm",
     "read_choices",
+    "read_errors",
     "read_order",
     "read_run",
+    "read_status",
+    "write_errors",
 ]
 
 _LONGEST_MESSAGE = 240
 _NAN = np.complex128(complex(np.nan, np.nan))
+_ERRORS = ("error_estimate", "relative_error")
+"""Attributes of a recorded variable."""
 
 
 class SweepFile:
@@ -153,7 +160,9 @@ class RunFile:
             group = file.create_group("time")
             hdf5.scale(group, "time", time, "s")
             for name, unit in units.items():
-                hdf5.filled(group, name, ["time"], np.nan, float, unit)
+                dataset = hdf5.filled(group, name, ["time"], np.nan, float, unit)
+                for attribute in _ERRORS:
+                    dataset.attrs[attribute] = np.nan  # until a verification writes it in place
             group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
 
         self._store = hdf5.Store.create(path, system, fill)
@@ -252,6 +261,39 @@ def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str
         group = file["time"]
         names = ["time", *(name for name in group if name != "time")]
         return {name: group[name][:] for name in names}, {name: hdf5.text(group[name].attrs["units"]) for name in names}
+
+
+def read_status(path: str | Path) -> tuple[str, str]:
+    """Read the status of a time-domain run, and the message of one that failed."""
+    path = Path(path)
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
+        return hdf5.status_of(file), hdf5.text(file["time"].attrs["message"])
+
+
+def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:
+    """Write error estimates of recorded variables (full names) to the file of a run that is complete."""
+    with hdf5.translated(path, "write"):
+        store = hdf5.Store(path)
+        try:
+            for name, error in errors.items():
+                for attribute, value in zip(_ERRORS, (error.absolute, error.relative), strict=True):
+                    store.file["time"][name].attrs.modify(attribute, np.float64(value))
+        finally:
+            store.close()
+
+
+def read_errors(path: str | Path) -> dict[str, ErrorEstimate]:
+    """Read the error estimates of a time-domain run by variable; empty where it was not verified."""
+    path = Path(path)
+    file = hdf5.open_file(path)
+    with file, hdf5.translated(path, "read"):
+        group = file["time"]
+        found = {
+            name: ErrorEstimate(*(float(dataset.attrs.get(attribute, np.nan)) for attribute in _ERRORS))
+            for name, dataset in group.items()
+        }
+    return {name: error for name, error in found.items() if np.isfinite(error.absolute)}
 
 
 def read_choices(path: str | Path) -> dict[str, LevelChoice]:

@@ -8,13 +8,14 @@ Everything that is recorded is in the file; what is returned says how it went.
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.algorithms import open_master
+from hfsa.cosim.divergence import Scale
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
 from hfsa.cosim.results import RunFile, SystemRecord
@@ -34,6 +35,7 @@ class Ready:
         record: what the results file says of the system.
         library: the stepping loop in C, `None` for Python's.
         tolerance: of the response, relative, for algorithms that choose their steps.
+        scales: sizes of variables (full names) beyond a thousand times which the run stops.
     """
 
     system: System
@@ -45,6 +47,7 @@ class Ready:
     algorithm: str = ALGORITHMS[0]
     library: Path | None = None
     tolerance: float = 1e-3
+    scales: Mapping[str, Scale] = field(default_factory=dict)
 
     @property
     def steps(self) -> int:
@@ -53,6 +56,21 @@ class Ready:
         if steps < 1:
             raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
         return steps
+
+    @property
+    def end(self) -> float:
+        """Time [s] of the last step, the multiple of a step that is nearest to the stop time."""
+        return self.steps * self.step_size
+
+    @property
+    def end_sentence(self) -> str:
+        """What to say of an end that is not the stop time; empty where it is, to a millionth of a step."""
+        if abs(self.end - self.stop_time) <= 1e-6 * self.step_size + 1e-12 * self.stop_time:
+            return ""
+        return (
+            f"the stop time of {self.stop_time:.9g} s is no multiple of the step of {self.step_size:.9g} s: the run "
+            f"ends at {self.end:.9g} s"
+        )
 
 
 @dataclass(frozen=True)
@@ -79,6 +97,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
         names = list(dict.fromkeys([*ready.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
+        recording.watch.limit(ready.scales)
         file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * ready.step_size, units, ready.record)
         written, failure = 0, "stopped before the end"
 
@@ -90,7 +109,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
 
         try:
             # A last step that rounding takes beyond the stop time is no step beyond what the FMUs are told.
-            master.initialize(stop_time=max(ready.stop_time, steps * ready.step_size))
+            master.initialize(stop_time=max(ready.stop_time, ready.end))
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 write()

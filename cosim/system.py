@@ -37,6 +37,17 @@ ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_fee
 AUTO = "auto"
 """In place of an algorithm: the cheapest whose error is within the scene's tolerance (`algorithm_choice.py`)."""
 
+ORDERS: Mapping[str, int] = {
+    **dict.fromkeys(HELD, 1),
+    "gauss_seidel_linear": 2,
+    "jacobi_linear": 2,
+    "gauss_seidel_quadratic": 3,
+    "jacobi_quadratic": 3,
+    **dict.fromkeys(ITERATED, 2),
+    "linearized_feedback": 2,
+}
+"""Order of the error in the communication step, of the algorithms that take the step they are given."""
+
 DERIVATIVES = ("rate", "acceleration", "jerk")
 """First to third derivative of a signal: outputs of a sine source, and inputs beside that of the signal."""
 
@@ -53,7 +64,8 @@ class Connector:
     """One variable of an FMU, as its description tells it.
 
     `base_unit` holds what the description says of the unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and
-    offset; `None` where it says nothing. `dependencies` names the inputs that an output follows without a step between;
+    offset; `None` where it says nothing. `nominal` is 1 as well where it states none, `has_nominal` whether it does.
+    `dependencies` names the inputs that an output follows without a step between;
     `None` means that it may follow every input.
     """
 
@@ -69,6 +81,7 @@ class Connector:
     min: float | None = None
     max: float | None = None
     dependencies: tuple[str, ...] | None = ()
+    has_nominal: bool = False
 
     @property
     def is_real(self) -> bool:
@@ -207,6 +220,8 @@ class Scene:
         source: the sine source; it is given the excited input's unit as argument `unit`.
         marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.
         fuse: groups of components that become one FMU each (`_fuse.py`), by name.
+        scale: sizes that variables (full names) have in use, from travel, bounds, force and torque limits, in their
+            units; a run stops where one is a thousand times as large (`divergence.py`).
     """
 
     system: System
@@ -222,6 +237,7 @@ class Scene:
     source: Component = field(default_factory=lambda: Component("source", "sine_source"))
     marks: Mapping[str, float] = field(default_factory=dict)
     fuse: Sequence[Sequence[str]] = ()
+    scale: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         object.__setattr__(self, "fuse", tuple(tuple(group) for group in self.fuse))
@@ -248,6 +264,11 @@ class Scene:
         known = (AUTO, *ALGORITHMS)
         if self.algorithm not in known:
             raise StructureError(f"no algorithm is called {self.algorithm!r}{nearest(self.algorithm, known)}")
+        object.__setattr__(self, "scale", {n: size for name, size in self.scale.items() for n in expand(name)})
+        for name, size in self.scale.items():
+            self.system.split(name)
+            if isinstance(size, bool) or not (isinstance(size, int | float) and 0 < size < math.inf):
+                raise StructureError(f"the scale of {name} is {size!r}, expected a positive number in its unit")
 
 
 def expand(name: str) -> list[str]:

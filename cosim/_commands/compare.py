@@ -25,6 +25,7 @@ from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.results import OrderChoice
 from hfsa.cosim.system import StructureError
+from hfsa.cosim.verification import check_verifiable
 
 _UNSAFE = re.compile(r"[^\w.+,=-]+")
 _LONGEST_NAME = 150
@@ -90,14 +91,16 @@ def compare(
     drive: Drive | None = None,
     loop: str = LOOPS[0],
     jobs: int | None = None,
+    verified: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float, str], None] | None = None,
     **changes: Any,
 ) -> Comparison:
     """Run a scene once for each combination of the values in `over`, into one file each in `folder`.
 
-    `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor;
-    `report` is called with the part done, 0 to 1, and a word. `StructureError` for what cannot run as it is asked for.
+    `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor,
+    `verified` adds error estimates; `report` is called with the part done, 0 to 1, and a word. `StructureError` for
+    what cannot run as it is asked for.
     """
     for name in over:
         if name in arguments:
@@ -112,7 +115,9 @@ def compare(
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
         ready = prepare(loaded, drive or Drive(), library, partial(_warn_of, values, warn))
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
+        if verified:
+            check_verifiable(ready)
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), verified))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order)

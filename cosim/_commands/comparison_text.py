@@ -9,11 +9,12 @@ from typing import Any, Literal
 from rich.table import Table
 
 from hfsa.cosim._commands.compare import Comparison, Run
-from hfsa.cosim._commands.reports import limits_data, order_data
+from hfsa.cosim._commands.reports import error_data, limits_data, order_data
 from hfsa.cosim._commands.shell import rendered
 from hfsa.cosim._commands.shell import table as empty_table
 from hfsa.cosim._prefixes import readable
 from hfsa.cosim.comparison import Group, Outcome
+from hfsa.cosim.results import ErrorEstimate
 from hfsa.cosim.sampling import SamplingLimit
 
 _NOTHING = "-"
@@ -66,6 +67,8 @@ def _columns(compared: Comparison, names: dict[tuple[str, str], str]) -> list[_C
         for key in ("peak", "rms", "final") if place == 0 else ("peak",):
             cells = [_number(of.get(group), key, outcome) for of, outcome in zip(groups, outcomes, strict=True)]
             columns.append(_Column(f"{short} {key}", cells))
+    if any(outcome.errors for outcome in outcomes):
+        columns.append(_Column("step error", [_step_error(outcome) for outcome in outcomes]))
     columns.append(_Column("limits", [_limits(outcome) for outcome in outcomes], "left"))
     if any(outcome.sampling for outcome in outcomes):
         columns.append(_Column("sampling limit", [_sampling(outcome.sampling) for outcome in outcomes]))
@@ -116,6 +119,21 @@ def _limits(outcome: Outcome) -> str:
     return "\n".join(words) or "none"
 
 
+def _step_error(outcome: Outcome) -> str:
+    """Return the largest relative error that the communication step makes in what is judged."""
+    errors = [_error_of(group, outcome) for group in outcome.groups]
+    relative = [error.relative for error in errors if error is not None]
+    return f"{100 * max(relative):.3g} %" if relative else _NOTHING
+
+
+def _error_of(group: Group, outcome: Outcome) -> ErrorEstimate | None:
+    """Return the largest errors of a group's members, `None` where the run was not verified."""
+    errors = [outcome.errors[name] for name in group.members if name in outcome.errors]
+    if not errors:
+        return None
+    return ErrorEstimate(max(error.absolute for error in errors), max(error.relative for error in errors))
+
+
 def _wall_time(outcome: Outcome) -> str:
     """Return the time that a run took, if it was made."""
     return readable(outcome.wall_time, "s", ".3g") if math.isfinite(outcome.wall_time) else _NOTHING
@@ -162,7 +180,7 @@ def _run_data(run: Run) -> dict[str, Any]:
         "stop_time": outcome.stop_time,
         "steps": outcome.steps,
         "wall_time": outcome.wall_time,
-        "groups": [_group_data(group) for group in outcome.groups],
+        "groups": [_group_data(group, outcome) for group in outcome.groups],
         "limits": limits_data(outcome.limits),
         "sampling": _sampling_data(outcome.sampling),
         "warnings": outcome.warnings,
@@ -170,9 +188,9 @@ def _run_data(run: Run) -> dict[str, Any]:
     }
 
 
-def _group_data(group: Group) -> dict[str, Any]:
+def _group_data(group: Group, outcome: Outcome) -> dict[str, Any]:
     """Return a group's numbers for JSON, in its unit."""
-    numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")}
+    numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")} | error_data(_error_of(group, outcome))
     return {"name": group.name, "members": group.members, "unit": group.unit, **numbers}
 
 

@@ -75,6 +75,16 @@ Order = Annotated[
         "places that they have in the scene; or `computed`, the one whose response errs least at this step.",
     ),
 ]
+Verify = Annotated[
+    bool,
+    Parameter(
+        "--verify",
+        negative=(),
+        show_default=False,
+        help="Estimate the error that the communication step makes in each recorded variable, by a second run at half "
+        "the step, which takes twice as long as the first.",
+    ),
+]
 Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
 Signals = Annotated[list[str] | None, Parameter(negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hfsa.components._model import Kind, Quantity
 from hfsa.components._parts import Part
@@ -17,13 +18,16 @@ from hfsa.cosim.limits import Acting, acting, is_limit
 from hfsa.cosim.results import (
     AlgorithmChoice,
     Bode,
+    ErrorEstimate,
     OrderChoice,
     Status,
     read,
     read_algorithm,
     read_choices,
+    read_errors,
     read_order,
     read_run,
+    read_status,
 )
 from hfsa.cosim.system import StructureError, nearest
 
@@ -245,15 +249,24 @@ def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
 
 
 def run_report(path: Path) -> tuple[dict[str, Any], str]:
-    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted."""
-    values, units = read_run(path)
+    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted.
+
+    Of a run that failed, of what it recorded until then.
+    """
+    recorded, units = read_run(path)
+    status, message = read_status(path)
+    errors = read_errors(path)
+    reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
+    values = {name: v[reached] for name, v in recorded.items()}
     limits = acting(values["time"], values)
     data = {
         "file": path,
-        "stop_time": float(values["time"][-1]),
-        "steps": len(values["time"]) - 1,
+        "status": status,
+        "message": message,
+        "stop_time": float(values["time"].max(initial=0.0)),
+        "steps": max(len(values["time"]) - 1, 0),
         "variables": [
-            {"name": name, "unit": units[name], "minimum": v.min(), "maximum": v.max(), "last": v[-1]}
+            {"name": name, "unit": units[name], **_bounds(v), **error_data(errors.get(name))}
             for name, v in values.items()
             if name != "time"
         ],
@@ -262,9 +275,9 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         "order": order_data(read_order(path)),
         "choice": algorithm_data(read_algorithm(path)),
     }
-    lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps"]
+    lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps{f', {status}: {message}' if message else ''}"]
     lines += [
-        f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}"
+        f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}{_error_words(v)}"
         for v in data["variables"]
         if not is_limit(v["name"])
     ]
@@ -273,6 +286,27 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
         lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
     return data, "\n".join(lines)
+
+
+def _bounds(values: NDArray[np.float64]) -> dict[str, float]:
+    """Return the bounds of what was recorded of a variable, and the last value; NaN where nothing was."""
+    if not len(values):
+        return dict.fromkeys(("minimum", "maximum", "last"), float("nan"))
+    return {"minimum": values.min(), "maximum": values.max(), "last": values[-1]}
+
+
+def error_data(error: ErrorEstimate | None) -> dict[str, float | None]:
+    """Return the error estimate of a variable for JSON; `None` where the run was not verified."""
+    if error is None:
+        return {"error_estimate": None, "relative_error": None}
+    return {"error_estimate": error.absolute, "relative_error": error.relative}
+
+
+def _error_words(variable: Mapping[str, Any]) -> str:
+    """Return the error estimate of a variable as the end of a line."""
+    if variable["error_estimate"] is None:
+        return ""
+    return f", error {variable['error_estimate']:.3g} {variable['unit']} ({100 * variable['relative_error']:.3g} %)"
 
 
 def _levels(path: Path) -> dict[str, dict[str, Any]]:

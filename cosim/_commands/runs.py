@@ -20,10 +20,13 @@ from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.aliasing import check_resolved
+from hfsa.cosim.divergence import recorded_scales
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.step_judge import judge
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
+from hfsa.cosim.verification import check_verifiable, shares, verify
 
 
 @dataclass(frozen=True)
@@ -66,21 +69,27 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
     variables = _variables(files)
     check(system, variables)
     check_sample_times(system, variables, {}, scene.step_size)
+    check_resolved(system, variables, scene.step_size)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
         warn(sentence)
     record = system_record(loaded.title, scene_text(scene), (system, files), order=order, algorithm=algorithm)
-    return Ready(
+    names = (excited, *scene.outputs) if excited else tuple(scene.outputs)
+    ready = Ready(
         system,
         files,
-        (excited, *scene.outputs) if excited else tuple(scene.outputs),
+        names,
         scene.stop_time,
         scene.step_size,
         levels.with_choices(record, choices),
         scene.algorithm,
         library,
         scene.tolerance,
+        recorded_scales(scene, system, variables, names),
     )
+    if ready.end_sentence:
+        warn(ready.end_sentence)
+    return ready
 
 
 def run_scene(
@@ -89,14 +98,20 @@ def run_scene(
     drive: Drive,
     *,
     loop: str = LOOPS[0],
+    verified: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
 ) -> None:
-    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
+    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`, `verified` adds error estimates."""
     ready = prepare(loaded, drive, chosen_loop(loop, warn), warn)
-    ended = run(ready, path, report)
+    if verified:
+        check_verifiable(ready)
+    first, second = shares(report) if verified else (report, None)
+    ended = run(ready, path, first)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
+    if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
+        warn(sentence)
 
 
 def _driven(scene: Scene, excited: str, frequency: float | None) -> System:

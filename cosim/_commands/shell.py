@@ -23,6 +23,7 @@ _CODES = {
     "ResultsError": USAGE,
     "ExportError": BUILD_FAILED,
     "StepError": SIMULATION_FAILED,
+    "DivergenceError": SIMULATION_FAILED,
 }
 # A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
 _DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}

@@ -148,6 +148,7 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
         declared = v.declaredType
         unit = v.unit or (declared.unit if declared else None)
         held = ticks and v.variability == "discrete"
+        nominal = _number(v.nominal or (declared.nominal if declared else None))
         variables[v.name] = Connector(
             name=v.name,
             reference=v.valueReference,
@@ -157,10 +158,11 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
             unit=unit,
             base_unit=units.get(unit),
             start=_number(v.start) if _is_scalar(v) else None,
-            nominal=_number(v.nominal or (declared.nominal if declared else None)) or 1.0,
+            nominal=nominal or 1.0,
             min=_number(v.min or (declared.min if declared else None)),
             max=_number(v.max or (declared.max if declared else None)),
             dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
+            has_nominal=bool(nominal),
         )
     return variables
 

@@ -38,6 +38,7 @@ _ADVICE = {
     "terminated": "the FMU asks to end the run here",
     "not finite": _UNSTABLE,
     "out of bounds": _UNSTABLE,
+    "diverged": _UNSTABLE,
 }
 
 
@@ -47,7 +48,7 @@ class StepError(RuntimeError):
     Attributes:
         instance: name of the instance.
         function: the FMI function that failed, or the variable whose value is not admissible.
-        status: `discard`, `error`, `fatal`, `terminated`, or `not finite`, `out of bounds`.
+        status: `discard`, `error`, `fatal`, `terminated`, or `not finite`, `out of bounds`, `diverged`.
         time: communication point [s] at which it happened; `None` before initialization.
         message: what the FMU's logger said, or more about the value.
     """

@@ -153,6 +153,14 @@ class SystemRecord:
     algorithm: AlgorithmChoice | None = None
 
 
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """How far the communication step sets a recorded variable off: at most, in its unit, and `relative` to its size."""
+
+    absolute: float
+    relative: float
+
+
 class Status(enum.IntEnum):
     """What became of a point of a sweep; `LIMITED` was measured while a limit acted, so it is no linear response."""
 

@@ -31,6 +31,13 @@ _LINE = ((0.0, 1.0, -1.0, 0.0), (0.0, 0.0, 0.0, 0.0))
 _PARABOLA = ((0.0, 1.5, -2.0, 0.5), (0.0, 1.0, -2.0, 1.0))
 _LINE_TO_END = ((1.0, -1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
 _PARABOLA_TO_END = ((0.5, 0.0, -0.5, 0.0), (1.0, -2.0, 1.0, 0.0))
+_DEGREES: dict[tuple[tuple[float, ...], ...], int] = {
+    _HELD: 0,
+    _LINE: 1,
+    _LINE_TO_END: 1,
+    _PARABOLA: 2,
+    _PARABOLA_TO_END: 2,
+}
 
 
 @dataclass(eq=False)
@@ -86,6 +93,7 @@ class Extrapolation:
     Attributes:
         remember: keeps what the polynomials go through.
         unable: instances with inputs that could move, but whose FMU takes no derivatives of them.
+        degree: least degree of the polynomials that such inputs follow, 0 where one is held.
     """
 
     def __init__(self, wiring: Wiring, order: int):
@@ -93,6 +101,7 @@ class Extrapolation:
         self.remember = Remember(wiring.bus)
         self._jumping = wiring.jumping()
         self.unable = [s.instance for s in wiring.others if self.moving(s.instance) and not self.is_able(s.instance)]
+        self.degree = 0 if self.unable else order
 
     def moving(self, instance: str) -> list[int]:
         """Return the places on the bus of an instance's inputs that do more than jump."""
@@ -116,7 +125,9 @@ class Extrapolation:
             return []
         it, inputs = self._wiring.instances[instance], self._inputs(places)
         order = self._order if it.has_input_derivatives(inputs, self._order) else 1
-        weights = np.array([self._weights(i, order, stepped) for i in places]).transpose(1, 2, 0)
+        polynomials = [self._weights(i, order, stepped) for i in places]
+        self.degree = min(self.degree, *(_DEGREES[polynomial] for polynomial in polynomials))
+        weights = np.array(polynomials).transpose(1, 2, 0)
         derivatives = np.zeros((2, len(places)))
         setters = [it.derivative_setter(it.handle(inputs, derivatives[k]), k + 1) for k in range(order)]
         step_size = self._wiring.step_size

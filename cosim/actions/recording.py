@@ -1,15 +1,16 @@
 """What a run leaves behind: values recorded at communication points; and the watch over values that must be finite."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from hfsa.cosim.divergence import DivergenceError, Scale
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.system import Connector
 
 
 class Watch:
-    """Watches an array of values (n,): each must be finite and within the bounds of its variable."""
+    """Watches an array of values (n,): each must be finite, within the bounds of its variable and of its scale."""
 
     def __init__(self, names: Sequence[str], connectors: Sequence[Connector], values: np.ndarray):
         self.names, self.values = names, values
@@ -17,9 +18,21 @@ class Watch:
         self.high = np.array([np.inf if c.max is None else c.max for c in connectors])
         self.nominal = np.array([abs(c.nominal) for c in connectors])
         self.is_bounded = bool(np.isfinite(self.low).any() or np.isfinite(self.high).any())
+        self._scales: dict[str, Scale] = {}
+
+    def limit(self, scales: Mapping[str, Scale]) -> None:
+        """Hold values (full names) to be wrong as well where they are beyond the limit of their scale."""
+        self._scales |= scales
+        limits = np.array([scales[name].limit if name in scales else np.inf for name in self.names])
+        # in place: the stepping loop in C compares with these arrays
+        np.maximum(self.low, -limits, out=self.low)
+        np.minimum(self.high, limits, out=self.high)
 
     def check(self, time: float, bounds: bool = True) -> None:
-        """Raise `StepError` for the first value that is not finite or, with `bounds`, outside its bounds."""
+        """Raise `StepError` for the first value that is not finite or, with `bounds`, outside its bounds.
+
+        `DivergenceError` where it is outside the limit of its scale.
+        """
         finite = np.isfinite(self.values)
         inside = (self.values >= self.low) & (self.values <= self.high) if bounds else True
         wrong = np.flatnonzero(~(finite & inside))
@@ -27,6 +40,9 @@ class Watch:
             return
         i = int(wrong[0])
         instance, _, variable = self.names[i].partition(".")
+        scale = self._scales.get(self.names[i])
+        if finite[i] and scale is not None and abs(self.values[i]) > scale.limit:
+            raise DivergenceError(self.names[i], float(self.values[i]), scale, time)
         value = f"value {self.values[i]:.6g}"
         if finite[i]:
             message = f"{value}, expected {self.low[i]:.6g} to {self.high[i]:.6g}"

@@ -18,6 +18,7 @@ import math
 from typing import NamedTuple
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer
+from hfsa.cosim.scenes._scale import READING
 from hfsa.cosim.system import Scene, StructureError, System
 
 
@@ -78,4 +79,5 @@ def accelerometer_shaker(
         step_size=test.step_size,
         stop_time=1.0,
         marks=test.marks,
+        scale={"sensor.acceleration_estimate[1..2]": READING},
     )

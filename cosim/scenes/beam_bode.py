@@ -12,6 +12,7 @@ Nothing is fed back, so that no step is unstable: for a lower band `--to 520 --s
 """
 
 from hfsa.cosim.scenes._payload import Payload, module
+from hfsa.cosim.scenes._scale import beam_pose
 from hfsa.cosim.system import Component, Scene, System
 
 DISC = Payload()
@@ -41,4 +42,5 @@ def beam_bode(
         amplitude={"N": 0.1, "N.m": 0.01},
         step_size=0.5e-6,
         stop_time=1.0,
+        scale=beam_pose("stage"),
     )

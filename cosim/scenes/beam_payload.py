@@ -19,6 +19,7 @@ above 7.01 us (`jacobi_plain`: 2.34 us) it diverges, `-p suspension=massless --s
 from typing import Literal
 
 from hfsa.cosim.scenes._payload import Payload, module
+from hfsa.cosim.scenes._scale import beam_pose
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 _POSE = ("position", "rotation", "velocity", "angular_velocity")
@@ -68,4 +69,5 @@ def beam_payload(
         amplitude={"m/s2": 1.0},
         step_size=1e-6,
         stop_time=1.0,
+        scale=beam_pose("payload"),
     )

@@ -17,4 +17,5 @@ def mass_on_spring(*, damping: float = 0.5) -> Scene:
         amplitude={"m": 1e-3},
         step_size=100e-6,
         stop_time=5.0,
+        scale={"mass.position": 0.2},  # 200 times the amplitude, at the resonance
     )

@@ -24,6 +24,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
+from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 _TUBES = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
@@ -88,4 +89,5 @@ def sdelta_accelerometer(
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=5e-6,
         stop_time=2.0,
+        scale={**readings(), "robot.platform.acceleration[3]": ACCELERATION},
     )

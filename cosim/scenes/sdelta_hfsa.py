@@ -28,6 +28,7 @@ is neutral under `jacobi` and grows by 0.058 1/s per us of step under the other 
 from typing import Literal
 
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
+from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
 from hfsa.cosim.system import Component, Connection, Scene, System
 
@@ -119,4 +120,5 @@ def sdelta_hfsa(
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
         stop_time=5.0,
+        scale=robot_pose(),
     )

@@ -12,6 +12,7 @@ than 0.001 dB (1.35 degrees under `jacobi_plain`). No step is unstable: nothing 
 from typing import Literal
 
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
+from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 MOTIONS = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
@@ -43,4 +44,5 @@ def sdelta_shaker(
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
         stop_time=5.0,
+        scale=robot_pose(),
     )

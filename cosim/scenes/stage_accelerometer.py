@@ -20,6 +20,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import UPRIGHT, Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._biased_stage import Kinematics, biased_stage
+from hfsa.cosim.scenes._scale import readings
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 _MOTIONS = (
@@ -77,4 +78,5 @@ def stage_accelerometer(
         amplitude=amplitude,
         step_size=1e-6,
         stop_time=1.0,
+        scale=readings(),
     )

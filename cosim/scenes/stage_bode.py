@@ -21,6 +21,7 @@ told of above 10.2 V, where the response is off by 0.1 dB.
 """
 
 from hfsa.cosim.scenes._biased_stage import Kinematics, Level, biased_stage
+from hfsa.cosim.scenes._scale import stage_pose
 from hfsa.cosim.system import Scene
 
 
@@ -52,4 +53,5 @@ def stage_bode(
         amplitude={"V": 0.5},
         step_size=10e-6,
         stop_time=4.0,
+        scale=stage_pose(),
     )

@@ -26,6 +26,7 @@ With `execution` `continuous` the controller acts at every instant, and the stag
 import math
 from typing import Literal
 
+from hfsa.cosim.scenes._scale import ELONGATION, FORCE
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
@@ -37,6 +38,8 @@ _SHORTEST = 1e-12
 """Shortest sample time of a part [s]."""
 _STEP = 1e-6
 """Communication step under a continuous controller [s]."""
+_LONG = 10e-6
+"""What a run lasts [s], to the nearest step."""
 _GAINS = {"ctc": (5e16, 6e8), "pd": (1e17, 1e7)}
 _ORDERS = {"ctc": ("", "_rate", "_acceleration"), "pd": ("", "_rate")}
 
@@ -87,6 +90,7 @@ def stage_extremes(
         "ctc": ("stage_computed_torque", {"model": stage}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
+    impact = kv * abs(rate) * (_YAW_MASS if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
@@ -101,8 +105,13 @@ def stage_extremes(
         band=(1.0, 1000.0),
         amplitude={"m": 1e-15},
         step_size=step,
-        stop_time=10e-6,
+        stop_time=max(round(_LONG / step), 1) * step,
         algorithm=ALGORITHMS[0] if execution == "sampled" else "linearized_feedback",
+        scale={
+            f"tracking.{_AXES}.error": ELONGATION,
+            f"controller.{_AXES}.command": max(FORCE, impact),
+            f"stage.{_STACKS}.elongation": ELONGATION,
+        },
     )
 
 

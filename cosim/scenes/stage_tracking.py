@@ -19,13 +19,15 @@ A communication step is a sample time. The first three outputs are the errors of
 import math
 from typing import Any, Literal, NamedTuple
 
+from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
 from hfsa.cosim.system import Analysis, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _DRIVEN = {
-    "pzt": [f"stage.{_STACKS}.force", f"{_STACKS}.stack.voltage"],
-    "force": [f"controller.{_AXES}.command"],
+    "pzt": {f"stage.{_STACKS}.force": FORCE, f"{_STACKS}.stack.voltage": VOLTAGE},
+    "force": {f"controller.{_AXES}.command": FORCE},
 }
+"""What drives the stage, and its scale."""
 _CONTROLLERS = {"pd": "pd", "ctc": "stage_computed_torque", "integral": "stage_integral"}
 _ORDERS = {"pd": ("", "_rate"), "ctc": ("", "_rate", "_acceleration"), "integral": ("",)}
 _STOP_TIMES = {"ramp": 4.0, "three_axis": 0.4, "step": 0.02}
@@ -112,6 +114,13 @@ def stage_tracking(
         amplitude={"m": 1e-8},
         step_size=sample_time,
         stop_time=_STOP_TIMES[motion],
+        scale={
+            f"tracking.{_AXES}.error": ELONGATION,
+            f"stage.{_STACKS}.elongation": ELONGATION,
+            **_DRIVEN[actuator],
+            "stage.hinge.stress": STRESS,
+            **stage_pose(),
+        },
     )
 
 

@@ -24,6 +24,7 @@ from hfsa.cosim.system import (
     ERROR_CONTROLLED,
     MONOLITHIC,
     MONOLITHIC_DAE,
+    ORDERS,
     Component,
     Connection,
     System,
@@ -32,19 +33,6 @@ from hfsa.cosim.system import (
 AXES, STACKS = "axis[1..3]", "stack[1..3]"
 POINTS = 10
 """At which a run is compared."""
-ORDERS = {
-    "gauss_seidel": 1,
-    "jacobi": 1,
-    "jacobi_plain": 1,
-    "gauss_seidel_linear": 2,
-    "gauss_seidel_quadratic": 3,
-    "jacobi_linear": 2,
-    "jacobi_quadratic": 3,
-    "fixed_point": 2,
-    "quasi_newton": 2,
-    "linearized_feedback": 2,
-}
-"""Of the algorithms with a fixed communication step; the others have tests of their own."""
 
 
 @dataclass(frozen=True)

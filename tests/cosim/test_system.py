@@ -187,6 +187,7 @@ def scene(**changes) -> Scene:
         "step_size": 5e-5,
         "stop_time": 2.0,
         "marks": {"vibration test": 255.0},
+        "scale": {"robot.z": 1e-3, "a.y[1..2]": 0.1 + 0.2},
     }
     return Scene(**{**fields, **changes})
 
@@ -199,6 +200,7 @@ def test_a_scene_keeps_every_bit_as_text(tmp_path):
     (tmp_path / "own.toml").write_text(text)
     assert read_scene(tmp_path / "own.toml") == given
     assert scene_text(scene()) != text
+    assert given.scale == {"robot.z": 1e-3, "a.y[1]": 0.1 + 0.2, "a.y[2]": 0.1 + 0.2}
 
 
 def test_a_scene_written_by_hand():
@@ -236,6 +238,9 @@ def test_a_scene_with_a_motion_of_its_own_needs_neither_inputs_nor_amplitude():
         ({"outputs": ["robt.z"]}, "no component is called 'robt'; did you mean robot"),
         ({"band": (5.0, 1.0)}, "band is 5 to 1 Hz"),
         ({"marks": {"test": "255 Hz"}}, "mark 'test' is at '255 Hz', expected a frequency in Hz"),
+        ({"scale": {"robt.z": 1.0}}, "no component is called 'robt'; did you mean robot"),
+        ({"scale": {"robot.z[1..2]": -1e-3}}, r"the scale of robot.z\[1\] is -0.001, expected a positive number"),
+        ({"scale": {"robot.z": "12 um"}}, "the scale of robot.z is '12 um', expected a positive number in its unit"),
         ({"step_size": 0.0}, "step_size is 0, expected a positive number"),
         ({"algorithm": "gaus_seidel"}, "no algorithm is called 'gaus_seidel'; did you mean gauss_seidel"),
     ],
@@ -253,6 +258,7 @@ def test_a_scene_that_makes_no_sense(change, words):
         ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
         ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
         ('marks = { "vibration test" = 255.0 }', "marks = 255", "marks is 255, expected a table of numbers"),
+        ('scale = { "robot.z" = 0.001', 'scale = "small" # {', "scale is 'small', expected a table of numbers"),
         ("stop_time = 2.0", "", "own.toml lacks the key 'stop_time'"),
         ("stop_time = 2.0", "stop_time = ", "own.toml: not a TOML document"),
         ("[[components]]", "[[component]]", "has no key 'component'; did you mean components"),
