@@ -39,11 +39,12 @@ _DRAWN = 1500
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to be made into the file `path`, and the outputs (full names) that are judged."""
+    """A run to be made into the file `path`, with `force` as `run`, and the outputs (full names) that are judged."""
 
     ready: Ready
     path: Path
     outputs: Sequence[str]
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     begin, failure, failure_time = time.perf_counter(), "", None
     warnings: list[str] = []
     try:
-        warnings += run(trial.ready, trial.path, go_on).warnings.values()
+        warnings += run(trial.ready, trial.path, go_on, trial.force).warnings.values()
     except StepError as error:
         failure, failure_time = str(error), error.time
     except ResultsError as error:

@@ -22,6 +22,7 @@ from hfsa.cosim import _pool
 from hfsa.cosim._commands.measure import load
 from hfsa.cosim._commands.runs import Drive, choices_made, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
+from hfsa.cosim._storage.target import check_new
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.results import OrderChoice
 from hfsa.cosim.system import StructureError
@@ -90,6 +91,7 @@ def compare(
     drive: Drive | None = None,
     loop: str = LOOPS[0],
     jobs: int | None = None,
+    force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float, str], None] | None = None,
     **changes: Any,
@@ -97,15 +99,18 @@ def compare(
     """Run a scene once for each combination of the values in `over`, into one file each in `folder`.
 
     `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor;
-    `report` is called with the part done, 0 to 1, and a word. `StructureError` for what cannot run as it is asked for.
+    `report` is called with the part done, 0 to 1, and a word. `StructureError` for what cannot run as it is asked for,
+    `ResultsError` for a file that is there already, unless `force` replaces it.
     """
     for name in over:
         if name in arguments:
             raise StructureError(f"{name} is given with -p and with --over; expected one of them")
     tell = report or (lambda *_: None)
-    library = chosen_loop(loop, warn)
     combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     paths = _paths(folder, Path(scene).stem, combinations)
+    for path in paths:
+        check_new(path, force, "--force replaces it, -o names a figure in another folder, where the files go too")
+    library = chosen_loop(loop, warn)
     trials, title = [], ""
     for values, path in zip(combinations, paths, strict=True):
         tell(0.0, f"building FMUs for {_words(values)}")
@@ -114,7 +119,7 @@ def compare(
         ready = prepare(loaded, drive or Drive(), library)
         for sentence in choices_made(ready):
             warn(f"{_words(values)}: {sentence}")
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order)

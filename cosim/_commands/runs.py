@@ -85,15 +85,16 @@ def run_scene(
     drive: Drive,
     *,
     loop: str = LOOPS[0],
+    force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
 ) -> None:
-    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
+    """Run a scene in time into the file `path`, as `run` with `force`; `loop` is one of `LOOPS`."""
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
     for sentence in choices_made(ready):
         warn(sentence)
     warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
-    ended = run(ready, path, report)
+    ended = run(ready, path, report, force)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
 
