@@ -10,14 +10,20 @@ others too. Where a call into foreign code does not return, no exception can be 
 process after a grace period, as they would have without a handler.
 """
 
+import _thread
 import contextlib
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 GRACE = 10.0
 """Time [s] after which SIGTERM and SIGHUP end a process that does not come back from a call."""
+
+_AGAIN = 0.05
+"""Time [s] after which a signal comes again whose exception was swallowed."""
 
 _FINAL = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 _SIGNALS = (signal.SIGINT, *_FINAL)
@@ -54,7 +60,7 @@ def heard() -> Iterator[None]:
         for number, handler in before.items():
             if handler is not signal.SIG_IGN:
                 signal.signal(number, _hear)
-        with _ending_what_does_not_return():
+        with _ending_what_does_not_return(), _raising_again():
             yield
     finally:
         for number, handler in before.items():
@@ -86,13 +92,35 @@ def _hear(number: int, _frame: object) -> None:
     """Take a signal; what follows a SIGTERM or SIGHUP does not interrupt the cleaning up, but Ctrl-C does."""
     global _waiting
     if number in _FINAL:
+        if _noticed.is_set():
+            return
         _noticed.set()
-        for other in _FINAL:
-            signal.signal(other, signal.SIG_IGN)
     if _depth:
         _waiting = number
     else:
         raise Interrupted(number)
+
+
+@contextlib.contextmanager
+def _raising_again() -> Iterator[None]:
+    """Raise `Interrupted` again where an FMU's callback, or a finalizer, has swallowed it."""
+    before = sys.unraisablehook
+
+    def raise_again(unraisable: Any) -> None:
+        """Let the signal come again, or do what is done about other exceptions that nobody can catch."""
+        if isinstance(unraisable.exc_value, Interrupted):
+            _noticed.clear()
+            again = threading.Timer(_AGAIN, _thread.interrupt_main, (unraisable.exc_value.number,))
+            again.daemon = True
+            again.start()
+        else:
+            before(unraisable)
+
+    sys.unraisablehook = raise_again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 @contextlib.contextmanager

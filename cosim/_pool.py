@@ -43,19 +43,21 @@ def results(
     jobs: int = 1,
     executor: Executor | None = None,
     apart: bool = False,
+    again: Callable[[Task], Task] = lambda task: task,
 ) -> Generator[tuple[Task, Result | None]]:
     """Yield each task with its result, in the order they finish.
 
     Tasks run on `executor`, else in as many new processes as `jobs`, which begin in the given order; a single job runs
     in this process unless it is to stay `apart`.
-    The result is `None` where the process died, as after a crash in an FMU's code. Whoever stops asking must close the
-    generator (`contextlib.closing`): what runs then is told so (`is_stopping`).
+    The result is `None` where the process died, as after a crash in an FMU's code; `again` makes of a task what is
+    tried a second time, as its process may have died of another's. Whoever stops asking must close the generator
+    (`contextlib.closing`): what runs then is told so (`is_stopping`).
     """
     if executor is not None:
         for i, result in _submitted(work, tasks, executor):
             yield tasks[i], result
     elif tasks and (apart or min(jobs, len(tasks)) > 1):
-        yield from _in_processes(work, tasks, jobs)
+        yield from _in_processes(work, tasks, jobs, again)
     else:
         for task in tasks:
             yield task, work(task)
@@ -67,7 +69,7 @@ def is_stopping() -> bool:
 
 
 def _in_processes(
-    work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int
+    work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int, again: Callable[[Task], Task]
 ) -> Generator[tuple[Task, Result | None]]:
     """Yield tasks with results from processes; `None` for the task that kills its own."""
     left, work = list(range(len(tasks))), partial(_at_work, work)
@@ -81,7 +83,7 @@ def _in_processes(
             while left:
                 i = left.pop(0)
                 try:
-                    ((_, result),) = _submitted(work, [tasks[i]], pool)
+                    ((_, result),) = _submitted(work, [again(tasks[i])], pool)
                 except BrokenExecutor:
                     result = None
                 yield tasks[i], result

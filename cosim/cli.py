@@ -228,7 +228,7 @@ def run(
     loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
     with shell.progress("run") as show:
         show(0.0, "building FMUs")
-        run_scene(
+        written = run_scene(
             loaded,
             path,
             Drive(input, frequency, amplitude),
@@ -237,7 +237,9 @@ def run(
             warn=shell.warn,
             report=lambda part: show(part, ""),
         )
-    shell.answer(*run_report(path), json)
+    found = run_report(path)
+    written.check(path)
+    shell.answer(*found, json)
     return shell.DONE
 
 
@@ -435,7 +437,7 @@ def sweep(
     request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
     with shell.progress("sweep") as show:
         show(0.0, "building FMUs")
-        sweep_scene(
+        written = sweep_scene(
             loaded,
             request,
             path,
@@ -445,6 +447,7 @@ def sweep(
             report=lambda p: show(p.work, f"{p.done} of {p.points} points"),
         )
     data, text, is_complete = sweep_report(path)
+    written.check(path)
     shell.answer(data, text, json)
     return shell.DONE if is_complete else shell.PROBLEMS
 

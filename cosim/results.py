@@ -46,11 +46,13 @@ from hfsa.cosim._storage.records import (
     Theory,
 )
 from hfsa.cosim._storage.resume import check_same
+from hfsa.cosim._storage.target import Identity
 from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
 
 __all__ = [
     "Bode",
+    "Identity",
     "InstanceRecord",
     "LevelChoice",
     "OrderChoice",
@@ -74,10 +76,10 @@ _NAN = np.complex128(complex(np.nan, np.nan))
 
 
 class SweepFile:
-    """A sweep's results file, open for writing by this process alone."""
+    """A sweep's results file, open for writing by this process alone; `identity` is what it is under any name."""
 
     def __init__(self, store: hdf5.Store):
-        self.path = store.path
+        self.path, self.identity = store.path, store.identity
         self._store = store
         # what the file holds: rows are written whole, which is many times faster than entry by entry
         self._arrays = {name: store.file["bode"][name][:] for name in (*_COMPUTED, "magnitude", "phase")}
@@ -145,7 +147,8 @@ class SweepFile:
 class RunFile:
     """The recorded variables of a time-domain run, by full name; rows not reached stay NaN.
 
-    With `force` it replaces a results file of that name, as `Store.create`.
+    With `force` it replaces a results file of that name, as `Store.create`. `identity` is what the file is under any
+    name.
     """
 
     def __init__(
@@ -165,6 +168,7 @@ class RunFile:
             group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
 
         self._store = hdf5.Store.create(path, system, fill, force)
+        self.identity = self._store.identity
 
     def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
         """Write values of recorded variables from a row on, and flush."""

@@ -19,7 +19,7 @@ from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
 from hfsa.cosim.master import Master
-from hfsa.cosim.results import RunFile, SystemRecord
+from hfsa.cosim.results import Identity, RunFile, SystemRecord
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
 
 _BLOCK = 0.1
@@ -65,10 +65,14 @@ class Ready:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first."""
+    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first.
+
+    `file` tells its results file from another that may have got its name since.
+    """
 
     warnings: Mapping[str, str]
     limits: Sequence[Acting]
+    file: Identity
 
 
 def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> Ended:
@@ -124,7 +128,8 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None,
                     file.interrupt()
                 else:
                     file.close(failure)
-        return Ended(master.warnings, acting(recording.time, {name: recording[name] for name in limits}))
+        found = acting(recording.time, {name: recording[name] for name in limits})
+        return Ended(master.warnings, found, file.identity)
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:

@@ -9,6 +9,7 @@ the others alone. Like `measure.py` it stands on the roof: it asks `build.py` fo
 """
 
 import contextlib
+import dataclasses
 import itertools
 import os
 import re
@@ -151,7 +152,9 @@ def _perform(
     work = perform if apart else partial(perform, report=within)
     within(0.0)
     try:
-        with contextlib.closing(_pool.results(work, trials, jobs, apart=is_foreign)) as results:
+        # a run whose process died has left a file behind
+        again = partial(dataclasses.replace, force=True)
+        with contextlib.closing(_pool.results(work, trials, jobs, apart=is_foreign, again=again)) as results:
             for trial, outcome in results:
                 outcomes[trial.path] = outcome or Outcome(trial.path, failure=CRASHED)
                 within(0.0)

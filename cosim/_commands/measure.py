@@ -29,7 +29,7 @@ from hfsa.cosim._storage.target import REPLACING, check_continued, check_new
 from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import open_instances
-from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
+from hfsa.cosim.results import Identity, LevelChoice, Plan, SweepFile, Theory
 from hfsa.cosim.step_limits import is_limited, unstable_step
 from hfsa.cosim.sweep import (
     Bench,
@@ -160,8 +160,11 @@ def sweep_scene(
     force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[Progress], None] | None = None,
-) -> None:
-    """Sweep a scene into the file `path`; where there is one, `resume` goes on with it and `force` replaces it."""
+) -> Identity:
+    """Sweep a scene into the file `path` and return which file that is.
+
+    Where there is one, `resume` goes on with it and `force` replaces it.
+    """
     settings = request.settings
     if settings.method == "linear":
         refuse_order(loaded)
@@ -188,7 +191,7 @@ def sweep_scene(
         record = system_record(loaded.title, text, (system, files), operating_point=point)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(finished(theory.response(plan.frequency)))
-        return
+        return file.identity
     if theory is not None and dense is not None:
         line = _along(draft, dense, _LINE)
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
@@ -206,6 +209,7 @@ def sweep_scene(
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
             raise
+    return file.identity
 
 
 def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene, dict[str, LevelChoice]]:

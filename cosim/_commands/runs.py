@@ -20,6 +20,7 @@ from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.results import Identity
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.sweep import system_record
 from hfsa.cosim.system import Connector, Scene, StructureError, System, check
@@ -88,8 +89,11 @@ def run_scene(
     force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
-) -> None:
-    """Run a scene in time into the file `path`, as `run` with `force`; `loop` is one of `LOOPS`."""
+) -> Identity:
+    """Run a scene in time into the file `path`, as `run` with `force`, and return which file that is.
+
+    `loop` is one of `LOOPS`.
+    """
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
     for sentence in choices_made(ready):
         warn(sentence)
@@ -97,6 +101,7 @@ def run_scene(
     ended = run(ready, path, report, force)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
+    return ended.file
 
 
 def choices_made(ready: Ready) -> list[str]:

@@ -35,13 +35,17 @@ Node = Any
 
 
 class Store:
-    """An HDF5 file open for writing by this process alone: `file` is h5py's, `flush` and `close` report a full disk."""
+    """An HDF5 file open for writing by this process alone: `file` is h5py's, `flush` and `close` report a full disk.
+
+    `identity` tells it from whatever else may get its name.
+    """
 
     def __init__(self, path: Path, disk: "_Disk"):
         self.path = path
         self._disk = disk
         # a change of the working folder, by whatever code, changes nothing
         self._real = Path(os.path.realpath(path))
+        self.identity = target.Identity.of(disk.fileno())
         with translated(path, "open"):
             self.file: Node = h5py.File(disk, "r+")
 
@@ -74,7 +78,7 @@ class Store:
             raise ResultsError(f"there is no file {path}")
         disk = _Disk(path, path, "r+")
         try:
-            if not target.is_file(disk.fileno(), path):
+            if not target.Identity.of(disk.fileno()).is_at(path):
                 raise ResultsError(f"cannot write {path}: another process has just replaced it")
             with translated(path, "open"), h5py.File(disk, "r") as file:
                 _check_version(path, file)
@@ -93,15 +97,13 @@ class Store:
     def close(self) -> None:
         """Write everything and close; `ResultsError` where something was not written. What was stays readable.
 
-        `ResultsError`, too, where the file has lost its name, to another program or to nothing.
+        `ResultsError`, too, where the file has lost its name.
         """
         with held():
             self.file.close()
-            is_there = target.is_file(self._disk.fileno(), self._real)
             self._disk.close()
         self._disk.report()
-        if not is_there:
-            raise ResultsError(f"{self.path} was removed or replaced while it was written; what it held is lost")
+        self.identity.check(self._real)
 
 
 class _Disk(io.FileIO):

@@ -225,12 +225,30 @@ def has_locks(path: Path) -> bool:
     return True
 
 
-def is_file(descriptor: int, path: Path) -> bool:
-    """Whether an open file is still what a name stands for."""
-    try:
-        return os.path.samestat(os.fstat(descriptor), os.stat(path))
-    except FileNotFoundError:
-        return False
+@dataclass(frozen=True)
+class Identity:
+    """A file, whatever names it has."""
+
+    device: int
+    number: int
+
+    @classmethod
+    def of(cls, file: int | Path) -> "Identity":
+        """Return the identity of an open file by its descriptor, or of a file by its name."""
+        info = os.stat(file)
+        return cls(info.st_dev, info.st_ino)
+
+    def is_at(self, path: Path) -> bool:
+        """Whether a name stands for this file."""
+        try:
+            return self == Identity.of(path)
+        except FileNotFoundError:
+            return False
+
+    def check(self, path: Path) -> None:
+        """Raise `ResultsError` where a name does not stand for this file any more."""
+        if not self.is_at(path):
+            raise ResultsError(f"{path} was removed or replaced by another program; what it held is lost")
 
 
 def _is_locked(descriptor: int, kind: int) -> bool:
@@ -252,7 +270,7 @@ def _is_placed(part: Path, path: Path, found: Found) -> bool:
     if found.kind is Kind.RESULTS:
         with contextlib.suppress(FileNotFoundError), open(found.real, "r+b") as old:
             lock(old.fileno(), path)
-            if is_file(old.fileno(), found.real):
+            if Identity.of(old.fileno()).is_at(found.real):
                 os.replace(part, found.real)
                 return True
         return False
