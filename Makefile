@@ -16,8 +16,8 @@ VERTICAL := --input command.position[3] --output platform.position[3] --from 1 -
 LOCKS := requirements.lock $(if $(HAS_CC),,requirements-zig.lock)
 
 demo: .venv/installed
-	$(BIN)/hfsa sweep sdelta_shaker $(VERTICAL) -o results/demo.h5
-	$(BIN)/hfsa sweep sdelta_hfsa $(VERTICAL) -o results/demo_hfsa.h5
+	$(BIN)/hfsa sweep sdelta_shaker $(VERTICAL) -o results/demo.h5 --force
+	$(BIN)/hfsa sweep sdelta_hfsa $(VERTICAL) -o results/demo_hfsa.h5 --force
 	$(BIN)/hfsa bode results/demo.h5 results/demo_hfsa.h5 -o results/demo.png
 
 test: .venv/installed

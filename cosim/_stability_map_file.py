@@ -21,10 +21,10 @@ from hfsa.cosim._storage.records import SystemRecord
 from hfsa.cosim._style import ACCENT, COLOURS, INK, STYLE
 
 
-def write_map(path: Path, found: StabilityMap, title: str) -> None:
-    """Write a map, complete or not at all; `ResultsError` where that fails."""
+def write_map(path: Path, found: StabilityMap, title: str, force: bool = False) -> None:
+    """Write a map, complete or not at all, with `force` in place of a results file; `ResultsError` where that fails."""
     words = ", ".join([found.scene, *(axis.name for axis in found.axes)])
-    store = hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found))
+    store = hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found), force)
     hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
 

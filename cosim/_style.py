@@ -1,12 +1,13 @@
 """How figures look: colours, type and lines; and how they are written."""
 
+import io
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from hfsa.cosim._storage.records import ResultsError
+from hfsa.cosim._storage.target import picture_format, write_picture
 
 COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 INK, GRID, ACCENT = "#20242c", "#c9ced6", "#b3541e"
@@ -28,10 +29,11 @@ STYLE: Any = {
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write the figure in the format its suffix names; `ResultsError` where that cannot be done."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with mpl.rc_context(STYLE):
-            figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"cannot write {path}: {error}") from error
+    """Write the figure in the format its suffix names, completely or not at all; `ResultsError` where that fails.
+
+    A picture of that name is replaced, nothing else.
+    """
+    written = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(written, format=picture_format(path))
+    write_picture(path, written.getvalue())

@@ -17,6 +17,7 @@ from hfsa.cosim._commands.options import (
     DESIGN_STUDY,
     Algorithm,
     Arguments,
+    Force,
     Fuse,
     Jobs,
     Json,
@@ -35,7 +36,7 @@ app = App(
     name="hfsa",
     help="Components, co-simulation and frequency sweeps for high-frequency, small-amplitude machines, made of FMUs.",
     help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
-    "4 simulation failed, 130 interrupted.",
+    "4 simulation failed, 130 interrupted, 143 ended by SIGTERM, 129 by SIGHUP.",
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,
 )
@@ -69,6 +70,7 @@ def analyze(
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
+    force: Force = False,
     json: Json = False,
 ) -> int:
     """Print a part's own engineering numbers: stiffness, modes, compliance, mobility, whatever it knows.
@@ -96,7 +98,7 @@ def analyze(
     from hfsa.cosim._models import parts
 
     values = shell.named_values(parameter)
-    request = Request(sensitivity, map, optimize, bounds, output)
+    request = Request(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
         study = studied(name, parts()).design_study(level, **values)
         data, text, is_found = study_answer(study, request, name, values)
@@ -129,14 +131,20 @@ def export(
     fmi
         Version of FMI; both without.
     output
-        Folder; `fmus/built` in a checkout, else the working folder.
+        Folder; `fmus/built` in a checkout, else the working folder. An FMU of the same name there is replaced.
     """
     from hfsa.cosim._fuse import models_to_export
+    from hfsa.cosim._storage.target import check_fmu
     from hfsa.fmus.export import export as export_model
+    from hfsa.fmus.export import file_of
 
     models = models_to_export(name, level, shell.named_values(parameter), fuse or ())
     folder = output or _export_folder()
-    files = [file for model in models for file in export_model(model, folder, (fmi,) if fmi else (2, 3))]
+    versions: tuple[Literal[2, 3], ...] = (fmi,) if fmi else (2, 3)
+    for model in models:
+        for version in versions:
+            check_fmu(file_of(model, folder, version))
+    files = [file for model in models for file in export_model(model, folder, versions)]
     shell.answer({"files": files}, "\n".join(map(str, files)), json)
     return shell.DONE
 
@@ -185,6 +193,7 @@ def run(
     loop: Loop = "c",
     verify: Verify = False,
     output: Output = None,
+    force: Force = False,
     json: Json = False,
 ) -> int:
     """Run a scene in time, one input following a sine; record that input and the scene's outputs.
@@ -213,22 +222,27 @@ def run(
     from hfsa.cosim._commands.measure import load
     from hfsa.cosim._commands.reports import run_report
     from hfsa.cosim._commands.runs import Drive, run_scene
+    from hfsa.cosim._storage.target import check_new
 
+    path = output or _results_file(scene, "_run")
+    check_new(path, force)
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
     loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
-    path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with shell.progress("run") as show:
         show(0.0, "building FMUs")
-        run_scene(
+        written = run_scene(
             loaded,
             path,
             Drive(input, frequency, amplitude),
             loop=loop,
             verified=verify,
+            force=force,
             warn=shell.warn,
             report=lambda part: show(part, ""),
         )
-    shell.answer(*run_report(path), json)
+    found = run_report(path)
+    written.check(path)
+    shell.answer(*found, json)
     return shell.DONE
 
 
@@ -253,6 +267,7 @@ def compare(
     verify: Verify = False,
     jobs: Jobs = None,
     output: Output = None,
+    force: Force = False,
     json: Json = False,
 ) -> int:
     """Run a scene once for each value of some of its arguments, on the same motion: one table, one figure.
@@ -281,15 +296,17 @@ def compare(
     jobs
         Processes; one per processor without.
     output
-        Figure; its ending says the format. `results/SCENE_compare.png` without.
+        Figure; its ending says the format. `results/SCENE_compare.png` without. A picture that is there is replaced.
     """
     from hfsa.cosim._commands.compare import compare as compare_runs
     from hfsa.cosim._commands.compare import parse_over
     from hfsa.cosim._commands.comparison_text import comparison_data, comparison_text
     from hfsa.cosim._commands.runs import Drive
     from hfsa.cosim._comparison_figure import comparison_figure, save
+    from hfsa.cosim._storage.target import check_picture
 
     path = output or Path("results", f"{Path(scene).stem}_compare.png")
+    check_picture(path)
     with shell.progress("compare") as show:
         compared = compare_runs(
             scene,
@@ -300,6 +317,7 @@ def compare(
             loop=loop,
             jobs=jobs,
             verified=verify,
+            force=force,
             warn=shell.warn,
             report=show,
             fuse=fuse or (),
@@ -348,6 +366,7 @@ def sweep(
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     file: Annotated[Path | None, Parameter("-o")] = None,
+    force: Force = False,
     json: Json = False,
 ) -> int:
     """Measure a scene's frequency responses: its outputs over its inputs, one input and one frequency at a time.
@@ -390,23 +409,29 @@ def sweep(
     resume
         Go on with the file where a sweep was interrupted; points that failed are tried again.
     file
-        Results file; `results/SCENE.h5` without.
+        Results file; without, `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
+        `results/SCENE_open_loop.h5`.
     """
-    from hfsa.cosim._commands.measure import Request, Settings, load, sweep_scene
+    from hfsa.cosim._commands.measure import Request, Settings, check_file, load, sweep_scene
     from hfsa.cosim._commands.reports import sweep_report
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
-    path = file or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._commands.loops import sweep_loop
+        from hfsa.cosim._storage.target import check_new
         from hfsa.cosim.system import StructureError
 
-        if method != "linear" or input or output:
-            raise StructureError("--open-loop takes --method linear, and no --input and --output")
-        found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid, warn=shell.warn)
-        shell.answer(*found, json)
+        if method != "linear" or input or output or resume:
+            raise StructureError("--open-loop takes --method linear, and no --input, --output and --resume")
+        path = file or _results_file(scene, "_open_loop")
+        check_new(path, force)
+        loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
+        band = {"low": low, "high": high, "points": points, "grid": grid}
+        shell.answer(*sweep_loop(loaded, open_loop, path, force=force, warn=shell.warn, **band), json)
         return shell.DONE
+    path = file or _results_file(scene, "" if method == "stepped" else f"_{method}")
+    check_file(path, resume=resume, force=force)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
     settings = Settings(
         method=method,
         algorithm=loaded.scene.algorithm,
@@ -418,15 +443,17 @@ def sweep(
     request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
     with shell.progress("sweep") as show:
         show(0.0, "building FMUs")
-        sweep_scene(
+        written = sweep_scene(
             loaded,
             request,
             path,
             resume=resume,
+            force=force,
             warn=shell.warn,
             report=lambda p: show(p.work, f"{p.done} of {p.points} points"),
         )
     data, text, is_complete = sweep_report(path)
+    written.check(path)
     shell.answer(data, text, json)
     return shell.DONE if is_complete else shell.PROBLEMS
 
@@ -443,6 +470,7 @@ def stability(
     vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
     algorithm: Algorithm | None = None,
     output: Output = None,
+    force: Force = False,
     json: Json = False,
 ) -> int:
     """Print the longest stable communication step of every algorithm on a scene, or map where it is stable.
@@ -466,7 +494,7 @@ def stability(
     """
     from hfsa.cosim._commands.stability import Request, stability_answer
 
-    request = Request(fuse or (), step, algorithm, order, vary or (), output)
+    request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
     with shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show)
     shell.answer(data, text, json)
@@ -494,14 +522,17 @@ def bode(
     output
         Outputs to draw, by full name; all that are not zero by symmetry without.
     picture
-        Picture file; its ending says the format. The first results file with the ending `.png` without.
+        Picture file; its ending says the format. The first results file with the ending `.png` without. A picture that
+        is there is replaced.
     """
+    from hfsa.cosim._storage.target import check_picture
     from hfsa.cosim.plots import bode_figure, save
     from hfsa.cosim.results import read
 
-    figure = bode_figure([read(path) for path in files], output or (), input or ())
+    sweeps = [read(path) for path in files]
     path = picture or files[0].with_suffix(".png")
-    save(figure, path)
+    check_picture(path)
+    save(bode_figure(sweeps, output or (), input or ()), path)
     shell.answer({"file": path}, str(path), json)
     return shell.DONE
 
@@ -519,6 +550,11 @@ def main(tokens: list[str] | None = None) -> int:
             return shell.USAGE
 
     return shell.run(verb)
+
+
+def _results_file(scene: str, ending: str) -> Path:
+    """Return the results file of a scene, by name or path, where none is named."""
+    return Path("results", f"{Path(scene).stem}{ending}.h5")
 
 
 def _export_folder() -> Path:

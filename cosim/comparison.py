@@ -40,12 +40,16 @@ _DRAWN = 1500
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to be made into the file `path`, the outputs (full names) that are judged, whether their errors as well."""
+    """A run to be made into the file `path`, with `force` as `run`.
+
+    The `outputs` (full names) are judged, with `verified` their errors as well.
+    """
 
     ready: Ready
     path: Path
     outputs: Sequence[str]
     verified: bool = False
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -144,7 +148,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     begin, failure, failure_time = time.perf_counter(), "", None
     warnings: list[str] = []
     try:
-        warnings += run(trial.ready, trial.path, first).warnings.values()
+        warnings += run(trial.ready, trial.path, first, trial.force).warnings.values()
     except StepError as error:
         failure, failure_time = str(error), error.time
     except ResultsError as error:

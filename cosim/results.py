@@ -17,6 +17,7 @@
 
 Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `open_dataset(path, group="bode",
 engine="h5netcdf")`. Only one process may write a file.
+A file that is there already is not overwritten unless that is asked for (`_storage/target.py`).
 """
 
 import contextlib
@@ -30,6 +31,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.cosim._interrupts import held
 from hfsa.cosim._storage import hdf5
 from hfsa.cosim._storage.hdf5 import Node
 from hfsa.cosim._storage.records import (
@@ -47,6 +49,7 @@ from hfsa.cosim._storage.records import (
     Theory,
 )
 from hfsa.cosim._storage.resume import check_same
+from hfsa.cosim._storage.target import Identity
 from hfsa.cosim.frequency_response import phase
 from hfsa.cosim.system import nearest
 
@@ -54,6 +57,7 @@ __all__ = [
     "AlgorithmChoice",
     "Bode",
     "ErrorEstimate",
+    "Identity",
     "InstanceRecord",
     "LevelChoice",
     "OrderChoice",
@@ -83,25 +87,23 @@ _ERRORS = ("error_estimate", "relative_error")
 
 
 class SweepFile:
-    """A sweep's results file, open for writing by this process alone."""
+    """A sweep's results file, open for writing by this process alone; `identity` is what it is under any name."""
 
     def __init__(self, store: hdf5.Store):
-        self.path = store.path
+        self.path, self.identity = store.path, store.identity
         self._store = store
         # what the file holds: rows are written whole, which is many times faster than entry by entry
         self._arrays = {name: store.file["bode"][name][:] for name in (*_COMPUTED, "magnitude", "phase")}
 
     @classmethod
-    def create(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
-        """Create the file with all points pending; an older file of that name is replaced."""
-        return cls(hdf5.Store.create(path, system, lambda file: _lay_out(file, plan)))
+    def create(cls, path: Path, plan: Plan, system: SystemRecord, force: bool = False) -> "SweepFile":
+        """Create the file with all points pending; `force` replaces a results file of that name, as `Store.create`."""
+        return cls(hdf5.Store.create(path, system, lambda file: _lay_out(file, plan), force))
 
     @classmethod
     def resume(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
         """Open the file to go on; `ResultsError` names what differs where it belongs to another sweep."""
-        with hdf5.open_file(path) as file, hdf5.translated(path, "read"):
-            check_same(path, file, plan, system)
-        store = hdf5.Store(path)
+        store = hdf5.Store.resume(path, lambda file: check_same(path, file, plan, system))
         hdf5.set_status(store.file, hdf5.RUNNING)
         return cls(store)
 
@@ -129,8 +131,9 @@ class SweepFile:
             arrays["status"][point.frequency, point.input] = point.status
         rows = {point.frequency for point in points}
         first, last = min(rows, default=0), max(rows, default=-1) + 1
-        self._write_rows(slice(first, last), [name for name in arrays if name != "status"])
-        self._write_rows(slice(first, last), ["status"])
+        with held():
+            self._write_rows(slice(first, last), [name for name in arrays if name != "status"])
+            self._write_rows(slice(first, last), ["status"])
 
     def _write_rows(self, rows: slice, names: Iterable[str]) -> None:
         """Write rows of some arrays, and see to it that they are on the disk."""
@@ -141,8 +144,9 @@ class SweepFile:
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
         pending = np.any(self._arrays["status"] == Status.PENDING)
-        hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
-        self._store.close()
+        with held():
+            hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
+            self._store.close()
 
     def __enter__(self) -> "SweepFile":
         return self
@@ -152,9 +156,20 @@ class SweepFile:
 
 
 class RunFile:
-    """The recorded variables of a time-domain run, by full name; rows not reached stay NaN."""
+    """The recorded variables of a time-domain run, by full name; rows not reached stay NaN.
 
-    def __init__(self, path: Path, time: NDArray[np.float64], units: Mapping[str, str], system: SystemRecord):
+    With `force` it replaces a results file of that name, as `Store.create`. `identity` is what the file is under any
+    name.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        time: NDArray[np.float64],
+        units: Mapping[str, str],
+        system: SystemRecord,
+        force: bool = False,
+    ):
         def fill(file: Node) -> None:
             """Lay out the time axis and a dataset for each variable."""
             group = file.create_group("time")
@@ -165,19 +180,30 @@ class RunFile:
                     dataset.attrs[attribute] = np.nan  # until a verification writes it in place
             group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
 
-        self._store = hdf5.Store.create(path, system, fill)
+        self._store = hdf5.Store.create(path, system, fill, force)
+        self.identity = self._store.identity
 
     def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
         """Write values of recorded variables from a row on, and flush."""
-        for name, block in values.items():
-            self._store.file["time"][name][row : row + len(block)] = block
-        self._store.flush()
+        with held():
+            for name, block in values.items():
+                self._store.file["time"][name][row : row + len(block)] = block
+            self._store.flush()
 
     def close(self, failure: str = "") -> None:
         """Close the file with status `complete`, or `failed` with the message as attribute of `/time`."""
-        self._store.file["time"].attrs.modify("message", np.bytes_(_clipped(failure)))
-        hdf5.set_status(self._store.file, hdf5.FAILED if failure else hdf5.COMPLETE)
-        self._store.close()
+        self._close(hdf5.FAILED if failure else hdf5.COMPLETE, failure)
+
+    def interrupt(self) -> None:
+        """Close the file of a run that was ended from outside, with status `interrupted`."""
+        self._close(hdf5.INTERRUPTED, "interrupted before the end")
+
+    def _close(self, status: bytes, message: str) -> None:
+        """Close the file with a status and a message."""
+        with held():
+            self._store.file["time"].attrs.modify("message", np.bytes_(_clipped(message)))
+            hdf5.set_status(self._store.file, status)
+            self._store.close()
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ Everything that is recorded is in the file; what is returned says how it went.
 """
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,11 +19,18 @@ from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.divergence import Scale
 from hfsa.cosim.instance import StepError
 from hfsa.cosim.limits import Acting, acting, limit_signals
-from hfsa.cosim.results import RunFile, SystemRecord
+from hfsa.cosim.master import Master
+from hfsa.cosim.results import Identity, RunFile, SystemRecord
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, connector
 
-_BLOCK = 10_000
-"""Steps between two writes to the file."""
+_BLOCK = 0.1
+"""Time [s] that steps at a stretch shall take: as long as an interruption may wait."""
+
+_UNWRITTEN = 0.8
+"""Time [s] after which recorded rows are written to the file, unless a single step takes longer."""
+
+_FASTER = 10
+"""Factor by which a stretch of steps may be longer than the last one."""
 
 
 @dataclass(frozen=True)
@@ -75,17 +83,22 @@ class Ready:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first."""
+    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first.
+
+    `file` tells its results file from another that may have got its name since.
+    """
 
     warnings: Mapping[str, str]
     limits: Sequence[Acting]
+    file: Identity
 
 
-def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Ended:
+def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> Ended:
     """Run into the file `path`, what tells of a limit (`limits.py`) recorded as well.
 
-    The file is written as the run goes on; a `StepError` is written to it as well, with everything recorded before, and
-    raised. `report` is called with the part done, 0 to 1, and may raise to end the run.
+    The file is written as the run goes on, about once a second; a `StepError` is written to it as well, with everything
+    recorded before, and raised. `report` is called with the part done, 0 to 1, and may raise to end the run. `force`
+    replaces a results file of that name (`results.RunFile`).
     """
     steps, system = ready.steps, ready.system
     with contextlib.ExitStack() as stack:
@@ -98,8 +111,10 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
         recording.watch.limit(ready.scales)
-        file = RunFile(path, np.arange(steps + 1, dtype=np.float64) * ready.step_size, units, ready.record)
-        written, failure = 0, "stopped before the end"
+        failed = _initialize(master, max(ready.stop_time, ready.end))
+        times = np.arange(steps + 1, dtype=np.float64) * ready.step_size
+        file = RunFile(path, times, units, ready.record, force)
+        written, failure, is_interrupted = 0, "stopped before the end", False
 
         def write() -> None:
             """Write what has been recorded since."""
@@ -108,20 +123,54 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None)
             written = recording.rows
 
         try:
-            # A last step that rounding takes beyond the stop time is no step beyond what the FMUs are told.
-            master.initialize(stop_time=max(ready.stop_time, ready.end))
-            for done in range(0, steps, _BLOCK):
-                master.advance(min(_BLOCK, steps - done))
-                write()
+            if failed is not None:
+                raise failed
+            last = time.monotonic()
+            for done in _stretches(master, steps):
+                if done == steps or time.monotonic() - last > _UNWRITTEN:
+                    write()
+                    last = time.monotonic()
                 if report is not None:
-                    report(min(done + _BLOCK, steps) / steps)
+                    report(done / steps)
             failure = ""
         except StepError as error:
             failure = str(error)
+            raise
+        except KeyboardInterrupt:
+            is_interrupted = True
             raise
         finally:
             try:
                 write()
             finally:
-                file.close(failure)
-        return Ended(master.warnings, acting(recording.time, {name: recording[name] for name in limits}))
+                if is_interrupted:
+                    file.interrupt()
+                else:
+                    file.close(failure)
+        found = acting(recording.time, {name: recording[name] for name in limits})
+        return Ended(master.warnings, found, file.identity)
+
+
+def _initialize(master: Master, stop_time: float) -> StepError | None:
+    """Initialize a master that will go to `stop_time` [s]; return why it cannot step, `None` where it can.
+
+    What is wrong with the request is raised: no file is made for that. A last step that rounding takes beyond the stop
+    time is no step beyond what the FMUs are told.
+    """
+    try:
+        master.initialize(stop_time=stop_time)
+    except StepError as error:
+        return error
+    return None
+
+
+def _stretches(master: Master, steps: int) -> Iterator[int]:
+    """Take steps, yielding their number so far after each stretch of about `_BLOCK`, as measured by the last one."""
+    done, stretch = 0, 1
+    while done < steps:
+        begin = time.monotonic()
+        master.advance(min(stretch, steps - done))
+        fitting = int(stretch * _BLOCK / max(time.monotonic() - begin, 1e-9))
+        done = min(done + stretch, steps)
+        yield done
+        stretch = max(1, min(fitting, _FASTER * stretch))

@@ -37,7 +37,7 @@ def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> 
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         library = compile_library(sources, Path(scratch)).read_bytes()
     for version in versions:
-        file = Path(folder) / f"{model.name}.fmi{version}.fmu"
+        file = file_of(model, folder, version)
         with _appearing(file) as unfinished:
             pack(unfinished, members(model, sources, library, version))
             problems = check(unfinished)
@@ -45,6 +45,11 @@ def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> 
                 raise ExportError("\n  ".join([f"{file.name} breaks {len(problems)} rules:", *problems]))
         files.append(file)
     return files
+
+
+def file_of(model: Model, folder: Path, version: Version) -> Path:
+    """Return the path of a model's FMU in a folder."""
+    return Path(folder) / f"{model.name}.fmi{version}.fmu"
 
 
 def members(model: Model, sources: Sources, library: bytes, version: Version) -> dict[str, bytes]:
@@ -76,13 +81,17 @@ def pack(file: Path, files: Mapping[str, bytes]) -> None:
 
 @contextlib.contextmanager
 def _appearing(file: Path) -> Iterator[Path]:
-    """Give a path beside `file` to write to; it takes the place of `file` at the end, or vanishes with an exception."""
-    unfinished = file.with_name(f".{file.name}.{os.getpid()}")
+    """Give a path beside `file` to write to; it takes the place of `file` at the end, or vanishes with an exception.
+
+    A symbolic link stays one: what it leads to is replaced.
+    """
+    real = Path(os.path.realpath(file))
+    unfinished = real.with_name(f".{real.name}.{os.getpid()}")
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
+        real.parent.mkdir(parents=True, exist_ok=True)
         try:
             yield unfinished
-            os.replace(unfinished, file)
+            os.replace(unfinished, real)
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:

@@ -9,6 +9,7 @@ the others alone. Like `measure.py` it stands on the roof: it asks `build.py` fo
 """
 
 import contextlib
+import dataclasses
 import itertools
 import os
 import re
@@ -22,6 +23,7 @@ from hfsa.cosim import _pool
 from hfsa.cosim._commands.measure import load
 from hfsa.cosim._commands.runs import Drive, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
+from hfsa.cosim._storage.target import check_new
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.results import OrderChoice
 from hfsa.cosim.system import StructureError
@@ -92,6 +94,7 @@ def compare(
     loop: str = LOOPS[0],
     jobs: int | None = None,
     verified: bool = False,
+    force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float, str], None] | None = None,
     **changes: Any,
@@ -100,15 +103,17 @@ def compare(
 
     `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor,
     `verified` adds error estimates; `report` is called with the part done, 0 to 1, and a word. `StructureError` for
-    what cannot run as it is asked for.
+    what cannot run as it is asked for, `ResultsError` for a file that is there already, unless `force` replaces it.
     """
     for name in over:
         if name in arguments:
             raise StructureError(f"{name} is given with -p and with --over; expected one of them")
     tell = report or (lambda *_: None)
-    library = chosen_loop(loop, warn)
     combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     paths = _paths(folder, Path(scene).stem, combinations)
+    for path in paths:
+        check_new(path, force, "--force replaces it, -o names a figure in another folder, where the files go too")
+    library = chosen_loop(loop, warn)
     trials, title = [], ""
     for values, path in zip(combinations, paths, strict=True):
         tell(0.0, f"building FMUs for {_words(values)}")
@@ -117,7 +122,7 @@ def compare(
         ready = prepare(loaded, drive or Drive(), library, partial(_warn_of, values, warn))
         if verified:
             check_verifiable(ready)
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), verified))
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), verified, force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order)
@@ -154,7 +159,9 @@ def _perform(
     work = perform if apart else partial(perform, report=within)
     within(0.0)
     try:
-        with contextlib.closing(_pool.results(work, trials, jobs, apart=is_foreign)) as results:
+        # a run whose process died has left a file behind
+        again = partial(dataclasses.replace, force=True)
+        with contextlib.closing(_pool.results(work, trials, jobs, apart=is_foreign, again=again)) as results:
             for trial, outcome in results:
                 outcomes[trial.path] = outcome or Outcome(trial.path, failure=CRASHED)
                 within(0.0)

@@ -39,12 +39,13 @@ def sweep_loop(
     high: float | None = None,
     points: int | None = None,
     grid: str = "response",
+    force: bool = False,
     warn: Callable[[str], None] = print,
 ) -> tuple[dict[str, Any], str]:
     """Write loop gain and sensitivity at a connection into the file `path`; return the margins, as data and as text.
 
     Frequencies [Hz] are from `low` to `high`, by default the scene's band, widened to what the margins are found at.
-    Raises `StructureError` for a connection that does not exist or closes no loop.
+    Raises `StructureError` for a connection that does not exist or closes no loop. `force` replaces a results file.
     """
     refuse_order(loaded)
     library = chosen_loop(LOOPS[0], warn) if levels.automatic(loaded.scene) else None
@@ -62,7 +63,7 @@ def sweep_loop(
     settings = {"method": "linear", "open_loop": str(connection)}
     plan = Plan(frequency, OUTPUTS, (Signal(str(connection), "1"),), settings)
     record = system_record(loaded.title, scene_text(scene), (scene.system, files), operating_point=loop.operating_point)
-    with SweepFile.create(path, plan, levels.with_choices(record, choices)) as file:
+    with SweepFile.create(path, plan, levels.with_choices(record, choices), force) as file:
         file.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return _data(loop, margins, path), _text(loop, margins, path)
 

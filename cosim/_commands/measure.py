@@ -11,6 +11,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +25,10 @@ from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim._load_scene import scenes
 from hfsa.cosim._scene_text import scene_text
+from hfsa.cosim._storage.target import REPLACING, check_continued, check_new
 from hfsa.cosim.feedthrough import refuse_loops
 from hfsa.cosim.frequency_response import negligible
-from hfsa.cosim.results import LevelChoice, Plan, SweepFile, Theory
+from hfsa.cosim.results import Identity, LevelChoice, Plan, SweepFile, Theory
 from hfsa.cosim.step_judge import judge
 from hfsa.cosim.sweep import (
     Bench,
@@ -127,16 +129,30 @@ def _refuse_loops(scene: Scene) -> None:
     refuse_loops(system, variables)
 
 
+def check_file(path: Path, *, resume: bool, force: bool) -> None:
+    """Raise `ResultsError` where a sweep may not write: a results file of ours is gone on with, or replaced."""
+    if resume and force:
+        raise StructureError("--resume goes on with a results file, --force replaces it; expected one of them")
+    if resume:
+        check_continued(path)
+    else:
+        check_new(path, force, f"--resume goes on with it, {REPLACING}")
+
+
 def sweep_scene(
     loaded: Loaded,
     request: Request,
     path: Path,
     *,
     resume: bool = False,
+    force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[Progress], None] | None = None,
-) -> None:
-    """Sweep a scene into the file `path`; with `resume`, go on with the file if there is one."""
+) -> Identity:
+    """Sweep a scene into the file `path` and return which file that is.
+
+    Where there is one, `resume` goes on with it and `force` replaces it.
+    """
     settings = request.settings
     if settings.method == "linear":
         refuse_order(loaded)
@@ -157,13 +173,13 @@ def sweep_scene(
     dense = None if theory is None else theory.response(draft.frequency)
     plan = dataclasses.replace(draft, frequency=_frequencies(draft, dense, request))
     text = scene_text(scene)
-    opening = SweepFile.resume if resume and path.is_file() else SweepFile.create
+    opening = SweepFile.resume if resume and path.is_file() else partial(SweepFile.create, force=force)
     if theory is not None and settings.method == "linear":
         point = {system.own_name(name): value for name, value in theory.operating_point.items()}
         record = system_record(loaded.title, text, (system, files), operating_point=point)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(finished(theory.response(plan.frequency)))
-        return
+        return file.identity
     if theory is not None and dense is not None:
         line = _along(draft, dense, _LINE)
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
@@ -192,6 +208,7 @@ def sweep_scene(
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
             raise
+    return file.identity
 
 
 def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene, dict[str, LevelChoice]]:
@@ -312,8 +329,9 @@ def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[n
 
 
 def _bench(scene: Scene, system: System, outputs: Sequence[str], library: Path | None) -> Bench:
-    """Return a scene's system with its instruments, ready to be measured."""
+    """Return a scene's system with its instruments, ready to be measured, its wiring checked."""
     files = build.files_for(system, scene.algorithm)
+    check(system, {name: describe(file).variables for name, file in files.items()})
     return Bench(system, files, tuple(outputs), scene.source.name, build.LOCK_IN, library)
 
 

@@ -85,6 +85,16 @@ Verify = Annotated[
         "the step, which takes twice as long as the first.",
     ),
 ]
+Force = Annotated[
+    bool,
+    Parameter(
+        "--force",
+        negative=(),
+        show_default=False,
+        help="Replace results files of hfsa that are there already; without, they are an error. Whatever else is there "
+        "is never replaced.",
+    ),
+]
 Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
 Signals = Annotated[list[str] | None, Parameter(negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]

@@ -22,6 +22,7 @@ from hfsa.cosim._scene_text import scene_text
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.aliasing import check_resolved
 from hfsa.cosim.divergence import recorded_scales
+from hfsa.cosim.results import Identity
 from hfsa.cosim.run import Ready, run
 from hfsa.cosim.step_judge import judge
 from hfsa.cosim.sweep import system_record
@@ -99,19 +100,24 @@ def run_scene(
     *,
     loop: str = LOOPS[0],
     verified: bool = False,
+    force: bool = False,
     warn: Callable[[str], None] = print,
     report: Callable[[float], None] | None = None,
-) -> None:
-    """Run a scene in time into the file `path`; `loop` is one of `LOOPS`, `verified` adds error estimates."""
+) -> Identity:
+    """Run a scene in time into the file `path`, as `run` with `force`, and return which file that is.
+
+    `loop` is one of `LOOPS`, `verified` adds error estimates.
+    """
     ready = prepare(loaded, drive, chosen_loop(loop, warn), warn)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)
-    ended = run(ready, path, first)
+    ended = run(ready, path, first, force)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
     if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
         warn(sentence)
+    return ended.file
 
 
 def _driven(scene: Scene, excited: str, frequency: float | None) -> System:

@@ -1,7 +1,7 @@
 """How a verb speaks: its answer on stdout, as text or JSON; progress, warnings and errors on stderr; an exit code.
 
 0 done    1 a check found problems or points failed    2 wrong usage    3 build failed    4 simulation failed
-130 interrupted
+130 interrupted    143 ended by SIGTERM    129 ended by SIGHUP
 """
 
 import contextlib
@@ -14,6 +14,8 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+from hfsa.cosim._interrupts import Interrupted, heard
 
 DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
@@ -34,7 +36,11 @@ _WIDEST = 10_000
 def run(verb: Callable[[], int | None]) -> int:
     """Run a verb and return its exit code; our own errors become one line on stderr, others are bugs and fly."""
     try:
-        return verb() or DONE
+        with heard():
+            return verb() or DONE
+    except Interrupted as interruption:
+        warn(interruption.words)
+        return interruption.code
     except KeyboardInterrupt:
         warn("interrupted")
         return INTERRUPTED

@@ -19,6 +19,7 @@ from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
 from hfsa.cosim._stability_map import StabilityMap, default_path, parse_axis, stability_map
 from hfsa.cosim._stability_map_file import map_figure, write_map
+from hfsa.cosim._storage.target import check_new, check_picture
 from hfsa.cosim._style import save
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linearize
@@ -43,7 +44,7 @@ class Request:
         step_size: [s].
         order: of the components' steps, as typed.
         vary: axes of a map, as typed; none for limits.
-        file: of the map.
+        file: of the map; `force` replaces a results file of that name.
     """
 
     fuse: Sequence[str] = ()
@@ -52,6 +53,7 @@ class Request:
     order: str | None = None
     vary: Sequence[str] = ()
     file: Path | None = None
+    force: bool = False
 
 
 def stability_answer(
@@ -61,12 +63,17 @@ def stability_answer(
 
     `StructureError` for words that do not go together, and where the scene has no equilibrium.
     """
+    path = request.file or default_path(name)
+    if request.vary:
+        check_new(path, request.force)
+        check_picture(_picture(path))
     changes = {"step_size": request.step_size, "algorithm": request.algorithm}
     loaded = load(name, arguments, request.fuse, order=request.order, **changes)
     if not request.vary:
-        if request.file is not None:
+        if request.file is not None or request.force:
+            option = "--force" if request.file is None else f"-o {request.file}"
             raise StructureError(
-                f"-o {request.file}: limits are printed, or answered with --json; a file is made of a map, which takes "
+                f"{option}: limits are printed, or answered with --json; a file is made of a map, which takes "
                 "--vary NAME=FROM:TO:N"
             )
         return *_limits(loaded, request.algorithm, report), True
@@ -81,7 +88,7 @@ def stability_answer(
         report=report,
     )
     agree, simulated = found.agreement
-    return *_map(found, loaded.title, request.file or default_path(name)), agree == simulated
+    return *_map(found, loaded.title, path, request.force), agree == simulated
 
 
 def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:
@@ -133,10 +140,15 @@ def _names(loaded: Loaded) -> list[str]:
     return [component.name for component in scene.system.components]
 
 
-def _map(found: StabilityMap, title: str, path: Path) -> tuple[dict[str, Any], str]:
+def _picture(path: Path) -> Path:
+    """Return the picture beside a map's file."""
+    return path.with_suffix(".png")
+
+
+def _map(found: StabilityMap, title: str, path: Path, force: bool) -> tuple[dict[str, Any], str]:
     """Write a map and its picture beside it; return what they hold, as data and as text."""
-    write_map(path, found, title)
-    picture = path.with_suffix(".png")
+    write_map(path, found, title, force)
+    picture = _picture(path)
     save(map_figure(found, title), picture)
     agree, simulated = found.agreement
     data = {

@@ -13,6 +13,7 @@ from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._commands.study_figure import map_figure, save
 from hfsa.cosim._commands.study_file import write_map
 from hfsa.cosim._prefixes import readable
+from hfsa.cosim._storage.target import check_new, check_picture
 from hfsa.cosim.system import StructureError
 
 _SHARE = 20.0
@@ -29,7 +30,7 @@ class Request:
         map: two dimensions, `tm,l` or with ranges `tm=1e-5:4e-5,l`.
         optimize: whether the optimum is asked for.
         bounds: of the optimum, `20` or `20,tm=1e-5:4e-5,l=2e-4`.
-        output: file of the map.
+        output: file of the map; `force` replaces a results file of that name.
     """
 
     sensitivity: bool
@@ -37,6 +38,7 @@ class Request:
     optimize: bool
     bounds: str | None
     output: Path | None
+    force: bool = False
 
     def is_study(self) -> bool:
         """Return whether a study is asked for; `StructureError` for options that do not go together."""
@@ -46,6 +48,8 @@ class Request:
             raise StructureError(f"{' and '.join(asked)} ask for different answers; take one at a time")
         if self.output is not None and self.map is None:
             raise StructureError("-o is the file of a map; it takes --map")
+        if self.force and self.map is None:
+            raise StructureError("--force replaces the file of a map; it takes --map")
         if self.bounds is not None and not self.optimize:
             raise StructureError("--bounds are those of an optimum; they take --optimize")
         return bool(asked)
@@ -66,8 +70,10 @@ def study_answer(study: Study, request: Request, name: str, words: Mapping[str, 
         path = request.output or Path("results", f"{name}_map.h5")
         if path.suffix == _PICTURE:
             raise StructureError(f"-o {path} is the map's HDF5 file; its picture is written beside it, with {_PICTURE}")
+        check_new(path, request.force)
+        check_picture(path.with_suffix(_PICTURE))
         described = " ".join([name, *(f"{key}={value}" for key, value in words.items())])
-        return *_map(study, _items(request.map, "--map"), path, described), True
+        return *_map(study, _items(request.map, "--map"), path, described, request.force), True
     share, given = _bounds(request.bounds or f"{_SHARE:g}")
     found = optimum(study, bounds(study, share, given))
     return _optimum_data(found), _optimum_text(found), found.is_converged
@@ -141,10 +147,12 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
     return data, "\n".join(lines)
 
 
-def _map(study: Study, ranges: Mapping[str, Range | None], path: Path, words: str) -> tuple[dict[str, Any], str]:
+def _map(
+    study: Study, ranges: Mapping[str, Range | None], path: Path, words: str, force: bool
+) -> tuple[dict[str, Any], str]:
     """Write a map and its picture; return what they hold."""
     found = response_map(study, ranges)
-    write_map(path, found, words)
+    write_map(path, found, words, force)
     picture = path.with_suffix(_PICTURE)
     save(map_figure(found), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))

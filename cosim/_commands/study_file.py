@@ -19,9 +19,12 @@ from hfsa.cosim._storage.hdf5 import Node
 from hfsa.cosim._storage.records import SystemRecord
 
 
-def write_map(path: Path, found: ResponseMap, words: str) -> None:
-    """Write a map, complete or not at all; `words` say what was studied. `ResultsError` where that fails."""
-    store = hdf5.Store.create(path, SystemRecord(found.study.title, words), lambda file: _fill(file, found))
+def write_map(path: Path, found: ResponseMap, words: str, force: bool = False) -> None:
+    """Write a map, complete or not at all, with `force` in place of a results file; `words` say what was studied.
+
+    `ResultsError` where that fails.
+    """
+    store = hdf5.Store.create(path, SystemRecord(found.study.title, words), lambda file: _fill(file, found), force)
     hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
 

@@ -2,7 +2,7 @@
 
 Everything a file will hold is laid out and written once, with fill values, before the file gets its name; afterwards
 numbers are only overwritten in place. So the file is readable after a kill at any moment, and a disk that fills up is
-noticed before the work begins, not after.
+noticed before the work begins, not after. From its first moment to its last the file is locked for others.
 """
 
 import contextlib
@@ -20,6 +20,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from hfsa.cosim._interrupts import held
+from hfsa.cosim._storage import target
 from hfsa.cosim._storage.records import AlgorithmChoice, LevelChoice, OrderChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
@@ -33,66 +35,107 @@ Node = Any
 
 
 class Store:
-    """An HDF5 file open for writing by this process alone: `file` is h5py's, `flush` and `close` report a full disk."""
+    """An HDF5 file open for writing by this process alone: `file` is h5py's, `flush` and `close` report a full disk.
 
-    def __init__(self, path: Path, opened: Path | None = None, mode: str = "r+"):
+    `identity` tells it from whatever else may get its name.
+    """
+
+    def __init__(self, path: Path, disk: "_Disk"):
         self.path = path
-        self._disk = _Disk(opened or path, mode)
-        try:
-            with translated(path, "open"):
-                self.file: Node = h5py.File(self._disk, mode)
-        except ResultsError:
-            self._disk.close()
-            raise
+        self._disk = disk
+        # a change of the working folder, by whatever code, changes nothing
+        self._real = Path(os.path.realpath(path))
+        self.identity = target.Identity.of(disk.fileno())
+        with translated(path, "open"):
+            self.file: Node = h5py.File(disk, "r+")
 
     @classmethod
-    def create(cls, path: Path, system: SystemRecord, fill: Callable[[Node], None]) -> "Store":
-        """Create a results file and open it; a file of that name is replaced once the new one is complete on disk."""
-        part = path.with_name(f"{path.name}.part")
+    def create(cls, path: Path, system: SystemRecord, fill: Callable[[Node], None], force: bool = False) -> "Store":
+        """Create a results file and open it, once it is complete on disk.
+
+        `ResultsError` where something stands there: a results file of ours is replaced with `force`, all else never.
+        """
+        target.check_new(path, force)
+        with target.unfinished(path) as part:
+            disk = _Disk(path, part, "x+")
+            try:
+                with held(), translated(path, "write"):
+                    with h5py.File(disk, "w") as file:
+                        _write_attributes(file, system.title)
+                        _write_system(file.create_group("system"), system)
+                        fill(file)
+                    disk.report()
+                disk = disk.placed(part, lambda: target.check_new(path, force))
+                return cls(path, disk)
+            except BaseException:
+                disk.close()
+                raise
+
+    @classmethod
+    def resume(cls, path: Path, check: Callable[[Node], None]) -> "Store":
+        """Open a results file to go on with it, which `check` may refuse before anything is changed."""
+        if not path.is_file():
+            raise ResultsError(f"there is no file {path}")
+        disk = _Disk(path, path, "r+")
         try:
-            with translated(path, "write"):
-                path.parent.mkdir(parents=True, exist_ok=True)
-                store = cls(path, part, "w")
-                try:
-                    _write_attributes(store.file, system.title)
-                    _write_system(store.file.create_group("system"), system)
-                    fill(store.file)
-                finally:
-                    store.close()
-                os.replace(part, path)
-        finally:
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
-        return cls(path)
+            if not target.Identity.of(disk.fileno()).is_at(path):
+                raise ResultsError(f"cannot write {path}: another process has just replaced it")
+            with translated(path, "open"), h5py.File(disk, "r") as file:
+                _check_version(path, file)
+                check(file)
+            return cls(path, disk)
+        except BaseException:
+            disk.close()
+            raise
 
     def flush(self) -> None:
         """Write everything to the file; `ResultsError` where that fails."""
-        self.file.flush()
-        self._report()
+        with held():
+            self.file.flush()
+        self._disk.report()
 
     def close(self) -> None:
-        """Write everything and close; `ResultsError` where something was not written. What was stays readable."""
-        self.file.close()
-        self._disk.close()
-        self._report()
+        """Write everything and close; `ResultsError` where something was not written. What was stays readable.
 
-    def _report(self) -> None:
-        """Raise `ResultsError` for what the disk refused."""
-        if self._disk.error is not None:
-            raise ResultsError(f"cannot write {self.path}: {_reason(self._disk.error)}") from self._disk.error
+        `ResultsError`, too, where the file has lost its name.
+        """
+        with held():
+            self.file.close()
+            self._disk.close()
+        self._disk.report()
+        self.identity.check(self._real)
 
 
 class _Disk(io.FileIO):
-    """The file HDF5 writes to. A write that fails is remembered, not reported: after one, HDF5 crashes when it ends."""
+    """The file HDF5 writes to, locked: `opened` is its present name, `path` the one to tell.
 
-    def __init__(self, path: Path, mode: str):
-        super().__init__(path, {"w": "w+", "r+": "r+"}[mode])
+    A write that fails is remembered, not reported: after one, HDF5 crashes when it ends.
+    """
+
+    def __init__(self, path: Path, opened: Path, mode: str):
+        with translated(path, "write"):
+            super().__init__(opened, mode)
+        self.path = path
         self.error: OSError | None = None
         try:
-            _lock(self.fileno())
-        except OSError:
+            target.lock(self.fileno(), path)
+        except ResultsError:
             self.close()
-            raise ResultsError(f"cannot write {path}: another process has it open") from None
+            raise
+
+    def placed(self, part: Path, check: Callable[[], target.Found]) -> "_Disk":
+        """Give the file, complete and called `part`, the name `path`, still locked."""
+        if target.fcntl is None:  # Windows renames no file that is open
+            self.close()
+            target.put_in_place(part, self.path, check)
+            return _Disk(self.path, self.path, "r+")
+        target.put_in_place(part, self.path, check)
+        return self
+
+    def report(self) -> None:
+        """Raise `ResultsError` for what the disk refused."""
+        if self.error is not None:
+            raise ResultsError(f"cannot write {self.path}: {_reason(self.error)}") from self.error
 
     def write(self, data, /) -> int:
         """Write everything; an error of the system is kept for later, as HDF5 cannot bear one here."""
@@ -119,12 +162,20 @@ def open_file(path: Path) -> Node:
     if not path.is_file():
         raise ResultsError(f"there is no file {path}")
     with translated(path, "open"):
-        file: Node = h5py.File(path, "r")
+        file: Node = h5py.File(path, "r", locking=None if target.has_locks(path) else False)
+    try:
+        _check_version(path, file)
+    except ResultsError:
+        file.close()
+        raise
+    return file
+
+
+def _check_version(path: Path, file: Node) -> None:
+    """Raise `ResultsError` for a file of another format."""
     found = file.attrs.get("format_version")
     if found != FORMAT_VERSION:
-        file.close()
         raise ResultsError(f"{path} has format version {found}, expected {FORMAT_VERSION}")
-    return file
 
 
 @contextlib.contextmanager
@@ -200,7 +251,7 @@ def _write_attributes(file: Node, title: str) -> None:
     """Write what made the file, and when."""
     file.attrs["title"] = title
     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
-    file.attrs["tool"] = "hfsa"
+    file.attrs["tool"] = target.TOOL
     file.attrs["tool_version"] = version("hfsa")
     file.attrs["git_commit"] = _git_commit()
     file.attrs["command"] = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
@@ -330,15 +381,6 @@ def _git_commit() -> str:
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
-
-
-def _lock(descriptor: int) -> None:
-    """Lock a file for writing as HDF5 does, so that it refuses to open it elsewhere; `OSError` where it is locked."""
-    try:
-        import fcntl
-    except ImportError:  # Windows itself refuses to replace a file that is open
-        return
-    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _reason(error: Exception) -> str:

@@ -22,7 +22,8 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
     ]
     if differences:
         raise ResultsError(
-            f"{path} belongs to another sweep: {'; '.join(differences)}. Sweep without --resume, or to another file"
+            f"{path} belongs to another sweep: {'; '.join(differences)}. --force in place of --resume replaces it, "
+            "-o names another file"
         )
 
 

@@ -186,7 +186,7 @@ def test_a_run_into_the_limit_says_so(hfsa, loop):
     code, _, err = hfsa("run", "sdelta_hfsa", *words)
     assert (code, err) == (0, "")
     assert not read_run("run.h5")[0]["controller.axis[1].saturation"].any()
-    code, out, err = hfsa("run", "sdelta_hfsa", *LIMIT, *words)
+    code, out, err = hfsa("run", "sdelta_hfsa", *LIMIT, *words, "--force")
     assert code == 0
     values, _ = read_run("run.h5")
     flags = values["controller.axis[1].saturation"]

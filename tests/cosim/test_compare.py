@@ -115,7 +115,7 @@ def test_a_comparison_tells_limits_and_the_sampling_limit(hfsa):
     assert free["sampling"]["longest"] == pytest.approx(3.366e-3, rel=1e-3)
     assert free["sampling"]["is_stable"]
     assert [group["name"] for group in free["groups"]] == ["robot.platform.rotation", "robot.platform.position"]
-    code, out, _ = hfsa("compare", "sdelta_hfsa", "--over", "torque_limit=7.16,1e-4", *words)
+    code, out, _ = hfsa("compare", "sdelta_hfsa", "--over", "torque_limit=7.16,1e-4", *words, "--force")
     assert code == 0
     (first, second) = [line for line in out.splitlines() if line.startswith(("7.16", "1e-4"))]
     assert " none " in first
@@ -134,7 +134,7 @@ def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
     assert "not finite at t = 1.5" in failed["message"]
     assert failed["steps"] == pytest.approx(1500, abs=2)
     assert (fine["status"], fine["steps"], fine["message"]) == ("complete", 2000, "")
-    code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.2,1.5", "-j", "1")
+    code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.2,1.5", "-j", "1", "--force")
     assert code == 4
     assert out.count("FAILED at 1.") == 2
     assert "box.at=1.5 failed: box" in out

@@ -68,14 +68,14 @@ def test_a_measured_sweep_brings_its_theory_along(path):
     with xarray.open_dataset(path, group="theory", engine="h5netcdf") as theory:
         entry = theory.response.sel(output="robot.rotation[1]", input="reference.position[3]")
         np.testing.assert_array_equal(entry, THEORY.response[:, 2, 0])
-    assert SweepFile.create(path, PLAN, SYSTEM).close() is None
+    assert SweepFile.create(path, PLAN, SYSTEM, force=True).close() is None
     assert read(path).theory is None
 
 
 def test_what_others_have_found_comes_with_the_scene(path):
     SweepFile.create(path, PLAN, replace(SYSTEM, scene=SYSTEM.scene + 'marks = { "test" = 25.0 }\n')).close()
     assert read(path).marks == {"test": 25.0}
-    SweepFile.create(path, PLAN, SYSTEM).close()
+    SweepFile.create(path, PLAN, SYSTEM, force=True).close()
     assert read(path).marks == {}
 
 
@@ -149,7 +149,7 @@ def test_equal_units_give_the_response_one_unit(path):
             outputs=[Signal(f"a.y[{i}]", u) for i, u in enumerate(outputs, 1)],
             inputs=[Signal("a.u", u) for u in inputs],
         )
-        SweepFile.create(path, plan, SYSTEM).close()
+        SweepFile.create(path, plan, SYSTEM, force=True).close()
         with h5py.File(path) as file:
             assert file["bode/magnitude"].attrs["units"] == unit
 
@@ -266,7 +266,7 @@ def test_a_full_disk_is_noticed_before_the_work_and_spoils_nothing(path):
     resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, hard))
     try:
         with pytest.raises(ResultsError, match=r"cannot write .*sweep.h5: File too large"):
-            SweepFile.create(path, plan, SYSTEM)
+            SweepFile.create(path, plan, SYSTEM, force=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert path.read_bytes() == before
