@@ -112,7 +112,7 @@ def compare(
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
         ready = prepare(loaded, drive or Drive(), library)
-        for sentence in choices_made(ready):
+        for sentence in (*loaded.disagreements, *choices_made(ready)):
             warn(f"{_words(values)}: {sentence}")
         trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)

@@ -90,7 +90,7 @@ def run_scene(
 ) -> None:
     """Run a scene in time into the file `path`; `loop` is one of `LOOPS`."""
     ready = prepare(loaded, drive, chosen_loop(loop, warn))
-    for sentence in choices_made(ready):
+    for sentence in (*loaded.disagreements, *choices_made(ready)):
         warn(sentence)
     warn_of_step(ready.system, ready.files, ready.algorithm, ready.step_size, warn)
     ended = run(ready, path, report)
