@@ -13,6 +13,7 @@ import difflib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin
 
@@ -178,7 +179,6 @@ class _Values(Mapping[str, Any]):
         except ModelError:
             self._arguments = {}
         self._set = {name: v for name, v in {**component.arguments, **component.start}.items() if name not in given}
-        self._model: dict[str, float] | None = None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arguments)
@@ -192,20 +192,24 @@ class _Values(Mapping[str, Any]):
                 return known[name]
         if any(argument.startswith(f"{name}.") for argument in self._arguments):
             raise KeyError(name)  # a dataclass, known by its fields
-        return self._starts[name]
+        level = self._part.levels[-1] if self._component.level == AUTO and self._part.levels else self._component.level
+        return _starts(self._part.name, level, _Arguments(self._component.arguments))[name]
 
-    @property
-    def _starts(self) -> dict[str, float]:
-        """Start values of the model; none where it cannot be built."""
-        if self._model is None:
-            component = self._component
-            level = self._part.levels[-1] if component.level == AUTO and self._part.levels else component.level
-            try:
-                model = self._part.model(level, **component.arguments)
-                self._model = {quantity.name: quantity.start for quantity in model}
-            except ModelError:
-                self._model = {}
-        return self._model
+
+class _Arguments(dict[str, Any]):
+    """Arguments of a component that a cache can keep."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(repr(sorted(self.items(), key=lambda item: item[0])))
+
+
+@lru_cache(maxsize=64)
+def _starts(part: str, level: str | None, arguments: _Arguments) -> Mapping[str, float]:
+    """Return the start values of a part's model; none where it cannot be built."""
+    try:
+        return {quantity.name: quantity.start for quantity in parts()[part].model(level, **arguments)}
+    except ModelError:
+        return {}
 
 
 def _label(component: str, known: Known) -> str:
@@ -337,12 +341,12 @@ def _sentence(conflict: Conflict, owners: Sequence[str]) -> str:
             clusters.append((values, [holder.label]))
     clusters.sort(key=lambda cluster: len(cluster[1]))
     digits = next((d for d in (6, 10) if len({_shown(v, conflict.fact, d) for v, _ in clusters}) == len(clusters)), 17)
-    parts_of_it = [f"{_shown(values, conflict.fact, digits)} in {', '.join(compact(labels))}" for values, labels in clusters]
+    said = [f"{_shown(values, conflict.fact, digits)} in {', '.join(compact(names))}" for values, names in clusters]
     if owners:
         advice = f"{' and '.join(f'-p {owner}=VALUE' for owner in owners)} changes all of them"
     else:
         advice = "the scene has no argument that changes all of them"
-    return f"{conflict.fact.name} differs: {'; '.join(parts_of_it)}; {advice}"
+    return f"{conflict.fact.name} differs: {'; '.join(said)}; {advice}"
 
 
 def _shown(values: Mapping[str, Any], fact: Fact, digits: int) -> str:
