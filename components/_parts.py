@@ -21,7 +21,7 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import ModuleType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -72,7 +72,7 @@ class Part:
         return level.values if level else ()
 
     @cached_property
-    def arguments(self) -> dict[str, Argument]:
+    def arguments(self) -> Mapping[str, Argument]:
         """Structural arguments of `build` (of `analyze` for an analysis) by full name."""
         return _arguments(self.build or self.analyze)
 
@@ -157,11 +157,18 @@ def studied(name: str, parts: Mapping[str, Part]) -> Part:
     return part
 
 
-def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
+@lru_cache(maxsize=256)
+def _hints(function: Callable[..., Any]) -> Mapping[str, Any]:
+    """Return the annotations of a function's arguments."""
+    return get_type_hints(function)
+
+
+@lru_cache(maxsize=256)
+def _arguments(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
     """Return the arguments of a function by name, dataclasses field by field."""
     if function is None:
         return {}
-    hints = get_type_hints(function)
+    hints = _hints(function)
     arguments = {}
     for name, parameter in inspect.signature(function).parameters.items():
         annotation, default = hints[name], parameter.default
@@ -206,7 +213,7 @@ def _read_whole(
     part: str, function: Callable[..., Any], known: Mapping[str, Argument], arguments: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return keyword arguments as `read_arguments`; none of the given ones is an element of a vector."""
-    hints = get_type_hints(function)
+    hints = _hints(function)
     values: dict[str, Any] = {}
     fields: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():

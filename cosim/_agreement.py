@@ -22,15 +22,17 @@ import numpy as np
 from hfsa.components._facts import Fact, Known
 from hfsa.components._model import ModelError
 from hfsa.components._parts import Argument, Part, argument_values, part_named
-from hfsa.cosim._load_scene import load_scene, scene_part
+from hfsa.cosim._load_scene import analysis_value, scene_part, written
 from hfsa.cosim._models import AUTO, level_of, parts
-from hfsa.cosim.system import Analysis, Component, Scene, StructureError, System, compact
+from hfsa.cosim.system import Analysis, Component, Scene, StructureError, System, compact, expand
 
 ROUNDING = 1e-9
 """Relative difference of numbers that are the same but for rounding."""
 
 _STEP, _START = 1.01, 1e-3
 """By how much an argument is changed to see what follows it, and what it is changed to from 0."""
+_ANY = (1.0, 1e3, 1e-3)
+"""What one that is not given is changed to, the first that the scene takes."""
 
 
 @dataclass(frozen=True)
@@ -130,9 +132,11 @@ def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder
 
 
 def _of_analyses(component: Component) -> Iterator[tuple[Fact, Holder]]:
-    """Yield what a component knows by start values that analyses have computed."""
+    """Yield what a component knows by start values that analyses have computed, or are still to compute."""
+    waiting = {n: v for name, v in component.start.items() if isinstance(v, Analysis) for n in expand(name)}
+    computed = {**component.computed, **waiting}
     used: list[tuple[Analysis, list[str]]] = []
-    for variable, analysis in component.computed.items():
+    for variable, analysis in computed.items():
         alike = next((v for a, v in used if (a.part, a.arguments) == (analysis.part, analysis.arguments)), None)
         if alike is None:
             used.append((analysis, alike := []))
@@ -141,7 +145,7 @@ def _of_analyses(component: Component) -> Iterator[tuple[Fact, Holder]]:
         part = part_named(analysis.part, parts())
         values = argument_values(part.name, part.analyze, analysis.arguments)
         for fact, known in part.facts.items():
-            following = [v for v in variables if _follows(component.computed[v], known)]
+            following = [v for v in variables if _follows(computed[v], known)]
             if following and (found := _fact(values, known)):
                 names = ", ".join(f"{component.name}.{variable}" for variable in compact(following))
                 yield fact, Holder(component.name, (part.name, True), f"{names} (by {part.name})", found)
@@ -189,7 +193,8 @@ class _Values(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         for known in (self._arguments, self._set):
             if name in known:
-                return known[name]
+                value = known[name]
+                return analysis_value(value) if isinstance(value, Analysis) else value
         if any(argument.startswith(f"{name}.") for argument in self._arguments):
             raise KeyError(name)  # a dataclass, known by its fields
         level = self._part.levels[-1] if self._component.level == AUTO and self._part.levels else self._component.level
@@ -256,12 +261,13 @@ class _Owners:
         part = scene_part(name)
         own = {key: value for key, value in arguments.items() if part.has_argument(key)}
         self._typed = [key for key in arguments if key not in own]
-        self._before = known_facts(load_scene(name, own).system)
+        self._part = part
+        self._before = known_facts(written(part, own).system)
         self._known = {fact: {holder.label for holder in holders} for fact, holders in self._before.items()}
         values = argument_values(part.name, part.build, own)
         for argument in part.arguments.values():
             for other in _others(argument, values[argument.name]):
-                changes = self._changed(name, {**own, argument.name: other})
+                changes = self._changed({**own, argument.name: other})
                 if changes:
                     self._changes[argument.name] = changes
                     break
@@ -290,10 +296,10 @@ class _Owners:
         alike = max((matcher(None, argument, typed).ratio() for typed in self._typed), default=0.0)
         return len(fields), -beside, alike
 
-    def _changed(self, name: str, arguments: Mapping[str, Any]) -> Mapping[tuple[Fact, str], set[str]]:
+    def _changed(self, arguments: Mapping[str, Any]) -> Mapping[tuple[Fact, str], set[str]]:
         """Return by fact and field the holders in whom it is another one, and one for all, with these arguments."""
         try:
-            after = known_facts(load_scene(name, arguments).system)
+            after = known_facts(written(self._part, arguments).system)
         except (ModelError, StructureError):
             return {}
         changes: dict[tuple[Fact, str], set[str]] = defaultdict(set)
@@ -317,7 +323,7 @@ def _others(argument: Argument, value: Any) -> Iterator[Any]:
         kind = next(kind for kind in kinds if kind is not NoneType)
         size = len(get_args(kind)) if get_origin(kind) is tuple else 0
         if kind is float or size:
-            yield (1.0,) * size if size else 1.0
+            yield from ((number,) * size if size else number for number in _ANY)
         return
     if isinstance(value, tuple) and all(isinstance(item, int | float) for item in value):
         yield tuple(_STEP * item or _START for item in value)

@@ -43,9 +43,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
     else:
         part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
-        assert part.build is not None
-        scene, own = part.build(**read_arguments(part.name, part.build, given)), list(part.arguments)
-    assert isinstance(scene, Scene)
+        scene, own = written(part, given), list(part.arguments)
     scene = _analyzed(scene)
     for key, value in arguments.items():
         components, argument = _split(key)
@@ -56,6 +54,14 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
             if component not in known:
                 raise StructureError(f"scene {name} has no argument {key!r}: no component is called {component!r}")
             scene = _with_argument(scene, component, argument, value)
+    return scene
+
+
+def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
+    """Return a scene as its function writes it, with analyses where start values are to come from them."""
+    assert part.build is not None
+    scene = part.build(**read_arguments(part.name, part.build, arguments))
+    assert isinstance(scene, Scene)
     return scene
 
 
@@ -162,7 +168,7 @@ def _analyzed(scene: Scene) -> Scene:
     def numbers(component: Component) -> Component:
         """The component with each `Analysis` among its start values worked out."""
         analyses = {name: value for name, value in component.start.items() if isinstance(value, Analysis)}
-        start = {**component.start, **{name: _analysis(value) for name, value in analyses.items()}}
+        start = {**component.start, **{name: analysis_value(value) for name, value in analyses.items()}}
         computed = {member: value for name, value in analyses.items() for member in expand(name)}
         return dataclasses.replace(component, start=start, computed=computed)
 
@@ -170,7 +176,7 @@ def _analyzed(scene: Scene) -> Scene:
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
 
 
-def _analysis(wanted: Analysis) -> float | list[float]:
+def analysis_value(wanted: Analysis) -> float | list[float]:
     """Return the number, or the list of numbers, that an analysis gives for a key."""
     result = part_named(wanted.part, parts()).analysis(**wanted.arguments)
     name, _, members = wanted.key.partition("[")
