@@ -11,7 +11,10 @@ at once. The ramp of 3 um/s asks for 12 um, and the stacks give 10.265 um at 150
 ends 1.735 um short (1.745 um on the exact stage; it would be 1.739 um if the hinges' force were linear).
 
 PD is stable, whatever the source says: where it is not, the sample time is too long for its gains, as it would be for
-computed torque. Its price is the bias H(r) / Kp, which feed-forward or an integral removes.
+computed torque. Its price is the bias H(r) / Kp, which feed-forward or an integral removes. On a stage with the
+calibrated links, whose yaw has 0.231 kg in place of 0.414 kg, its default gains take a sample time below 9.2 us. There
+`three_axis` asks a stack now and then to pull, with 12 N when the first one alone is at 8 um: at 0 V it stays up to 0.3
+um behind under every law.
 
 A communication step is a sample time. The first three outputs are the errors of the elongations.
 """

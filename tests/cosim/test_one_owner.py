@@ -1,4 +1,4 @@
-"""One fact, one owner, on running FMUs: what a scene's argument changes, and what every verb says where a part differs."""
+"""One fact, one owner, on running FMUs: what a scene's argument changes, what every verb says where a part differs."""
 
 import json
 
@@ -12,6 +12,7 @@ from hfsa.cosim.linearize import linear_response
 from hfsa.cosim.stepping import make_master
 
 ERRORS = [f"tracking.axis[{i}].error" for i in (1, 2, 3)]
+LINKS = ("nominal", "calibrated")
 
 
 @pytest.fixture
@@ -36,9 +37,9 @@ def ran(opened, library):
 
 @pytest.mark.parametrize("damping_time", [0.0, 6e-5])
 def test_computed_torque_knows_the_damping_of_the_stage(ran, damping_time):
-    """On a ramp no error is left standing; one of (beta - beta0) K v / (M Kp) if the controller had a damping of its own.
+    """On a ramp no error is left standing; (beta - beta0) K v / (M Kp) is, where the controller has a beta0 of its own.
 
-    363 pm without damping and 3.2 nm with ten times as much, had it kept its 6.02 us.
+    With its 6.02 us that is 363 pm of a stage without damping, and 3.2 nm of one with ten times as much.
     """
     drive = {"law": "ctc", "actuator": "force", "sample_time": 20e-6, "damping_time": damping_time}
     time, error = ran("stage_tracking", 0.05, ERRORS, **drive)
@@ -56,20 +57,31 @@ def test_computed_torque_knows_the_damping_of_the_stage(ran, damping_time):
 
 @pytest.mark.parametrize("stage", ["constant_jacobian", "exact"])
 def test_computed_torque_tracks_with_the_calibrated_links(ran, stage):
-    """As well as with the nominal ones, 0.2 nm."""
+    """0.20 nm with a stage of 0.23 kg in the yaw, in place of 0.13 nm of 0.41 kg; the nominal ones lose control."""
     motion = {"law": "ctc", "actuator": "force", "motion": "three_axis", "stage": stage, "model": stage}
     peaks = {k: np.abs(ran("stage_tracking", 0.1, ERRORS, kinematics=k, **motion)[1]).max() for k in LINKS}
     assert peaks["nominal"] < 0.2e-9
-    assert peaks["calibrated"] < 0.2e-9
+    assert peaks["calibrated"] < 0.25e-9
 
 
-LINKS = ("nominal", "calibrated")
+def test_computed_torque_tracks_on_stacks_with_the_calibrated_links(ran):
+    """A ramp by 0.59 nm, as with the nominal ones; three axes by 0.3 um, where a stack would have to pull."""
+    peaks = {k: np.abs(ran("stage_tracking", 0.05, ERRORS, law="ctc", kinematics=k)[1]).max() for k in LINKS}
+    assert peaks["calibrated"] == pytest.approx(peaks["nominal"], rel=0.02)
+    pulling = rrr_stage.analyze(kinematics="calibrated", elongation=(8e-6, 0.0, 0.0))
+    assert pulling["force"][1:] == pytest.approx([-12.0, -12.0], abs=0.2)
+    assert pulling["voltage"][1] < 0
+    clipped = ["voltage.axis[2].saturation", "voltage.axis[2].command"]
+    _, found = ran("stage_tracking", 0.1, [*ERRORS, *clipped], law="ctc", motion="three_axis", kinematics="calibrated")
+    assert np.abs(found[:3]).max() == pytest.approx(0.3e-6, abs=0.05e-6)
+    assert found[3].any()
+    assert found[4].min() == 0
 
 
 @pytest.mark.parametrize("law", ["ctc", "pd_ff"])
 def test_no_law_saturates_for_the_calibrated_links(ran, law):
-    """On stacks, to a pose of their own: the other links' forces would leave micrometres."""
-    step = {"law": law, "motion": "step", "pose": (2e-6, 1e-6, -8e-5), "kinematics": "calibrated"}
+    """On stacks, to a pose of their own. PD takes a shorter sample time, 2 m / Kv being 9.2 us of 0.23 kg."""
+    step = {"law": law, "motion": "step", "pose": (2e-6, 1e-6, -8e-5), "kinematics": "calibrated", "sample_time": 5e-6}
     signals = [*ERRORS, "stage.platform.position[1]", "stage.platform.position[2]", "stage.platform.rotation"]
     _, found = ran("stage_tracking", 0.02, signals, **step)
     assert np.abs(found[:3, -1]).max() < 1e-9
@@ -99,7 +111,7 @@ def test_the_extremes_hold_for_the_calibrated_links(ran, law):
 
 
 def test_the_gain_of_a_stage_on_other_stacks(opened):
-    """At rest x = J (K + k)^-1 alpha V: 1.672e-7 m/V where stacks of 2000 N push, not 3.217e-7."""
+    """At rest x = J (K + k)^-1 alpha V: 1.672e-7 m/V of the first stack, where those of 2000 N push, not 3.217e-7."""
     stack = Stack(blocking_force=2000.0)
     scene = load_scene("stage_bode", {"pzt.blocking_force": "2000"})
     gain = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, np.array([1.0]))[0]
@@ -107,12 +119,12 @@ def test_the_gain_of_a_stage_on_other_stacks(opened):
     stage = rrr_stage.analyze(elongation=tuple(rest.tolist()))
     expected = stage["jacobian"] @ np.linalg.inv(stage["stiffness"] + 125e6 * np.eye(3)) * 2000 / 150
     np.testing.assert_allclose(gain.real, expected, rtol=1e-4)
-    assert np.abs(gain[0]).max() == pytest.approx(1.672e-7, rel=1e-3)
+    assert np.abs(gain[0, 0]) == pytest.approx(1.672e-7, rel=1e-3)
 
 
 def test_a_stage_on_other_stacks_rests_at_its_bias(ran):
     """From the first step on: the bias is that of the stacks which push."""
-    _, found = ran("stage_bode", 0.01, ["stage.stack[1].elongation"], **{"pzt__blocking_force": "2000"})
+    _, found = ran("stage_bode", 0.01, ["stage.stack[1].elongation"], pzt__blocking_force="2000")
     rest = rrr_stage.analyze(stack=Stack(blocking_force=2000.0), voltage=(75.0,) * 3)["elongation_at_voltage"][0]
     assert found == pytest.approx(rest, rel=1e-6)
     assert rest == pytest.approx(6.49e-6, abs=0.005e-6)
@@ -120,13 +132,13 @@ def test_a_stage_on_other_stacks_rests_at_its_bias(ran):
 
 @pytest.mark.parametrize("law", ["ctc", "pd_ff", "integral_ff"])
 def test_every_law_tracks_on_other_stacks(ran, law):
-    """Three axes on stacks of 2000 N and 20 um, as well as on the Tokin's."""
+    """Three axes on stacks of 2000 N and 20 um: by nanometres, the share of what the stiffer stack's volts hold."""
     stacks = {"pzt__blocking_force": "2000", "pzt__stroke": "20e-6"}
     peaks = [
         np.abs(ran("stage_tracking", 0.1, ERRORS, law=law, motion="three_axis", **given)[1]).max()
         for given in ({}, stacks)
     ]
-    assert peaks[1] < 1.5 * peaks[0]
+    assert peaks[1] < 3 * peaks[0]
 
 
 # Payload of the robot -------------------------------------------------------------------------------------------------
