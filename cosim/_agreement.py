@@ -37,12 +37,12 @@ _ANY = (1.0, 1e3, 1e-3)
 
 @dataclass(frozen=True)
 class Holder:
-    """Somebody who knows a fact.
+    """What one component knows of a fact.
 
     Attributes:
-        component: by name.
+        component: its name.
         source: part, and whether its analysis has computed start values.
-        label: by what the component knows it, `robot.payload`.
+        label: argument, variables or start values that hold it, `robot.payload`.
         values: by field of a dataclass; of anything else one under no name.
     """
 
@@ -81,7 +81,8 @@ def conflicts(system: System) -> list[Conflict]:
     for fact, holders in known_facts(system).items():
         for group in _groups(fact, holders, system):
             first = group[0].values
-            differing = [f for f in first if not all(same(first[f], holder.values.get(f)) for holder in group)]
+            common = [field for field in first if all(field in holder.values for holder in group)]
+            differing = [f for f in common if not all(same(first[f], holder.values[f]) for holder in group)]
             if differing and len({holder.source for holder in group}) > 1:
                 found.append(Conflict(fact, group, tuple(differing)))
     return found
@@ -107,10 +108,11 @@ def same(one: Any, other: Any) -> bool:
         return one == other
     if a.shape != b.shape:
         return False
-    return bool(np.all(np.abs(a - b) <= ROUNDING * max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0))))
+    largest = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0))
+    return bool(np.all((a == b) | (np.abs(a - b) <= ROUNDING * largest)))
 
 
-# Who knows what -------------------------------------------------------------------------------------------------------
+# Holders --------------------------------------------------------------------------------------------------------------
 
 
 def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder]]:
@@ -133,8 +135,8 @@ def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder
 
 def _of_analyses(component: Component) -> Iterator[tuple[Fact, Holder]]:
     """Yield what a component knows by start values that analyses have computed, or are still to compute."""
-    waiting = {n: v for name, v in component.start.items() if isinstance(v, Analysis) for n in expand(name)}
-    computed = {**component.computed, **waiting}
+    computed = {name: analysis for name, analysis in component.computed.items() if name in component.start}
+    computed |= {n: v for name, v in component.start.items() if isinstance(v, Analysis) for n in expand(name)}
     used: list[tuple[Analysis, list[str]]] = []
     for variable, analysis in computed.items():
         alike = next((v for a, v in used if (a.part, a.arguments) == (analysis.part, analysis.arguments)), None)
@@ -157,13 +159,14 @@ def _follows(analysis: Analysis, known: Known) -> bool:
 
 
 def _fact(values: Mapping[str, Any], known: Known) -> dict[str, Any] | None:
-    """Return a fact by field from the values of names; `None` where a name is not there."""
+    """Return a fact by field from the values of names; `None` where a name is not there, or no number."""
     if known.per or known.plus:
-        pair = [values.get(known.name), values.get(known.per or known.plus)]
-        if any(value is None for value in pair):
+        try:
+            a, b = (np.asarray(values[name], dtype=float) for name in (known.name, known.per or known.plus))
+        except (KeyError, TypeError, ValueError):
             return None
-        a, b = (np.asarray(value, dtype=float) for value in pair)
-        return {"": (a / b if known.per else a + b).tolist()}
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return {"": (a / b if known.per else a + b).tolist()}
     whole = values.get(known.name)
     if whole is not None:
         return {"": whole}
@@ -245,7 +248,7 @@ def _groups(fact: Fact, holders: Sequence[Holder], system: System) -> list[list[
     return list(groups.values())
 
 
-# Who owns it ----------------------------------------------------------------------------------------------------------
+# Owners ---------------------------------------------------------------------------------------------------------------
 
 
 class _Owners:

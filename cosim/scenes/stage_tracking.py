@@ -13,8 +13,8 @@ ends 1.735 um short (1.745 um on the exact stage; it would be 1.739 um if the hi
 PD is stable, whatever the source says: where it is not, the sample time is too long for its gains, as it would be for
 computed torque. Its price is the bias H(r) / Kp, which feed-forward or an integral removes. On a stage with the
 calibrated links, whose yaw has 0.231 kg in place of 0.414 kg, its default gains take a sample time below 9.2 us. There
-`three_axis` asks a stack now and then to pull, with 12 N when the first one alone is at 8 um: at 0 V it stays up to 0.3
-um behind under every law.
+`three_axis` asks a stack now and then to pull, with 12 N when the first one alone is at 8 um: its volts rest at 0, and
+computed torque stays up to 0.3 um behind.
 
 A communication step is a sample time. The first three outputs are the errors of the elongations.
 """

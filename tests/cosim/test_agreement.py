@@ -326,6 +326,15 @@ def test_two_machines_beside_each_other_are_two():
     assert [holder.component for holder in found.holders] == ["reference[2]", "robot[2]"]
 
 
+@given(st.floats(-1e300, 1e300), st.floats(-1e-10, 1e-10))
+def test_a_number_is_itself_but_for_rounding(number, rounding):
+    assert same(number, number)
+    assert same([number, 0.0], [number * (1 + rounding), 0.0])
+    assert same((number, 1e-13 * number), (number, 0.0))
+    assert not same(number, number + abs(number) + 1)
+    assert not same([number], [number, number])
+
+
 def test_numbers_agree_but_for_rounding():
     assert conflicts(System(*robot_with("0,0,0.15", "0,1e-18,0.15000000000000002"))) == []
     assert conflicts(System(*robot_with("0,0,0.15", "0,0,0.1500001"))) != []
@@ -428,6 +437,11 @@ def test_what_cannot_be_read_is_left_to_those_who_build_it():
     components, joined = robot_with("0,0,0.15", "nowhere")
     assert conflicts(System(components, joined)) == []
     assert conflicts(System([*components, Component("stranger", "no_such_part")], joined)) == []
+    stacks = [
+        Component(f"stack[{i}]", "pzt_stack", None, {}, {"maximum.force": force}) for i, force in ((1, "much"), (2, 1))
+    ]
+    pushed = [Connection(f"stack[{i}].stack.blocking_force", f"stage.stack[{i}].blocking_force") for i in (1, 2)]
+    assert conflicts(System([*stacks, Component("stage", "rrr_stage", None, {"causality": "forced"})], pushed)) == []
 
 
 @pytest.mark.parametrize("name", sorted(name for name, part in parts().items() if part.facts))

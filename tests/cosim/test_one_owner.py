@@ -107,6 +107,15 @@ def test_the_extremes_hold_for_the_calibrated_links(ran, law):
     assert peaks[0] < 1e-14
 
 
+@pytest.mark.parametrize("kinematics", LINKS)
+def test_the_extremes_tick_by_the_mass_of_their_yaw(kinematics):
+    """0.3 of 2 m / Kv, to one digit."""
+    mass = np.linalg.eigvalsh(rrr_stage.analyze(kinematics=kinematics)["inertia"])[0]
+    gains = {"law": "pd", "proportional_gain": 0, "derivative_gain": 1e7}
+    scene = load_scene("stage_extremes", {**gains, "kinematics": kinematics})
+    assert scene.step_size == scene.system["controller"].start["sample_time"] == float(f"{0.6 * mass / 1e7:.0e}")
+
+
 # Stacks ---------------------------------------------------------------------------------------------------------------
 
 
