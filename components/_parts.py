@@ -10,6 +10,7 @@ sets its start value, and `solver` names the solver of any part's FMU.
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
 a design study (`_study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
+`FACTS` there is what the part knows of facts that other parts of a system know as well (`_facts`).
 """
 
 import dataclasses
@@ -20,10 +21,12 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import ModuleType, NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from hfsa.components._facts import Fact, Known
+from hfsa.components._follows import changed
 from hfsa.components._model import SOLVERS, Kind, Model, ModelError, nearest, one_of
 from hfsa.components._study import Study
 
@@ -69,9 +72,14 @@ class Part:
         return level.values if level else ()
 
     @cached_property
-    def arguments(self) -> dict[str, Argument]:
+    def arguments(self) -> Mapping[str, Argument]:
         """Structural arguments of `build` (of `analyze` for an analysis) by full name."""
         return _arguments(self.build or self.analyze)
+
+    @property
+    def facts(self) -> Mapping[Fact, Known]:
+        """What the part knows of facts on which the parts of a system must agree."""
+        return getattr(self.module, "FACTS", {})
 
     def has_argument(self, name: str) -> bool:
         """Whether a name is that of a structural argument, or of an element of one."""
@@ -149,11 +157,18 @@ def studied(name: str, parts: Mapping[str, Part]) -> Part:
     return part
 
 
-def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
+@lru_cache(maxsize=256)
+def _hints(function: Callable[..., Any]) -> Mapping[str, Any]:
+    """Return the annotations of a function's arguments."""
+    return get_type_hints(function)
+
+
+@lru_cache(maxsize=256)
+def _arguments(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
     """Return the arguments of a function by name, dataclasses field by field."""
     if function is None:
         return {}
-    hints = get_type_hints(function)
+    hints = _hints(function)
     arguments = {}
     for name, parameter in inspect.signature(function).parameters.items():
         annotation, default = hints[name], parameter.default
@@ -170,10 +185,38 @@ def _arguments(function: Callable[..., Any] | None) -> dict[str, Argument]:
 def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keyword arguments of `function`: values read by annotation, dotted names gathered into dataclasses."""
     known = _arguments(function)
-    hints = get_type_hints(function)
+    whole = {name: value for name, value in arguments.items() if _element(name, known) is None}
+    values = _read_whole(part, function, known, whole)
+    if len(whole) == len(arguments):
+        return values
+    elements = {name: value for name, value in arguments.items() if name not in whole}
+    return _read_whole(part, function, known, whole | _with_elements(part, known, values, elements))
+
+
+def argument_values(part: str, function: Callable[..., Any] | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of all arguments of `function` by full name, the defaults of those that are not given."""
+    if function is None:
+        return {}
+    values = read_arguments(part, function, arguments)
+    return {name: _value(values, argument) for name, argument in _arguments(function).items()}
+
+
+def _value(values: Mapping[str, Any], argument: Argument) -> Any:
+    """Return the value of an argument, or of a field of one, among keyword arguments; else its default."""
+    owner, _, field = argument.name.partition(".")
+    if owner not in values:
+        return argument.default
+    return getattr(values[owner], field) if field else values[owner]
+
+
+def _read_whole(
+    part: str, function: Callable[..., Any], known: Mapping[str, Argument], arguments: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return keyword arguments as `read_arguments`; none of the given ones is an element of a vector."""
+    hints = _hints(function)
     values: dict[str, Any] = {}
     fields: dict[str, dict[str, Any]] = {}
-    for name, value in _whole(part, known, arguments).items():
+    for name, value in arguments.items():
         if name in hints and dataclasses.is_dataclass(value):
             values[name] = value
         elif name not in known:
@@ -190,8 +233,7 @@ def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[s
             fields.setdefault(owner, {})[field] = _read(f"{part}: {name}", known[name].annotation, value)
     defaults = inspect.signature(function).parameters
     for owner, given in fields.items():
-        base = values.get(owner, defaults[owner].default)
-        values[owner] = dataclasses.replace(base, **given)
+        values[owner] = changed(values.get(owner, defaults[owner].default), given)
     return values
 
 
@@ -205,20 +247,18 @@ def _element(name: str, known: Mapping[str, Argument]) -> tuple[str, int] | None
     return (match[1], int(match[2])) if any(get_origin(kind) in (tuple, list) for kind in kinds) else None
 
 
-def _whole(part: str, known: Mapping[str, Argument], arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments with each element put into its vector; `ModelError` where that is too short."""
-    found = {name: value for name, value in arguments.items() if _element(name, known) is None}
-    for name in arguments:
-        if element := _element(name, known):
-            base, place = element
-            owner, _, field = base.partition(".")
-            default = getattr(arguments[owner], field) if owner in arguments and field else known[base].default
-            values = list(_read(f"{part}: {base}", known[base].annotation, found.get(base, default)) or ())
-            if not 1 <= place <= len(values):
-                has = f"elements 1 to {len(values)}" if values else "no elements until it is given whole"
-                raise ModelError(f"{part} has no argument {name!r}: {base} has {has}")
-            values[place - 1] = arguments[name]
-            found[base] = values
+def _with_elements(
+    part: str, known: Mapping[str, Argument], values: Mapping[str, Any], elements: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the vectors of keyword arguments, with elements in their places; `ModelError` where one is too short."""
+    found: dict[str, Any] = {}
+    for name, value in elements.items():
+        base, place = _element(name, known) or (name, 0)
+        vector = found.setdefault(base, list(_value(values, known[base]) or ()))
+        if not 1 <= place <= len(vector):
+            has = f"elements 1 to {len(vector)}" if vector else "no elements until it is given whole"
+            raise ModelError(f"{part} has no argument {name!r}: {base} has {has}")
+        vector[place - 1] = value
     return found
 
 
@@ -272,17 +312,12 @@ def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
     """Return the structural arguments as flat constants: numbers as numbers, sequences by member, the rest as text."""
     assert part.build is not None
-    values = read_arguments(part.name, part.build, given)
     flat: dict[str, float | str] = {}
-    for argument in part.arguments.values():
-        owner, _, field = argument.name.partition(".")
-        value = (
-            values.get(owner, argument.default) if not field else getattr(values.get(owner), field, argument.default)
-        )
+    for name, value in argument_values(part.name, part.build, given).items():
         if isinstance(value, tuple | list):
-            flat |= {f"{argument.name}[{i}]": _constant(item) for i, item in enumerate(value, 1)}
+            flat |= {f"{name}[{i}]": _constant(item) for i, item in enumerate(value, 1)}
         elif value is not None:
-            flat[argument.name] = _constant(value)
+            flat[name] = _constant(value)
     return {name: value for name, value in flat.items() if name not in taken}
 
 

@@ -24,6 +24,8 @@ import numpy as np
 from hfsa.components._model import ModelError, one_of
 
 Kinematics = Literal["nominal", "calibrated", "measured"]
+LinkSet = Literal["nominal", "calibrated"]
+"""Parameter sets with links; `measured` is a Jacobian alone."""
 
 OFFSETS = 2 * np.pi * np.array([1, 0, -1]) / 3
 """o_i: polar angles of the legs, shape (3,) [rad]."""
@@ -99,7 +101,8 @@ class Links:
 NOMINAL = Links(17.720e-3, 11e-3, 29.546e-3, 1.1733, 0.81569)
 """Dimensions as designed (eq 2.1)."""
 CALIBRATED = Links(16.3333e-3, 10.7105e-3, 31.2969e-3, 1.0951, 0.3366)
-"""Dimensions that fit the measured pose at l = (12, 0, 12) um; up to 8 um off elsewhere (sec. 2.5)."""
+"""Dimensions that fit the measured pose at l = (12, 0, 12) um (sec. 2.5); over 0 to 12 um up to 11.06 um off, at
+l = (0, 12, 12) um."""
 
 _MEASURED = np.array(
     [

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hfsa.components._follows import follows
 from hfsa.components._model import ModelError
 from hfsa.components._screws import skew
 
@@ -15,7 +16,6 @@ _CUBE_MASS = 3.0
 _CUBE_EDGE = 0.072
 _CUBE_HEIGHT = 0.04225
 """Centre of the cube above S: half its edge on a plate of 12.5 mm (inferred from eq 4.31) [m]."""
-_CUBE_INERTIA = _CUBE_MASS * _CUBE_EDGE**2 / 6
 
 _TOTAL_MASS = 4.4857
 """Platform and cube [kg] (eq 4.31)."""
@@ -51,24 +51,32 @@ class Inertia(NamedTuple):
 
 @dataclass(frozen=True)
 class Payload:
-    """What the platform carries; by default the thesis' steel cube.
+    """What the platform carries; by default the thesis' steel cube of 3 kg.
+
+    Where only the mass is given, it is a steel cube of that mass, in the middle of the platform as the thesis' is:
+    center and inertia follow from the mass unless they are given too.
 
     Attributes:
         mass: [kg]; 0 for the platform alone.
-        center: centre of mass from S in the platform's axes [m].
-        inertia: moments of inertia about the payload's centre of mass, along the platform's axes [kg.m2].
+        center: centre of mass from S in the platform's axes [m]; that of the cube.
+        inertia: moments of inertia about the payload's centre of mass, along the platform's axes [kg.m2]; the cube's.
 
     Raises:
         ModelError: a negative mass or inertia, an inertia no body can have, or values that are not finite.
     """
 
     mass: float = _CUBE_MASS
-    center: tuple[float, float, float] = (0.0, 0.0, _CUBE_HEIGHT)
-    inertia: tuple[float, float, float] = (_CUBE_INERTIA, _CUBE_INERTIA, _CUBE_INERTIA)
+    center: tuple[float, float, float] = follows("mass")
+    inertia: tuple[float, float, float] = follows("mass")
 
     def __post_init__(self):
         if not (np.isfinite(self.mass) and self.mass >= 0):
             raise ModelError(f"payload.mass is {self.mass} kg, expected 0 or more")
+        edge = _CUBE_EDGE * float(np.cbrt(self.mass / _CUBE_MASS))
+        if self.center is None:
+            object.__setattr__(self, "center", (0.0, 0.0, _CUBE_HEIGHT + (edge - _CUBE_EDGE) / 2))
+        if self.inertia is None:
+            object.__setattr__(self, "inertia", (self.mass * edge**2 / 6,) * 3)
         for name, values in (("center", self.center), ("inertia", self.inertia)):
             if len(values) != 3 or not np.all(np.isfinite(values)):
                 raise ModelError(f"payload.{name} is {values}, expected three finite numbers")

@@ -32,6 +32,9 @@ Bode plot, `linear` within its limits, from the command to the force of the bloc
 `linear`: -(k + c s + alpha^2 R_a s / (1 + R_a C_S s)), which is -(k + c s) well below that corner and, the charge held,
 -(k C_T / C_S + c s) well above it; `static`: -k.
 
+A stack of another size, `hfsa analyze pzt_stack -p stack.blocking_force=2000`, is of the same ceramic where nothing
+else is said of it (`_pzt`).
+
 Source: the thesis of 2000 on the 3-RRR stage, eq (5.9) and App. A, for F0, s0, Vmax (834 N is printed there, too). k,
 alpha, C_S, c and d are derived; capacitance, density, quality factor, amplifier, hysteresis and creep are typical
 values, not measured ones.
@@ -43,20 +46,17 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, one_of
-from hfsa.components._pzt import (
-    BLOCKING_FORCE,
-    CAPACITANCE,
-    DAMPING,
-    DENSITY,
-    FORCE_PER_VOLT,
-    FREE_STROKE,
-    FULL_VOLTAGE,
-    PULL_FROM_ROUNDING,
-    SIZE,
-    STIFFNESS,
-    TIP_MASS,
-)
+from hfsa.components._pzt import BLOCKING_FORCE, FULL_VOLTAGE, PULL_FROM_ROUNDING, TOKIN, Stack
+from hfsa.components._rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STACK_STROKE, STACK_VOLTAGE
+
+FACTS = {
+    STACK_STIFFNESS: Known("maximum.force", per="maximum.elongation"),
+    STACK_COUPLING: Known("maximum.force", per="maximum.voltage"),
+    STACK_STROKE: Known("maximum.elongation"),
+    STACK_VOLTAGE: Known("maximum.voltage"),
+}
 
 _STROKE, _RATE = 1e-5, 1e-2
 
@@ -113,12 +113,10 @@ def pzt_stack(
     m = Model("PztStack", "PZT stack with its voltage amplifier")
     full = "at the maximum voltage"
     line = _Line(
-        m.parameter("maximum.force", BLOCKING_FORCE, "N", f"Force of the blocked stack {full}", min=1e-9),
-        m.parameter("maximum.elongation", FREE_STROKE, "m", f"Elongation of the free stack {full}", min=1e-12),
-        m.parameter("maximum.voltage", FULL_VOLTAGE, "V", "Maximum voltage; the minimum is 0", min=1e-9),
-        m.parameter(
-            "clamped_capacitance", analyze()["clamped_capacitance"], "F", "Capacitance, elongation held", min=1e-15
-        ),
+        m.parameter("maximum.force", TOKIN.blocking_force, "N", f"Force of the blocked stack {full}", min=1e-9),
+        m.parameter("maximum.elongation", TOKIN.stroke, "m", f"Elongation of the free stack {full}", min=1e-12),
+        m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Maximum voltage; the minimum is 0", min=1e-9),
+        m.parameter("clamped_capacitance", TOKIN.clamped_capacitance, "F", "Capacitance, elongation held", min=1e-15),
     )
     command = m.input("command.voltage", "V", "Commanded voltage", nominal=FULL_VOLTAGE)
     rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
@@ -133,15 +131,19 @@ def pzt_stack(
     return m
 
 
-def analyze(*, voltage: float = FULL_VOLTAGE, elongation: float = 0.0, force: float = 0.0) -> dict[str, Any]:
-    """Return the numbers of the stack, and of a point on its line, in SI units.
+def analyze(
+    *, stack: Stack = TOKIN, voltage: float | None = None, elongation: float = 0.0, force: float = 0.0
+) -> dict[str, Any]:
+    """Return the numbers of a stack, and of a point on its line, in SI units.
 
     Args:
-        voltage: voltage of `available_force` [V].
+        stack: its data sheet; what is left out is that of the same ceramic in the size of what is given.
+        voltage: voltage of `available_force` [V]; the full one.
         elongation: elongation of `available_force` and `required_voltage` [m].
         force: force of `required_voltage` [N].
 
     Returns:
+        blocking_force, free_stroke: F0 [N], s0 [m], at `full_voltage`, Vmax [V].
         stiffness: k [N/m].
         elongation_per_volt: d [m/V].
         coupling: alpha [N/V].
@@ -152,21 +154,26 @@ def analyze(*, voltage: float = FULL_VOLTAGE, elongation: float = 0.0, force: fl
         mass, effective_mass: m and m / 3, lumped at the tip [kg].
         damping: c [N.s/m].
         resonance_hz: of the stack alone, `free_free`, `clamped_free` (a continuous rod) and `lumped` (k and m / 3).
+
+    Raises:
+        ModelError: a stack that cannot be.
     """
-    k, alpha = STIFFNESS, FORCE_PER_VOLT
-    mass = DENSITY * float(np.prod(SIZE))
+    k, alpha, mass = stack.stiffness, stack.coupling, 3 * stack.tip_mass
     return {
+        "blocking_force": stack.blocking_force,
+        "free_stroke": stack.stroke,
+        "full_voltage": stack.full_voltage,
         "stiffness": k,
-        "elongation_per_volt": FREE_STROKE / FULL_VOLTAGE,
+        "elongation_per_volt": stack.stroke / stack.full_voltage,
         "coupling": alpha,
-        "available_force": alpha * voltage - k * elongation,
+        "available_force": alpha * (stack.full_voltage if voltage is None else voltage) - k * elongation,
         "required_voltage": (force + k * elongation) / alpha,
-        "capacitance": CAPACITANCE,
-        "clamped_capacitance": CAPACITANCE - alpha**2 / k,
-        "coupling_factor": alpha / np.sqrt(k * CAPACITANCE),
+        "capacitance": stack.capacitance,
+        "clamped_capacitance": stack.clamped_capacitance,
+        "coupling_factor": alpha / np.sqrt(k * stack.capacitance),
         "mass": mass,
-        "effective_mass": TIP_MASS,
-        "damping": DAMPING,
+        "effective_mass": stack.tip_mass,
+        "damping": stack.damping,
         "resonance_hz": {
             "free_free": np.sqrt(k / mass) / 2,
             "clamped_free": np.sqrt(k / mass) / 4,
@@ -228,7 +235,7 @@ def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
     preload = m.parameter("preload", 0.0, "N", "Force that presses the load on the stack", min=0, nominal=100.0)
     force = line.stiffness * (drive.free_elongation - elongation)
     if rate is not None:
-        force -= m.parameter("damping", analyze()["damping"], "N.s/m", "Damping along the stack", min=0) * rate
+        force -= m.parameter("damping", TOKIN.damping, "N.s/m", "Damping along the stack", min=0) * rate
     charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
     m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)

@@ -42,17 +42,27 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components import _pzt as stack
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components import _rrr_hinge as hinge
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, ModelError, one_of
 from hfsa.components._modes import modes
+from hfsa.components._pzt import PULL_FROM_ROUNDING, STROKE_IN_USE, TOKIN, Stack
 from hfsa.components._rrr_dynamics import Mechanism
+from hfsa.components._rrr_facts import DAMPING_TIME, KINEMATICS, STACK_COUPLING, STACK_STIFFNESS, STACK_VOLTAGE
 from hfsa.components._rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
 
 Level = Literal["jacobian", "constant_jacobian", "exact"]
 Causality = Literal["source", "force"]
 Triple = tuple[float, float, float]
+
+FACTS = {
+    KINEMATICS: Known("kinematics"),
+    DAMPING_TIME: Known("damping_time"),
+    STACK_STIFFNESS: Known("stack.stiffness"),
+    STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage"),  # the analysis alone
+    STACK_VOLTAGE: Known("stack.full_voltage"),
+}
 
 # Sizes of micrometre motion at hundreds of hertz: position, rotation, and their first and second derivatives.
 _MOVE = (1e-6, 1e-3, 1.0)
@@ -108,13 +118,15 @@ def analyze(
     level: Level = "constant_jacobian",
     kinematics: Kinematics = "nominal",
     causality: Causality = "source",
+    stack: Stack = TOKIN,
     elongation: Triple = (0.0, 0.0, 0.0),
     voltage: Triple = (0.0, 0.0, 0.0),
 ) -> dict[str, Any]:
     """Return the stage's numbers at three elongations [m], in SI units, on the coordinates of the stacks.
 
-    Takes the arguments of `rrr_stage`, of which `causality` has no effect, and `voltage` [V] on each stack, which
-    saturates at 0 and at 150. At level `jacobian` only `jacobian`, `pose` and `range` are returned.
+    Takes the arguments of `rrr_stage`, of which `causality` has no effect, the data sheet of its stacks, as in
+    `pzt_stack`, and `voltage` [V] on each stack, which saturates at 0 and at the stack's full voltage, 150 V. At level
+    `jacobian` only `jacobian`, `pose` and `range` are returned.
 
     Returns:
         jacobian: elongations to pose, (3, 3) [m/m, m/m, rad/m].
@@ -124,19 +136,20 @@ def analyze(
         inertia, stiffness: of the stage without stacks, (3, 3) [kg], [N/m].
         natural_frequencies_hz, natural_frequencies_bonded_hz: ascending, without and with stacks, (3,) [Hz].
         force: of each stack, to hold the elongations, (3,) [N].
-        voltage: that the stacks need for it, (3,) [V]; outside 0 to 150 the stage cannot hold them.
+        voltage: that the stacks need for it, (3,) [V]; outside 0 to the full voltage the stage cannot hold them.
         elongation_at_voltage: where the stage rests at the argument `voltage`, saturated, (3,) [m].
         pose_at_voltage: x, y [m], yaw [rad] there, (3,).
-        saturated: 1 where the argument `voltage` is outside 0 to 150 V, (3,).
+        saturated: 1 where the argument `voltage` is outside 0 to the full voltage, (3,).
 
     Raises:
-        ModelError: as `rrr_stage`; elongations that no pose has; elongations or voltages that are not finite.
+        ModelError: as `rrr_stage`; a stack that cannot be; elongations that no pose has; elongations or voltages that
+            are not finite.
     """
     _check(level, causality)
     for name, values, unit in (("elongation", elongation, "m"), ("voltage", voltage, "V")):
         if not np.all(np.isfinite(values)):
             raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
-    box = stack.STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+    box = STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     if level == "jacobian":
         J = jacobian(kinematics)
         return {"jacobian": J, "pose": J @ np.array(elongation), "range": np.ptp(box @ J.T, axis=0)}
@@ -147,8 +160,8 @@ def analyze(
     at = reached if level == "exact" else np.array(elongation)
     J, pose, inertia, stiffness, force = (np.array(value).squeeze() for value in numbers(at))
     poses = np.array([np.array(numbers(_coordinates(level, geometry, corner))[1]).ravel() for corner in box.tolist()])
-    applied = np.clip(voltage, 0, stack.FULL_VOLTAGE)
-    elongation_at_voltage, pose_at_voltage = _at_voltage(mechanism, applied)
+    applied = np.clip(voltage, 0, stack.full_voltage)
+    elongation_at_voltage, pose_at_voltage = _at_voltage(mechanism, stack, applied)
     return {
         "jacobian": J,
         "pose": pose,
@@ -158,10 +171,10 @@ def analyze(
         "stiffness": stiffness,
         "natural_frequencies_hz": _frequencies(inertia, stiffness),
         "natural_frequencies_bonded_hz": _frequencies(
-            inertia + stack.TIP_MASS * np.eye(3), stiffness + stack.STIFFNESS * np.eye(3)
+            inertia + stack.tip_mass * np.eye(3), stiffness + stack.stiffness * np.eye(3)
         ),
         "force": force,
-        "voltage": (force + stack.STIFFNESS * np.array(elongation)) / stack.FORCE_PER_VOLT,
+        "voltage": (force + stack.stiffness * np.array(elongation)) / stack.coupling,
         "elongation_at_voltage": elongation_at_voltage,
         "pose_at_voltage": pose_at_voltage,
         "saturated": (applied != voltage).astype(int),
@@ -247,7 +260,7 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
             "stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE
         )
         m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
-        pulls = felt + preload < -stack.PULL_FROM_ROUNDING
+        pulls = felt + preload < -PULL_FROM_ROUNDING
         m.output("stack[1..3].contact_lost", pulls, "1", "1 where the stack would have to pull")
     return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + turning)
 
@@ -255,9 +268,9 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
 def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Declare stiffness, damping and tip mass of the stacks; returns their symbols."""
     return (
-        m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness of each stack", min=0),
-        m.parameter("stack.damping", stack.DAMPING, "N.s/m", "Damping of each stack", min=0),
-        m.parameter("stack.tip_mass", stack.TIP_MASS, "kg", "Mass of each stack that moves with its tip", min=0),
+        m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness of each stack", min=0),
+        m.parameter("stack.damping", TOKIN.damping, "N.s/m", "Damping of each stack", min=0),
+        m.parameter("stack.tip_mass", TOKIN.tip_mass, "kg", "Mass of each stack that moves with its tip", min=0),
     )
 
 
@@ -296,11 +309,11 @@ def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) 
     return forward(geometry, elongation) if level == "exact" else np.array(elongation)
 
 
-def _at_voltage(mechanism: Mechanism, voltage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _at_voltage(mechanism: Mechanism, stack: Stack, voltage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Elongations (3,) [m] and pose (3,) [m, m, rad] at which hinges and stacks balance."""
     p, elongation, terms = mechanism.coordinates, mechanism.elongation, dynamics.terms(mechanism)
-    pull = ca.inv(terms.slope[3:, :]).T @ terms.elastic + stack.STIFFNESS * elongation
-    residual = pull - stack.FORCE_PER_VOLT * ca.DM(voltage)
+    pull = ca.inv(terms.slope[3:, :]).T @ terms.elastic + stack.stiffness * elongation
+    residual = pull - stack.coupling * ca.DM(voltage)
     balance = newton(p, residual, np.zeros(3), f"rrr_stage: no equilibrium at {voltage} V")
     found = ca.Function("found", [p], [elongation, mechanism.pose])(balance)
     return np.array(found[0]).ravel(), np.array(found[1]).ravel()

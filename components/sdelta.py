@@ -38,14 +38,24 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, one_of
 from hfsa.components._modes import frequency_matrix, modal_damping, modes
 from hfsa.components._screws import shift, unit_screw
+from hfsa.components._sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._sdelta_kinematics import Kinematics, by_drive
 from hfsa.components._sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
+
+FACTS = {
+    POSTURE: Known("posture"),
+    PAYLOAD: Known("payload"),
+    SPRINGS: Known("stiffness", levels=("cartesian",)),
+    DAMPING_RATIO: Known("damping_ratio", levels=("cartesian",)),
+    GRAVITY: Known("gravity"),
+}
 
 # Sizes of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
 _TURN = (1e-5, 1e-3, 1e-1)

@@ -21,10 +21,14 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, one_of
 from hfsa.components._screws import exponential
+from hfsa.components._sdelta_facts import POSTURE
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture, inverse_kinematics
 from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, HOME, Kinematics, by_drive
+
+FACTS = {POSTURE: Known("posture")}
 
 _DERIVATIVES = (
     ("", "", "Commanded"),

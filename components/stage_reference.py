@@ -21,9 +21,13 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components import _pzt as stack
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, ModelError, one_of
-from hfsa.components._rrr_kinematics import elongations, links
+from hfsa.components._pzt import TOKIN
+from hfsa.components._rrr_facts import KINEMATICS, STACK_STROKE
+from hfsa.components._rrr_kinematics import LinkSet, elongations, links
+
+FACTS = {KINEMATICS: Known("kinematics"), STACK_STROKE: Known("stroke")}  # the analysis alone
 
 _ROUNDING = 1e-9
 """What a pose of a few digits may miss an end of the stroke by [m]."""
@@ -57,22 +61,31 @@ def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -
     return m
 
 
-def analyze(*, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
+def analyze(
+    *,
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    kinematics: LinkSet = "nominal",
+    stroke: float = TOKIN.stroke,
+) -> dict[str, Any]:
     """Return `elongation`, (3,) [m], that brings the platform to a pose: x, y [m], yaw [rad] from rest.
 
+    Args:
+        pose: of the platform.
+        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
+        stroke: of the free stacks [m].
+
     Raises:
-        ModelError: a pose that the legs do not reach, or that takes elongations no free stack has.
+        ModelError: a pose that the legs do not reach, or that takes elongations no free stack has; an unknown parameter
+            set.
     """
     symbol = ca.SX.sym("pose", 3)
-    wanted = np.array(ca.Function("elongation", [symbol], [elongations(links("nominal"), symbol)])(pose)).ravel()
+    wanted = np.array(ca.Function("elongation", [symbol], [elongations(links(kinematics), symbol)])(pose)).ravel()
     words = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
     if not np.all(np.isfinite(wanted)):
         raise ModelError(f"{words} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
-    if not np.all((wanted >= -_ROUNDING) & (wanted <= stack.FREE_STROKE + _ROUNDING)):
+    if not np.all((wanted >= -_ROUNDING) & (wanted <= stroke + _ROUNDING)):
         found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)
-        raise ModelError(
-            f"{words} takes elongations of {found} um, expected 0 to {stack.FREE_STROKE * 1e6:g} um, the free stroke"
-        )
+        raise ModelError(f"{words} takes elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")
     return {"elongation": wanted}
 
 

@@ -12,7 +12,7 @@ import casadi as ca
 
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components._model import one_of
-from hfsa.components._rrr_kinematics import NOMINAL, elongations
+from hfsa.components._rrr_kinematics import Links, elongations, links
 
 StageModel = Literal["exact", "constant_jacobian"]
 
@@ -20,15 +20,16 @@ _NEWTON_STEPS = 3
 """From J0 l, 0.2 um off, each step squares the error: 5e-12 m, then far below rounding."""
 
 
-def stack_forces(model: str) -> ca.Function:
+def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
     """Return (elongation, rate, acceleration) -> forces of the undamped stage, each (3, 1) [m], [m/s], [m/s2], [N].
 
     Raises:
-        ModelError: an unknown model.
+        ModelError: an unknown model or parameter set of the links, or one without links.
     """
+    geometry = links(kinematics)
     levels = {"exact": dynamics.exact, "constant_jacobian": dynamics.constant_jacobian}
     one_of(model, levels, "model of the stage")
-    mechanism = levels[model](NOMINAL, ca.SX.sym("p", 3), ca.SX.sym("p_rate", 3))
+    mechanism = levels[model](geometry, ca.SX.sym("p", 3), ca.SX.sym("p_rate", 3))
     elongation, rate, acceleration = (ca.SX.sym(name, 3) for name in ("l", "l_rate", "l_acceleration"))
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
     from_stacks = ca.inv(terms.slope[3:, :])
@@ -36,17 +37,17 @@ def stack_forces(model: str) -> ca.Function:
     forces = from_stacks.T @ (terms.mass @ demanded + terms.velocity + terms.elastic)
     at = ca.Function("at", [p, v, acceleration], [forces])
     speed = ca.Function("speed", [p, elongation], [from_stacks @ elongation])
-    coordinates = _pose(elongation) if model == "exact" else elongation
+    coordinates = _pose(geometry, elongation) if model == "exact" else elongation
     result = at(coordinates, speed(coordinates, rate), acceleration)
     return ca.Function("stack_forces", [elongation, rate, acceleration], ca.cse([result]))
 
 
-def _pose(elongation: ca.SX) -> ca.SX:
+def _pose(geometry: Links, elongation: ca.SX) -> ca.SX:
     """Pose of the exact kinematics at elongations, (3, 1)."""
     pose = ca.SX.sym("pose", 3)
-    reached = elongations(NOMINAL, pose)
+    reached = elongations(geometry, pose)
     step = ca.Function("step", [pose, elongation], [pose - ca.inv(ca.jacobian(reached, pose)) @ (reached - elongation)])
-    found = ca.DM(NOMINAL.jacobian) @ elongation
+    found = ca.DM(geometry.jacobian) @ elongation
     for _ in range(_NEWTON_STEPS):
         found = step(found, elongation)
     return found

@@ -15,9 +15,17 @@ k T / (2 alpha). Between ticks the hold adds sin(pi f T) / (pi f T) and a delay 
 Source: thesis of 2000 on the 3-RRR stage, eq (5.9).
 """
 
-from hfsa.components import _pzt as stack
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, ModelError
+from hfsa.components._pzt import TOKIN
+from hfsa.components._rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STACK_VOLTAGE
 from hfsa.controllers._command import clipped
+
+FACTS = {
+    STACK_STIFFNESS: Known("stack.stiffness"),
+    STACK_COUPLING: Known("stack.coupling"),
+    STACK_VOLTAGE: Known("maximum.voltage"),
+}
 
 
 def force_to_voltage(*, axes: int = 3) -> Model:
@@ -27,9 +35,9 @@ def force_to_voltage(*, axes: int = 3) -> Model:
     m = Model("ForceToVoltage", "Voltages for wanted forces of piezo stacks")
     sample_time = m.sample_time(50e-6)
     each = f"axis[1..{axes}]"
-    stiffness = m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness k of each stack", min=0)
-    coupling = m.parameter("stack.coupling", stack.FORCE_PER_VOLT, "N/V", "Force per volt of each stack", min=1e-9)
-    highest = m.parameter("maximum.voltage", stack.FULL_VOLTAGE, "V", "Largest voltage; the smallest is 0", min=1e-9)
+    stiffness = m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness k of each stack", min=0)
+    coupling = m.parameter("stack.coupling", TOKIN.coupling, "N/V", "Force per volt of each stack", min=1e-9)
+    highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
     force = m.input(f"{each}.force", "N", "Wanted force of the stack", nominal=100.0)
     elongation = m.input(f"{each}.elongation", "m", "Elongation of the stack", nominal=1e-6)
     rate = m.input(f"{each}.elongation_rate", "m/s", "Rate of the elongation", nominal=1e-3)

@@ -35,11 +35,19 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components._facts import Known
 from hfsa.components._model import Model, one_of
+from hfsa.components._sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
+
+FACTS = {
+    POSTURE: Known("posture"),
+    PAYLOAD: Known("payload"),
+    GRAVITY: Known("gravity", unfed="axis[1].feed_forward"),  # the weight is in the torque that is fed forward
+}
 
 _BANDWIDTH, _DAMPING = 2 * np.pi * 6, 0.7
 _AXES = "axis[1..6]"

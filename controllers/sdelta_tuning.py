@@ -15,11 +15,19 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.components._facts import Known
 from hfsa.components._model import ModelError
+from hfsa.components._sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._sdelta_kinematics import Kinematics
 from hfsa.components.c_drive import inertia
+
+FACTS = {
+    POSTURE: Known("posture"),
+    PAYLOAD: Known("payload", results=("motor_inertia", "proportional_gain", "derivative_gain", "holding_torque")),
+    GRAVITY: Known("gravity", results=("holding_torque",)),
+}
 
 
 def analyze(

@@ -34,6 +34,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from hfsa.components._model import ModelError, one_of
+from hfsa.components._rrr_kinematics import LinkSet
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
 
@@ -77,6 +78,7 @@ class _Loop(NamedTuple):
 def analyze(
     *,
     level: Level = "constant_jacobian",
+    kinematics: LinkSet = "nominal",
     law: Law = "pd",
     proportional_gain: float = 1e9,
     derivative_gain: float = 5e4,
@@ -89,6 +91,7 @@ def analyze(
 
     Args:
         level: of the stage, `constant_jacobian` or `exact`.
+        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
         law: `pd` or `ctc`, which is built on the very stage it controls.
         proportional_gain: Kp of each stack [N/m] (pd), [1/s2] (ctc).
         derivative_gain: Kv of each stack [N.s/m] (pd), [1/s] (ctc).
@@ -115,8 +118,8 @@ def analyze(
         trapezoidal_factor: per step, for the pole that it keeps longest [1].
 
     Raises:
-        ModelError: an unknown law or level; a gain or damping time below 0; a rate or number of steps that is not above
-            0; elongations that no pose has.
+        ModelError: an unknown law, level or parameter set; a gain or damping time below 0; a rate or number of steps
+            that is not above 0; elongations that no pose has.
     """
     one_of(law, ("pd", "ctc"), "stage_closed_loop: law")
     one_of(level, ("constant_jacobian", "exact"), "stage_closed_loop: level")
@@ -130,10 +133,10 @@ def analyze(
 
     def stage_at(point: np.ndarray) -> _Stage:
         """The linearised stage at elongations [m]."""
-        found = analyze_stage(level=level, elongation=tuple(point.tolist()))
+        found = analyze_stage(level=level, kinematics=kinematics, elongation=tuple(point.tolist()))
         return _Stage(found["inertia"], damping, found["stiffness"], found["force"])
 
-    damping = damping_time * analyze_stage(level=level)["stiffness"]
+    damping = damping_time * analyze_stage(level=level, kinematics=kinematics)["stiffness"]
     reference, duration = np.array(elongation), max(map(abs, elongation)) / rate
     start = _loop(law, stage_at(np.zeros(3)), proportional_gain, derivative_gain)
     if law == "pd":

@@ -28,25 +28,37 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
+from hfsa.components._facts import Known
 from hfsa.components._model import Model
+from hfsa.components._rrr_facts import DAMPING_TIME, KINEMATICS
+from hfsa.components._rrr_kinematics import LinkSet
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
+
+FACTS = {KINEMATICS: Known("kinematics"), DAMPING_TIME: Known("damping_time")}
 
 _BANDWIDTH = 2 * np.pi * 300
 
 
-def stage_computed_torque(*, level: Level = "sampled", model: StageModel = "exact", delay: bool = False) -> Model:
+def stage_computed_torque(
+    *,
+    level: Level = "sampled",
+    model: StageModel = "exact",
+    kinematics: LinkSet = "nominal",
+    delay: bool = False,
+) -> Model:
     """One controller for the three stacks.
 
     Args:
         level: `continuous` or `sampled`.
         model: what the controller takes the stage for.
+        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
         delay: whether the command is put out one sample time late; at level `sampled` only.
 
     Raises:
-        ModelError: an unknown model or level, a delay at level `continuous`.
+        ModelError: an unknown model, parameter set or level, a delay at level `continuous`.
     """
-    return controller(stack_forces(model), level, delay)
+    return controller(stack_forces(model, kinematics), level, delay)
 
 
 def controller(forces: Callable[[ca.SX, ca.SX, ca.SX], ca.SX], level: Level = "sampled", delay: bool = False) -> Model:

@@ -15,18 +15,35 @@ Source: thesis of 2000 on the 3-RRR stage, ch. 4 for H, eq (5.9) for the line.
 
 import casadi as ca
 
-from hfsa.components import _pzt as stack
+from hfsa.components._facts import Known
 from hfsa.components._model import Model
+from hfsa.components._pzt import TOKIN
+from hfsa.components._rrr_facts import KINEMATICS, STACK_COUPLING, STACK_STIFFNESS
+from hfsa.components._rrr_kinematics import LinkSet
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
 
+FACTS = {
+    KINEMATICS: Known("kinematics"),
+    STACK_STIFFNESS: Known("stack.stiffness"),
+    STACK_COUPLING: Known("stack.coupling"),
+}
 
-def stage_feed_forward(*, model: StageModel = "exact") -> Model:
-    """The feed-forward of the three stacks, by one `model` of the stage; `ModelError` for an unknown one."""
+
+def stage_feed_forward(*, model: StageModel = "exact", kinematics: LinkSet = "nominal") -> Model:
+    """The feed-forward of the three stacks.
+
+    Args:
+        model: what it takes the stage for.
+        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
+
+    Raises:
+        ModelError: an unknown model or parameter set.
+    """
     m = Model("StageFeedForward", "Stiffness feed-forward of the 3-RRR stage")
-    stiffness = m.parameter("stack.stiffness", stack.STIFFNESS, "N/m", "Stiffness k of each stack", min=0)
-    coupling = m.parameter("stack.coupling", stack.FORCE_PER_VOLT, "N/V", "Force per volt of each stack", min=1e-9)
+    stiffness = m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness k of each stack", min=0)
+    coupling = m.parameter("stack.coupling", TOKIN.coupling, "N/V", "Force per volt of each stack", min=1e-9)
     reference = m.input("axis[1..3].reference", "m", "Reference elongation", nominal=1e-6)
-    force = stack_forces(model)(reference, ca.DM.zeros(3), ca.DM.zeros(3))
+    force = stack_forces(model, kinematics)(reference, ca.DM.zeros(3), ca.DM.zeros(3))
     m.output("axis[1..3].force", force, "N", "Force that holds the stage there", nominal=100.0)
     voltage = (force + stiffness * reference) / coupling
     m.output("axis[1..3].voltage", voltage, "V", "Voltage that holds the stage there", nominal=100.0)

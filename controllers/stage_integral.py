@@ -16,9 +16,13 @@ Bode plot, measured to command within the limits, from tick to tick: -k_i T / (1
 per decade and +90 degrees where w T is small.
 """
 
-from hfsa.components import _pzt as stack
+from hfsa.components._facts import Known
 from hfsa.components._model import Model
+from hfsa.components._pzt import TOKIN
+from hfsa.components._rrr_facts import STACK_VOLTAGE
 from hfsa.controllers._command import clipped
+
+FACTS = {STACK_VOLTAGE: Known("maximum.voltage")}
 
 
 def stage_integral() -> Model:
@@ -27,7 +31,7 @@ def stage_integral() -> Model:
     sample_time = m.sample_time(50e-6)
     each = "axis[1..3]"
     gain = m.parameter(f"{each}.integral_gain", 4.3e8, "V/(m.s)", "Integral gain", min=0, nominal=1e8)
-    highest = m.parameter("maximum.voltage", stack.FULL_VOLTAGE, "V", "Largest voltage; the smallest is 0", min=1e-9)
+    highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
     reference = m.input(f"{each}.reference", "m", "Reference elongation", nominal=1e-6)
     measured = m.input(f"{each}.measured", "m", "Measured elongation", nominal=1e-6)
     feed_forward = m.input(f"{each}.feed_forward", "V", "Voltage to begin with", nominal=100.0)

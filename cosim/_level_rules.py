@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hfsa.cosim._models import level_of
-from hfsa.cosim.system import Connection, StructureError, System
+from hfsa.cosim.system import StructureError, System
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,7 @@ RULES = (
 
 def check_levels(system: System) -> None:
     """Raise `StructureError` where `RULES` forbid that two components are joined, also within one FMU."""
-    inside = [connection for whole in system.components for connection in whole.connections]
-    between = [Connection(*map(system.own_name, (c.start, c.end))) for c in system.connections]
-    system = System([part for whole in system.components for part in whole.members or (whole,)], [*inside, *between])
+    system = system.unfused
     for connection in system.connections:
         (target, variable), (source, _) = system.split(connection.end), system.split(connection.start)
         for rule in RULES:

@@ -2,7 +2,8 @@
 
 import dataclasses
 import importlib.util
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,13 +11,15 @@ from typing import Any
 import numpy as np
 
 import hfsa.cosim.scenes
-from hfsa.components._model import Model
+from hfsa.components._model import Kind, Model, ModelError
 from hfsa.components._parts import SOLVER, Part, find, part_named, read_arguments
 from hfsa.cosim._fmi.description import describe
 from hfsa.cosim._fmu_cache import fmu_file
 from hfsa.cosim._models import AUTO, parts
 from hfsa.cosim._scene_text import read_scene
-from hfsa.cosim.system import Analysis, Component, Scene, StructureError, expand, nearest
+from hfsa.cosim.system import Analysis, Component, Scene, StructureError, compact, expand, nearest
+
+_OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
 
 @cache
@@ -28,8 +31,9 @@ def scenes() -> dict[str, Part]:
 def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene by name, or from the path of a `.py` or `.toml` file.
 
-    `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value. Values
-    may be text as typed on a command line. `StructureError` names what does not exist, and the nearest names.
+    `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value, of one
+    component or of a range of them, `stack[1..3].maximum.force`. Values may be text as typed on a command line.
+    `StructureError` names what does not exist, and the nearest names.
     """
     arguments = dict(arguments or {})
     if name.endswith(".toml"):
@@ -37,23 +41,65 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
             raise StructureError(f"there is no file {name}")
         scene, own = read_scene(Path(name)), []
     else:
-        part = _scene_part(name)
+        part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
-        assert part.build is not None
-        scene, own = part.build(**read_arguments(part.name, part.build, given)), list(part.arguments)
-    assert isinstance(scene, Scene)
+        scene, own = written(part, given), list(part.arguments)
     scene = _analyzed(scene)
     for key, value in arguments.items():
-        component, dot, argument = key.partition(".")
-        known = [c.name for c in scene.system.components]
-        if not dot or component not in [*known, scene.source.name]:
-            names = [*own, *(f"{c}.{key.rpartition('.')[2]}" for c in known)]
-            raise StructureError(f"scene {name} has no argument {key!r}{nearest(key, names)}")
-        scene = _with_argument(scene, component, argument, value)
+        components, argument = _split(key)
+        known = [*(c.name for c in scene.system.components), scene.source.name]
+        if not any(component in known for component in components):
+            raise StructureError(f"scene {name} has no argument {key!r}{_instead(scene, own, key)}")
+        for component in components:
+            if component not in known:
+                raise StructureError(f"scene {name} has no argument {key!r}: no component is called {component!r}")
+            scene = _with_argument(scene, component, argument, value)
     return scene
 
 
-def _scene_part(name: str) -> Part:
+def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
+    """Return a scene as its function writes it, with analyses where start values are to come from them."""
+    assert part.build is not None
+    scene = part.build(**read_arguments(part.name, part.build, arguments))
+    assert isinstance(scene, Scene)
+    return scene
+
+
+def _split(key: str) -> tuple[list[str], str]:
+    """Return the components and the argument that a typed name means; none where it names no component's."""
+    match = _OF_COMPONENT.match(key)
+    return (expand(match[1]), match[2]) if match else ([], "")
+
+
+def _instead(scene: Scene, own: Sequence[str], key: str) -> str:
+    """Return what works in the place of an argument that a scene does not have, or the names most like it."""
+    everyone = [*scene.system.components, scene.source]
+
+    def of_parts(argument: str) -> list[str]:
+        """Full names of an argument that components have."""
+        return compact(f"{component.name}.{argument}" for component in everyone if _has_argument(component, argument))
+
+    if own_of_parts := of_parts(key):
+        return f", but components have it: -p {', -p '.join(f'{known}=VALUE' for known in own_of_parts)}"
+    return nearest(key, [*own, *(of_parts(_split(key)[1]) if _split(key)[1] else ())])
+
+
+def _has_argument(component: Component, argument: str) -> bool:
+    """Whether a part of ours has a level, an argument or a variable with a start value of this name."""
+    if component.part.endswith(".fmu"):
+        return False
+    part = part_named(component.part, parts())
+    if part.has_argument(argument) or argument == SOLVER:
+        return True
+    try:
+        model = _model_with(part, component, argument)
+    except ModelError:
+        return False
+    settable = {quantity.name for quantity in model if quantity.kind not in (Kind.OUTPUT, Kind.SAMPLED_OUTPUT)}
+    return set(expand(argument)) <= settable
+
+
+def scene_part(name: str) -> Part:
     """Return the scene of a name, or that of a Python file, whose function is named as the file."""
     if not name.endswith(".py"):
         if name not in scenes():
@@ -81,7 +127,8 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
         changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
     else:
         start = {**component.start, argument: _start_value(component, part, argument, value)}
-        changed = dataclasses.replace(component, start=start)
+        computed = {member: of for member, of in component.computed.items() if member not in expand(argument)}
+        changed = dataclasses.replace(component, start=start, computed=computed)
     if component is scene.source:
         return dataclasses.replace(scene, source=changed)
     components = [changed if c is component else c for c in scene.system.components]
@@ -120,16 +167,16 @@ def _analyzed(scene: Scene) -> Scene:
 
     def numbers(component: Component) -> Component:
         """The component with each `Analysis` among its start values worked out."""
-        start: dict[str, Any] = {}
-        for name, value in component.start.items():
-            start[name] = _analysis(value) if isinstance(value, Analysis) else value
-        return dataclasses.replace(component, start=start)
+        analyses = {name: value for name, value in component.start.items() if isinstance(value, Analysis)}
+        start = {**component.start, **{name: analysis_value(value) for name, value in analyses.items()}}
+        computed = {member: value for name, value in analyses.items() for member in expand(name)}
+        return dataclasses.replace(component, start=start, computed=computed)
 
     components = [numbers(component) for component in scene.system.components]
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
 
 
-def _analysis(wanted: Analysis) -> float | list[float]:
+def analysis_value(wanted: Analysis) -> float | list[float]:
     """Return the number, or the list of numbers, that an analysis gives for a key."""
     result = part_named(wanted.part, parts()).analysis(**wanted.arguments)
     name, _, members = wanted.key.partition("[")

@@ -91,7 +91,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
 
 def _component(where: str, table: Any) -> Component:
     """Return a component of its table."""
-    fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections")]
+    fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections", "computed")]
     _check_keys(f"{where}: component", table, fields, ("name", "part"))
     return Component(**table)
 
@@ -117,7 +117,7 @@ def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable
 
 def _table(component: Component) -> dict[str, Any]:
     """Return the fields that say something: neither `None` nor empty."""
-    fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component)}
+    fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.name != "computed"}
     return {key: value for key, value in fields.items() if value not in (None, {}, ())}
 
 

@@ -496,7 +496,7 @@ def stability(
 
     request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
     with shell.progress("stability") as show:
-        data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show)
+        data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show, shell.warn)
     shell.answer(data, text, json)
     return shell.DONE if is_sound else shell.PROBLEMS
 

@@ -300,7 +300,7 @@ def read_status(path: str | Path) -> tuple[str, str]:
 def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:
     """Write error estimates of recorded variables (full names) to the file of a run that is complete."""
     with hdf5.translated(path, "write"):
-        store = hdf5.Store(path)
+        store = hdf5.Store.resume(path, lambda _: None)
         try:
             for name, error in errors.items():
                 for attribute, value in zip(_ERRORS, (error.absolute, error.relative), strict=True):

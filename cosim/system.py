@@ -53,6 +53,7 @@ DERIVATIVES = ("rate", "acceleration", "jerk")
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
+_NUMBERED = re.compile(r"^([^[]*)\[(\d+)\](.*)$")
 
 
 class StructureError(ValueError):
@@ -107,7 +108,8 @@ class Component:
     """One FMU of a system: `part` is the name of a part, or the path of a foreign `.fmu` file.
 
     `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
-    variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`.
+    variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`; `computed` are
+    the analyses that start values have come from, by name.
 
     One FMU may be made of several parts (`_fuse.py`): it has `members` then, and `connections` between them, its
     variables are named `member.variable`, and `part` only says what it is made of.
@@ -120,6 +122,7 @@ class Component:
     start: Mapping[str, Any] = field(default_factory=dict)
     members: Sequence["Component"] = ()
     connections: Sequence["Connection"] = ()
+    computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
 
     def __post_init__(self):
         if not _COMPONENT.match(self.name):
@@ -195,6 +198,13 @@ class System:
         if component in self._wholes:
             return self._wholes[component].name, self._wholes[component].variable(component, variable)
         return self[component].name, variable
+
+    @property
+    def unfused(self) -> "System":
+        """The system with members in the place of the component that they are fused into."""
+        inside = [connection for whole in self.components for connection in whole.connections]
+        between = [Connection(*map(self.own_name, (c.start, c.end))) for c in self.connections]
+        return System([part for whole in self.components for part in whole.members or (whole,)], [*inside, *between])
 
     def own_name(self, name: str) -> str:
         """Return a full name as it was before components were fused: `fused.robot.angle` -> `robot.angle`."""
@@ -284,6 +294,22 @@ def expand(name: str) -> list[str]:
         tail = "".join(f"[{i}]{literal}" for i, literal in zip(indices, literals[1:], strict=True))
         members.append(literals[0] + tail)
     return members
+
+
+def compact(names: Iterable[str]) -> list[str]:
+    """Return names with members in a row joined: `position[1]`, `position[2]` -> `position[1..2]`."""
+    groups: dict[str, list[int]] = {}
+    for name in names:
+        match = _NUMBERED.match(name)
+        stem = f"{match[1]}[{{}}]{match[3]}" if match else name
+        groups.setdefault(stem, []).extend([int(match[2])] if match else [])
+    joined = []
+    for stem, indices in groups.items():
+        if len(indices) > 1 and indices == list(range(indices[0], indices[0] + len(indices))):
+            joined.append(stem.format(f"{indices[0]}..{indices[-1]}"))
+        else:
+            joined += [stem.format(i) for i in indices] or [stem]
+    return joined
 
 
 def meant(word: str, known: Sequence[str]) -> list[str]:

@@ -119,7 +119,10 @@ def compare(
         tell(0.0, f"building FMUs for {_words(values)}")
         loaded = load(scene, {**arguments, **values}, **changes)
         title = loaded.title
-        ready = prepare(loaded, drive or Drive(), library, partial(_warn_of, values, warn))
+        told = partial(_warn_of, values, warn)
+        for sentence in loaded.disagreements:
+            told(sentence)
+        ready = prepare(loaded, drive or Drive(), library, told)
         if verified:
             check_verifiable(ready)
         trials.append(Trial(ready, path, tuple(loaded.scene.outputs), verified, force))

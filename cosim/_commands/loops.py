@@ -48,6 +48,8 @@ def sweep_loop(
     Raises `StructureError` for a connection that does not exist or closes no loop. `force` replaces a results file.
     """
     refuse_order(loaded)
+    for sentence in loaded.disagreements:
+        warn(sentence)
     library = chosen_loop(LOOPS[0], warn) if levels.automatic(loaded.scene) else None
     scene, choices = with_levels(loaded.scene, library)
     for component, choice in choices.items():

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
+from hfsa.cosim._agreement import disagreements
 from hfsa.cosim._commands.orders import offered, with_computed_order, with_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
@@ -85,11 +86,17 @@ class Request:
 
 @dataclass(frozen=True)
 class Loaded:
-    """A scene with the title that its results carry; `order` is what is typed of it (`orders.py`)."""
+    """A scene with the title that its results carry.
+
+    Attributes:
+        order: what is typed of it (`orders.py`).
+        disagreements: a sentence for each fact on which its parts do not agree.
+    """
 
     scene: Scene
     title: str
     order: str | None = None
+    disagreements: Sequence[str] = ()
 
 
 def load(
@@ -112,7 +119,8 @@ def load(
     if order is not None:
         scene = with_order(scene, order)
     known = scenes().get(name)
-    return Loaded(scene, known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem, order)
+    title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem
+    return Loaded(scene, title, order, disagreements(name, arguments, scene))
 
 
 def refuse_order(loaded: Loaded) -> None:
@@ -153,6 +161,8 @@ def sweep_scene(
 
     Where there is one, `resume` goes on with it and `force` replaces it.
     """
+    for sentence in loaded.disagreements:
+        warn(sentence)
     settings = request.settings
     if settings.method == "linear":
         refuse_order(loaded)

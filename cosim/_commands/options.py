@@ -12,7 +12,8 @@ Arguments = Annotated[
         ("-p", "--parameter"),
         negative=(),
         help="NAME=VALUE, again and again: an argument or a parameter, for a scene its own argument or "
-        "instance.argument. Numbers of a vector are separated by commas; units are SI where none is stated.",
+        "instance.argument, `stack[1..3].argument` of several. Numbers of a vector are separated by commas; units are "
+        "SI where none is stated.",
     ),
 ]
 DESIGN_STUDY = Group(

@@ -1,6 +1,5 @@
 """What the verbs answer, as data for JSON and as text to read: parts and scenes, engineering numbers, finished work."""
 
-import re
 import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
@@ -29,7 +28,7 @@ from hfsa.cosim.results import (
     read_run,
     read_status,
 )
-from hfsa.cosim.system import StructureError, nearest
+from hfsa.cosim.system import StructureError, compact, nearest
 
 _KINDS = {
     "inputs": (Kind.INPUT,),
@@ -134,7 +133,7 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
         if entry.get(key):
             names = [s if isinstance(s, str) else s["name"] for s in entry[key]]
             label = "      in   " if key == "inputs" else "      out  "
-            yield textwrap.fill(", ".join(_ranges(names)), 118, initial_indent=label, subsequent_indent=" " * 11)
+            yield textwrap.fill(", ".join(compact(names)), 118, initial_indent=label, subsequent_indent=" " * 11)
     if not in_full:
         return
     for key in ("arguments", "parameters"):
@@ -144,22 +143,6 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
             choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
             about = f"  {item['description']}" if item.get("description") else ""
             yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
-
-
-def _ranges(names: list[str]) -> list[str]:
-    """Return names with members in a row joined: `position[1]`, `position[2]` -> `position[1..2]`."""
-    groups: dict[str, list[int]] = {}
-    for name in names:
-        match = re.match(r"^([^[]*)\[(\d+)\](.*)$", name)
-        stem = f"{match[1]}[{{}}]{match[3]}" if match else name
-        groups.setdefault(stem, []).extend([int(match[2])] if match else [])
-    joined = []
-    for stem, indices in groups.items():
-        if len(indices) > 1 and indices == list(range(indices[0], indices[0] + len(indices))):
-            joined.append(stem.format(f"{indices[0]}..{indices[-1]}"))
-        else:
-            joined += [stem.format(i) for i in indices] or [stem]
-    return joined
 
 
 def _words(value: Any) -> str:

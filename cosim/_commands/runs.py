@@ -108,6 +108,8 @@ def run_scene(
 
     `loop` is one of `LOOPS`, `verified` adds error estimates.
     """
+    for sentence in loaded.disagreements:
+        warn(sentence)
     ready = prepare(loaded, drive, chosen_loop(loop, warn), warn)
     if verified:
         check_verifiable(ready)

@@ -17,7 +17,7 @@ from hfsa.cosim._commands.orders import with_computed_order
 from hfsa.cosim._commands.reports import algorithm_data, order_data
 from hfsa.cosim._commands.shell import rendered, table
 from hfsa.cosim._fuse import fused
-from hfsa.cosim._stability_map import StabilityMap, default_path, parse_axis, stability_map
+from hfsa.cosim._stability_map import STEP_SIZE, Axis, StabilityMap, default_path, parse_axis, stability_map
 from hfsa.cosim._stability_map_file import map_figure, write_map
 from hfsa.cosim._storage.target import check_new, check_picture
 from hfsa.cosim._style import save
@@ -57,7 +57,11 @@ class Request:
 
 
 def stability_answer(
-    name: str, arguments: Mapping[str, str], request: Request, report: Report = lambda *_: None
+    name: str,
+    arguments: Mapping[str, str],
+    request: Request,
+    report: Report = lambda *_: None,
+    warn: Callable[[str], None] = print,
 ) -> tuple[dict[str, Any], str, bool]:
     """Return limits or a map as data and as text, and whether simulations agree with all that was said.
 
@@ -69,6 +73,9 @@ def stability_answer(
         check_picture(_picture(path))
     changes = {"step_size": request.step_size, "algorithm": request.algorithm}
     loaded = load(name, arguments, request.fuse, order=request.order, **changes)
+    axes = [parse_axis(words) for words in request.vary]
+    for sentence in loaded.disagreements or _disagreements_on(axes, name, arguments):
+        warn(sentence)
     if not request.vary:
         if request.file is not None or request.force:
             option = "--force" if request.file is None else f"-o {request.file}"
@@ -80,7 +87,7 @@ def stability_answer(
     found = stability_map(
         name,
         arguments,
-        [parse_axis(words) for words in request.vary],
+        axes,
         fuse=request.fuse,
         step_size=request.step_size,
         algorithm=settled(loaded.scene)[0].algorithm,
@@ -89,6 +96,18 @@ def stability_answer(
     )
     agree, simulated = found.agreement
     return *_map(found, loaded.title, path, request.force), agree == simulated
+
+
+def _disagreements_on(axes: Sequence[Axis], name: str, arguments: Mapping[str, str]) -> Sequence[str]:
+    """Return on what the parts of a scene disagree at an end of a map's axes, the first end where they do."""
+    for end in (0, -1):
+        varied = {axis.name: repr(float(axis.values[end])) for axis in axes if axis.name != STEP_SIZE}
+        try:
+            if found := load(name, {**arguments, **varied}).disagreements:
+                return found
+        except ValueError:  # no such posture: the map leaves the point out, and says why
+            continue
+    return ()
 
 
 def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:

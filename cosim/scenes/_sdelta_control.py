@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from hfsa.cosim.scenes._posture import Posture
+from hfsa.cosim.scenes._specimen import Payload
 from hfsa.cosim.system import Analysis, Component, Connection, StructureError
 
 Law = Literal["pd", "ctc", "ctc_cartesian"]
@@ -43,6 +44,7 @@ class Control:
     feed_forward: FeedForward
     posture: Posture
     stiffness: str
+    payload: Payload
     damping: float
     bandwidth: float
     control_damping: float
@@ -75,7 +77,12 @@ class Control:
     def tuned(self, key: str) -> Analysis:
         """Return a number of the rigid design at the posture."""
         design = {"bandwidth": self.bandwidth, "damping": self.control_damping, "gravity": self.gravity}
-        return Analysis("sdelta_tuning", key, {**self.posture.arguments, **design})
+        return Analysis("sdelta_tuning", key, {**self._robot, **design})
+
+    @property
+    def _robot(self) -> dict[str, Any]:
+        """What is controlled, as arguments of a component."""
+        return {**self.posture.arguments, **self.payload.arguments}
 
     @property
     def _estimates(self) -> bool:
@@ -94,7 +101,7 @@ class Control:
         if self.feed_forward == "none" and not self._is_cartesian:
             return self._converter("reference")
         level = "elastic" if self.feed_forward == "elastic" else "rigid"
-        arguments = {**self.posture.arguments, "stiffness": self.stiffness}
+        arguments = {**self._robot, "stiffness": self.stiffness}
         start = {"gravity": self.gravity, **({"damping_ratio": self.damping} if level == "elastic" else {})}
         return Component("reference", "sdelta_feed_forward", level, arguments, start)
 
@@ -114,7 +121,7 @@ class Control:
         pose = {"encoder": "encoder_pose", "pose": "measured_pose"}[self.feedback]
         arguments = {
             "feedback": pose if self._is_cartesian else "motor",
-            **self.posture.arguments,
+            **self._robot,
             "delay": self.delay,
         }
         return Component("controller", "sdelta_computed_torque", self.execution, arguments, {**start, **gains})

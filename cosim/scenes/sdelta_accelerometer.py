@@ -25,6 +25,7 @@ from typing import Literal
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
+from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 _TUBES = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
@@ -39,6 +40,7 @@ def sdelta_accelerometer(
     *,
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
+    payload: Payload = SPECIMEN,
     robot: Literal["cartesian", "rigid"] = "cartesian",
     robot_damping: float = 0.01,
     design: Design = "mems",
@@ -51,6 +53,7 @@ def sdelta_accelerometer(
     Args:
         posture: where the robot stands; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
+        payload: what the platform carries beside the sensor; given by its mass alone, a steel cube of that mass.
         robot: level of the robot.
         robot_damping: damping ratio of its modes.
         design: of the sensor, published dimensions and material.
@@ -66,7 +69,7 @@ def sdelta_accelerometer(
             "robot",
             "sdelta",
             robot,
-            {**posture.arguments, "stiffness": stiffness},
+            {**posture.arguments, **payload.arguments, "stiffness": stiffness},
             {"damping_ratio": robot_damping},
         ),
     ]

@@ -30,6 +30,7 @@ from typing import Literal
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
+from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 MOTIONS = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
@@ -43,6 +44,7 @@ def sdelta_hfsa(
     feed_forward: FeedForward = "none",
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
+    payload: Payload = SPECIMEN,
     damping: float = 0.01,
     bandwidth: float = 6.0,
     control_damping: float = 0.7,
@@ -63,6 +65,8 @@ def sdelta_hfsa(
             angles of the `elastic` one.
         posture: where the robot stands; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
+        payload: what the platform carries, for the robot, gains, feed-forward and holding torque; given by its mass
+            alone, a steel cube of that mass.
         damping: damping ratio of the robot's modes.
         bandwidth: of the rigid closed loop [Hz].
         control_damping: damping ratio of the rigid closed loop.
@@ -80,6 +84,7 @@ def sdelta_hfsa(
         feed_forward=feed_forward,
         posture=posture,
         stiffness=stiffness,
+        payload=payload,
         damping=damping,
         bandwidth=bandwidth,
         control_damping=control_damping,
@@ -107,7 +112,7 @@ def sdelta_hfsa(
         "robot",
         "sdelta",
         "cartesian",
-        {**posture.arguments, "stiffness": stiffness},
+        {**posture.arguments, **payload.arguments, "stiffness": stiffness},
         {"damping_ratio": damping, "gravity": gravity},
     )
     tubes = [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]

@@ -13,6 +13,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
+from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
 from hfsa.cosim.system import Component, Connection, Scene, System
 
 MOTIONS = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
@@ -22,6 +23,7 @@ def sdelta_shaker(
     *,
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
+    payload: Payload = SPECIMEN,
     damping: float = 0.01,
 ) -> Scene:
     """The robot's six pose responses.
@@ -29,12 +31,12 @@ def sdelta_shaker(
     Args:
         posture: where the robot stands; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
+        payload: what the platform carries; given by its mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
     """
     reference = Component("reference", "sdelta_reference", "linear", posture.arguments)
-    robot = Component(
-        "robot", "sdelta", "cartesian", {**posture.arguments, "stiffness": stiffness}, {"damping_ratio": damping}
-    )
+    carrying = {**posture.arguments, **payload.arguments, "stiffness": stiffness}
+    robot = Component("robot", "sdelta", "cartesian", carrying, {"damping_ratio": damping})
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     return Scene(
         System([reference, robot], tubes),

@@ -20,6 +20,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import UPRIGHT, Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._biased_stage import Kinematics, biased_stage
+from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import readings
 from hfsa.cosim.system import Component, Connection, Scene, System
 
@@ -36,6 +37,7 @@ def stage_accelerometer(
     *,
     stage: Literal["jacobian", "constant_jacobian", "exact"] = "constant_jacobian",
     kinematics: Kinematics = "nominal",
+    pzt: Pzt = TOKIN,
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
     resistance: float = 50.0,
@@ -47,9 +49,11 @@ def stage_accelerometer(
     """Estimates, true acceleration and voltages by volts, or at level `jacobian` by elongation.
 
     Args:
-        stage: level of the stage; at `jacobian` there are no stacks, and bias, damping_time and resistance do nothing.
+        stage: level of the stage; at `jacobian` there are no stacks, and pzt, bias, damping_time and resistance do
+            nothing.
         kinematics: parameter set of the stage's links.
-        bias: voltage of all stacks, about which one of them swings [V]; 0 to 150.
+        pzt: the stacks by their data sheet.
+        bias: voltage of all stacks, about which one of them swings [V]; 0 to their full voltage.
         damping_time: of the hinges, beta [s].
         resistance: of the amplifiers' outputs [Ohm].
         design: of the sensor, published dimensions and material.
@@ -64,7 +68,7 @@ def stage_accelerometer(
         moved = System([Component("stage", "rrr_stage", stage, {"kinematics": kinematics})])
         inputs, amplitude = "stage.stack[1..3].elongation", {"m": 1e-7}
     else:
-        moved = biased_stage("stage_accelerometer", stage, kinematics, bias, damping_time, resistance)
+        moved = biased_stage("stage_accelerometer", stage, kinematics, pzt, bias, damping_time, resistance)
         inputs, amplitude = "stack[1..3].command.voltage", {"V": 0.5}
     shown = [accelerometer(sensor, design, mounting, damping), ideal(mounting)]
     felt = [

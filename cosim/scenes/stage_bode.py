@@ -21,6 +21,7 @@ told of above 10.2 V, where the response is off by 0.1 dB.
 """
 
 from hfsa.cosim.scenes._biased_stage import Kinematics, Level, biased_stage
+from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import stage_pose
 from hfsa.cosim.system import Scene
 
@@ -29,6 +30,7 @@ def stage_bode(
     *,
     stage: Level = "constant_jacobian",
     kinematics: Kinematics = "nominal",
+    pzt: Pzt = TOKIN,
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
     resistance: float = 50.0,
@@ -38,7 +40,8 @@ def stage_bode(
     Args:
         stage: level of the stage.
         kinematics: parameter set of the stage's links.
-        bias: voltage of all stacks, about which one of them swings [V]; 0 to 150.
+        pzt: the stacks by their data sheet.
+        bias: voltage of all stacks, about which one of them swings [V]; 0 to their full voltage.
         damping_time: of the hinges, beta [s].
         resistance: of the amplifiers' outputs [Ohm].
 
@@ -46,7 +49,7 @@ def stage_bode(
         StructureError: a bias that the stacks cannot have.
     """
     return Scene(
-        biased_stage("stage_bode", stage, kinematics, bias, damping_time, resistance),
+        biased_stage("stage_bode", stage, kinematics, pzt, bias, damping_time, resistance),
         inputs=["stack[1..3].command.voltage"],
         outputs=["stage.platform.position[1..2]", "stage.platform.rotation"],
         band=(1.0, 3000.0),

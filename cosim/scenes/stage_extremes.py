@@ -26,12 +26,13 @@ With `execution` `continuous` the controller acts at every instant, and the stag
 import math
 from typing import Literal
 
+from hfsa.cosim.scenes._biased_stage import Kinematics
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
 from hfsa.cosim.system import ALGORITHMS, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
-_YAW_MASS = 0.41401
-"""Modal mass of the yaw [kg], the least of the stage's."""
+_YAW_MASS = {"nominal": 0.41401, "calibrated": 0.23113}
+"""Modal mass of the yaw [kg], the least of the stage's, by the parameter set of its links."""
 _SHARE = 0.3
 """Sample time, relative to the limit, where none is given."""
 _SHORTEST = 1e-12
@@ -53,6 +54,7 @@ def stage_extremes(
     execution: Literal["sampled", "continuous"] = "sampled",
     rate: float = 3e-6,
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
+    kinematics: Kinematics = "nominal",
     damping_time: float = 0.0,
 ) -> Scene:
     """Tracking errors and forces of the stage on a ramp.
@@ -64,8 +66,9 @@ def stage_extremes(
         sample_time: of the controller, and communication step [s]; 0.3 of the stable limit without.
         execution: of the controller, `sampled` or `continuous`.
         rate: of the ramp [m/s].
-        stage: level of the stage.
-        damping_time: damping of the stage by its stiffness [s]; the source's stage has none.
+        stage: level of the stage, and of what computed torque takes it for.
+        kinematics: parameter set of the stage's links, for both as well.
+        damping_time: damping of the stage by its stiffness [s], for both as well; the source's stage has none.
 
     Raises:
         StructureError: gains below 0; without a sample time, gains that no part can tick fast enough for; a sample time
@@ -83,11 +86,11 @@ def stage_extremes(
             raise StructureError("stage_extremes: a continuous controller has no sample_time; the step is --step")
         step, ticking = _STEP, {}
     else:
-        step = _sample_time(law, kp, kv) if sample_time is None else sample_time
+        step = _sample_time(law, kp, kv, kinematics) if sample_time is None else sample_time
         ticking = {"sample_time": step}
     damping = {"damping_time": damping_time}
     part, arguments, known = {
-        "ctc": ("stage_computed_torque", {"model": stage}, damping),
+        "ctc": ("stage_computed_torque", {"model": stage, "kinematics": kinematics}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
     impact = kv * abs(rate) * (_YAW_MASS if law == "ctc" else 1.0)
@@ -96,7 +99,7 @@ def stage_extremes(
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
         Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
         Component("controller", part, execution, arguments, {**ticking, **gains, **known}),
-        Component("stage", "rrr_stage", stage, {"causality": "force"}, damping),
+        Component("stage", "rrr_stage", stage, {"causality": "force", "kinematics": kinematics}, damping),
     ]
     return Scene(
         System(components, _connections(law)),
@@ -115,9 +118,9 @@ def stage_extremes(
     )
 
 
-def _sample_time(law: str, kp: float, kv: float) -> float:
+def _sample_time(law: str, kp: float, kv: float, kinematics: str) -> float:
     """A round sample time well below the limit; `StructureError` where that is too short for a part."""
-    mass = 1.0 if law == "ctc" else _YAW_MASS
+    mass = 1.0 if law == "ctc" else _YAW_MASS[kinematics]
     limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
     if kv == 0 or _SHARE * limit < _SHORTEST:
         reason = f"is stable below {limit:g} s only" if kv else "rings for ever, and grows at any sample time"

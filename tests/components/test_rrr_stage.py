@@ -5,13 +5,16 @@ import numpy as np
 import pytest
 from published_probes.stage import stage_base, stage_linear_statics, stage_stress
 
+import hfsa.components
 from hfsa.components import _rrr_dynamics as dynamics
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, Model, ModelError
+from hfsa.components._parts import find
 from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 from hfsa.components.rrr_stage import analyze, rrr_stage
 
+PARTS = find([hfsa.components])
 UM = 1e-6
 DYNAMIC = pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
 CAUSALITY = pytest.mark.parametrize("causality", ["source", "force"])
@@ -66,6 +69,25 @@ def test_full_voltage_does_not_reach_12_um(level):
     np.testing.assert_allclose(every["voltage"], linear["all"], rtol=3e-3)
     np.testing.assert_allclose(every["elongation_at_voltage"], linear["at_150"], rtol=3e-3)
     assert every["elongation_at_voltage"].max() < 12e-6
+
+
+@DYNAMIC
+@pytest.mark.parametrize("kinematics", ["nominal", "calibrated"])
+def test_another_stack_is_in_frequencies_volts_and_rest(level, kinematics):
+    """M + m 1 and K + k 1 give the modes; k l + H = alpha V holds at rest, and wherever volts are asked for."""
+    k, force, mass = 125e6, 2000.0, 4e-3
+    words = {"stack.stiffness": "125e6", "stack.tip_mass": "4e-3", "stack.full_voltage": "200"}
+    found = PARTS["rrr_stage"].analysis(level, kinematics=kinematics, voltage="30,60,190", **words)
+    K, M, one = found["stiffness"], found["inertia"], np.eye(3)
+    omega = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M + mass * one, K + k * one)).real))
+    np.testing.assert_allclose(2 * np.pi * found["natural_frequencies_bonded_hz"], omega, rtol=1e-9)
+    rest = found["elongation_at_voltage"]
+    held = analyze(level=level, kinematics=kinematics, elongation=tuple(rest.tolist()))["force"]
+    np.testing.assert_allclose(held + k * rest, force / 200 * np.array([30, 60, 190]), rtol=1e-9)
+    at_rest = {"elongation": tuple(rest.tolist()), "level": level, "kinematics": kinematics}
+    volts = PARTS["rrr_stage"].analysis(**at_rest, **words)["voltage"]
+    np.testing.assert_allclose(volts, [30, 60, 190], rtol=1e-9)
+    assert not found["saturated"].any()
 
 
 @DYNAMIC

@@ -297,7 +297,7 @@ def test_negative_springs_and_payloads_are_refused():
     with pytest.raises(ModelError, match="sum of the others"):
         Payload(3, inertia=(1e-3, 1e-3, 3e-3))
     with pytest.raises(ModelError, match="no mass"):
-        Payload(0)
+        Payload(0, inertia=(1e-3, 1e-3, 1e-3))
     K = -np.eye(6)
     with pytest.raises(ModelError, match="eigenvalue -1"):
         modes(np.eye(6), K)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from hfsa.components._functions import functions
 from hfsa.components._model import Kind, ModelError
-from hfsa.components._rrr_kinematics import NOMINAL, forward
+from hfsa.components._rrr_kinematics import NOMINAL, forward, links
 from hfsa.components.stage_reference import analyze, stage_reference
 from hfsa.components.tracking_error import tracking_error
 
@@ -59,10 +59,17 @@ def test_the_step_waits_for_its_time():
 
 
 @settings(max_examples=20)
-@given(st.tuples(*[st.floats(0, 12e-6)] * 3))
-def test_the_elongations_of_a_pose_bring_the_stage_there(elongation):
-    pose = forward(NOMINAL, elongation)
-    assert analyze(pose=tuple(pose))["elongation"] == pytest.approx(elongation, abs=1e-16)
+@given(st.tuples(*[st.floats(0, 12e-6)] * 3), st.sampled_from(["nominal", "calibrated"]))
+def test_the_elongations_of_a_pose_bring_the_stage_there(elongation, kinematics):
+    pose = forward(links(kinematics), elongation)
+    assert analyze(pose=tuple(pose), kinematics=kinematics)["elongation"] == pytest.approx(elongation, abs=1e-16)
+
+
+def test_a_longer_stroke_reaches_further():
+    pose = tuple(forward(NOMINAL, [20e-6, 0.0, 0.0]))
+    with pytest.raises(ModelError, match=r"takes elongations of 20.000, .*expected 0 to 16 um"):
+        analyze(pose=pose)
+    assert analyze(pose=pose, stroke=24e-6)["elongation"] == pytest.approx([20e-6, 0, 0], abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -82,12 +82,13 @@ def test_middle_gains_settle_at_once_and_leave_a_bias(kp, kv):
 
 
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
+@pytest.mark.parametrize("kinematics", ["nominal", "calibrated"])
 @pytest.mark.parametrize("kp", [0.0, 1.0, 3e6, 1e9, 1e17])
-def test_the_stage_balances_where_it_is_said_to_rest(level, kp):
+def test_the_stage_balances_where_it_is_said_to_rest(level, kinematics, kp):
     """Kp e = H(r - e), of elongations that differ."""
-    reference = np.array([12e-6, 3e-6, 7e-6])
-    error = pd(kp, 1.0, level=level, elongation=tuple(reference))["final_error"]
-    rest = analyze_stage(level=level, elongation=tuple(reference - error))
+    reference, links = np.array([12e-6, 3e-6, 7e-6]), {"level": level, "kinematics": kinematics}
+    error = pd(kp, 1.0, elongation=tuple(reference), **links)["final_error"]
+    rest = analyze_stage(elongation=tuple(reference - error), **links)
     np.testing.assert_allclose(kp * error, rest["force"], rtol=1e-9, atol=1e-9)
 
 

@@ -101,6 +101,19 @@ def test_feed_forward_holds_the_stage(model, r):
     assert out[3:] == pytest.approx(holding["voltage"], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_feed_forward_holds_the_stage_with_the_calibrated_links(model):
+    """316.2 N hold 12 um on all stacks, in place of 348.9 N."""
+    made = functions(stage_feed_forward(model=model, kinematics="calibrated"))
+    for r in ([12e-6] * 3, [0.0, 12e-6, 3e-6]):
+        out = np.array(made.out(0.0, [], [], r, [52.0625e6, 833 / 150])).ravel()
+        holding = rrr_stage.analyze(level=model, kinematics="calibrated", elongation=tuple(r))
+        assert out[:3] == pytest.approx(holding["force"], rel=1e-9, abs=1e-9)
+        assert out[3:] == pytest.approx(holding["voltage"], rel=1e-9, abs=1e-9)
+    out = np.array(made.out(0.0, [], [], [12e-6] * 3, [52.0625e6, 833 / 150])).ravel()
+    assert out[:3] == pytest.approx([316.2] * 3, abs=0.05)
+
+
 def test_forces_at_12_um_are_the_sources():
     for model, force in (("constant_jacobian", 348.9), ("exact", 350.1)):
         out = np.array(FEED_FORWARD[model].out(0.0, [], [], [12e-6] * 3, [52.0625e6, 833 / 150])).ravel()
@@ -151,11 +164,13 @@ def entry(controller: Model, output: str, source: str, z: complex) -> complex:
     ]
 
 
+@pytest.mark.parametrize("kinematics", ["nominal", "calibrated"])
 @pytest.mark.parametrize("delay", [False, True])
-def test_bode_sentence_of_computed_torque(delay):
-    rest = rrr_stage.analyze(level="constant_jacobian")
+def test_bode_sentence_of_computed_torque(delay, kinematics):
+    rest = rrr_stage.analyze(level="constant_jacobian", kinematics=kinematics)
     kp, kv, z = (2 * np.pi * 300) ** 2, 2 * 2 * np.pi * 300, np.exp(2j * np.pi * 200 * 50e-6)
-    controller, turn = stage_computed_torque(model="constant_jacobian", delay=delay), 1 / z if delay else 1
+    controller = stage_computed_torque(model="constant_jacobian", kinematics=kinematics, delay=delay)
+    turn = 1 / z if delay else 1
     ahead = 75e-6 if delay else 25e-6
     for i, j in ((1, 1), (1, 2), (3, 2)):
         K, M = rest["stiffness"][i - 1, j - 1], rest["inertia"][i - 1, j - 1]

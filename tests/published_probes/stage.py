@@ -141,9 +141,9 @@ def stage_stress(elongation: list[float]) -> float:
 
 def stage_linear_statics() -> dict[str, Any]:
     """(K0 + k) l = alpha V: elongation of all at 75 and 150 V, voltage for 12 um of one stack and of all."""
-    K = rrr_stage.analyze()["stiffness"] + stack.STIFFNESS * np.eye(3)
-    volts = stack.STROKE_IN_USE * K / stack.FORCE_PER_VOLT
-    full = stack.FORCE_PER_VOLT * np.linalg.solve(K, stack.FULL_VOLTAGE * np.eye(3))
+    K = rrr_stage.analyze()["stiffness"] + stack.TOKIN.stiffness * np.eye(3)
+    volts = stack.STROKE_IN_USE * K / stack.TOKIN.coupling
+    full = stack.TOKIN.coupling * np.linalg.solve(K, stack.FULL_VOLTAGE * np.eye(3))
     return {
         "at_75": full[0].sum() / 2,
         "at_150": full[0].sum(),
