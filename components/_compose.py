@@ -113,6 +113,8 @@ class _Composition:
             for q in joined.model.of(Kind.PARAMETER, Kind.INPUT, Kind.STATE, Kind.SAMPLED_STATE):
                 if q.name != _SAMPLE_TIME and f"{member}.{q.name}" not in self.feeders:
                     joined.put(q.expression, self._declared(f"{member}.{q.name}", q))
+            for q in joined.model.of(Kind.CONSTANT):
+                self.whole.constant(f"{member}.{q.name}", q.start, q.unit, q.description)
             arguments = joined.model.information.items()
             self.whole.information |= {f"{member}.{key}": value for key, value in arguments}
         for start in {str(end): end for end in self.feeders.values()}.values():

@@ -9,6 +9,7 @@ The order of calls, as a part's function makes them:
     m.der[x] = ...                                                             # explicit form, or
     a = m.motion(v, mass=M, force=h)                                           # M der(v) = h, mass-matrix form
     m.output("position", x, "m", "Measured displacement")
+    m.constant("rest.length", 0.05, "m", "Length of the spring at rest")       # what the FMU shows, and nobody sets
 
 A sampled model declares `m.sample_time(1e-3)`, `m.sampled_state(...)`, `m.next[z] = ...` and `m.sampled_output(...)`:
 at each tick the outputs are evaluated first, from the states and inputs before the tick, and held until the next tick.
@@ -85,6 +86,12 @@ class Model:
     ) -> ca.SX:
         """Declare a tunable (or `fixed`) parameter; returns its symbol, or a column for a range in `name`."""
         return self._symbols(name, Kind.PARAMETER, unit, description, start, nominal, min, max, fixed=fixed)
+
+    def constant(self, name: str, value: float | Sequence[float], unit: str, description: str) -> None:
+        """Declare what the part knows and nobody sets, for the FMU to show; a range in `name` takes a value each."""
+        members = expand(name)
+        for member, number in zip(members, _column(name, value, len(members)), strict=True):
+            self._add(Quantity(member, Kind.CONSTANT, unit, description, number, 1.0, None, None, ca.SX(number)))
 
     def input(
         self,
@@ -217,6 +224,8 @@ class Model:
         quantity = self[name]
         if quantity.kind is Kind.OUTPUT:
             raise ModelError(f"{self.name}: {name} is an output; its value follows from the others and has no start")
+        if quantity.kind is Kind.CONSTANT:
+            raise ModelError(f"{self.name}: {name} is a constant; it follows from the structural arguments")
         self._quantities[name] = replace(quantity, start=float(start))
 
     def substitute(self, symbols: ca.SX, expressions: ca.SX) -> None:

@@ -21,15 +21,16 @@ class Kind(StrEnum):
     SAMPLED_STATE = "sampled_state"
     OUTPUT = "output"
     SAMPLED_OUTPUT = "sampled_output"
+    CONSTANT = "constant"
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
     """A scalar quantity of a model: each fact once, in FMI words.
 
-    `expression` is the CasADi symbol of a parameter, input or state, and what an output equals. `fixed` parameters can
-    be set only before initialization, the others at any communication point. `ModelError` for a start that is not
-    finite or outside its bounds, or a nominal that is not positive.
+    `expression` is the CasADi symbol of a parameter, input or state, and what an output or a constant equals. `fixed`
+    parameters can be set only before initialization, the others at any communication point. `ModelError` for a start
+    that is not finite or outside its bounds, or a nominal that is not positive.
     """
 
     name: str

@@ -144,7 +144,7 @@ def jacobian(kinematics: str) -> np.ndarray:
 
 def corner_motion(geometry: Links, pose: ca.SX) -> ca.SX:
     """Return the displacements of the corners C_i from rest at a pose (3, 1), columns of shape (2, 3) [m]."""
-    sine, less_one = ca.sin(pose[2]), ca.cos(pose[2]) - 1
+    sine, less_one = ca.sin(pose[2]), _cosine_less_one(pose[2])
     turn = ca.vertcat(ca.horzcat(less_one, -sine), ca.horzcat(sine, less_one))
     return ca.repmat(pose[:2], 1, 3) + turn @ ca.DM(geometry.corners.T)
 
@@ -206,7 +206,12 @@ def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
 
 def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Change of a constant vector (2,) that turns by an angle, shape (2, 1); at zero it is zero to the last bit."""
-    return (ca.cos(angle) - 1) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+    return _cosine_less_one(angle) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+
+
+def _cosine_less_one(angle: ca.SX) -> ca.SX:
+    """cos(angle) - 1 with all digits, however small the angle."""
+    return -2 * ca.sin(angle / 2) ** 2
 
 
 def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
@@ -218,8 +223,10 @@ def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
     cosine = (crank**2 + length**2 - coupler**2) / (2 * crank * length)
     change = growth / (now + length) * (1 - (crank**2 - coupler**2) / (now * length)) / (2 * crank)
     square = 1 - cosine**2
-    sine, sine_now = np.sqrt(square), ca.sqrt(square - change * (2 * cosine + change))
-    widening = ca.atan2((sine_now - sine) * cosine - change * sine, 1 + (sine_now - sine) * sine + change * cosine)
+    less = change * (2 * cosine + change)
+    sine = np.sqrt(square)
+    growth_of_sine = -less / (ca.sqrt(square - less) + sine)
+    widening = ca.atan2(growth_of_sine * cosine - change * sine, 1 + growth_of_sine * sine + change * cosine)
     return _turn(rest, moved) - widening
 
 

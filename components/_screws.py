@@ -73,28 +73,33 @@ def numbers(matrix: ca.SX) -> np.ndarray:
 
 
 def exponential(vector: ca.SX) -> ca.SX:
-    """Return the rotation matrix of a rotation vector, shape (3, 1) [rad] to (3, 3).
+    """Return the rotation matrix of a rotation vector, shape (3, 1) [rad] to (3, 3)."""
+    return ca.SX.eye(3) + expm1(vector)
 
-    1 + sin(a)/a W + (1 - cos(a))/a^2 W^2 with W = skew(vector), a = |vector|. The two factors are power series in a^2:
-    no branch and no division at zero, so that derivatives of every order are exact there. Sixteen terms leave nothing
-    but rounding error up to half a turn.
+
+def expm1(vector: ca.SX) -> ca.SX:
+    """Return the rotation matrix of a rotation vector less 1, shape (3, 1) [rad] to (3, 3).
+
+    sin(a)/a W + (1 - cos(a))/a^2 W^2 with W = skew(vector), a = |vector|: all digits of a rotation however small. The
+    two factors are power series in a^2: no branch and no division at zero, so that derivatives of every order are exact
+    there. Sixteen terms leave nothing but rounding error up to half a turn.
     """
     W, square = ca.skew(vector), ca.sumsqr(vector)
     first, second = 1, 1
     for n in reversed(range(_TERMS)):
         first = 1 - square / ((2 * n + 2) * (2 * n + 3)) * first
         second = 1 - square / ((2 * n + 3) * (2 * n + 4)) * second
-    return ca.SX.eye(3) + first * W + second / 2 * (W @ W)
+    return first * W + second / 2 * (W @ W)
 
 
-def logarithm(matrix: ca.SX) -> ca.SX:
-    """Return the rotation vector of a rotation matrix, shape (3, 3) to (3, 1) [rad].
+def log1p(change: ca.SX) -> ca.SX:
+    """Return the rotation vector of a rotation matrix that is 1 + `change`, shape (3, 3) to (3, 1) [rad].
 
-    phi / sin(phi) times the skew part, as a power series in y = sin(phi / 2)^2: smooth at zero as `exponential` is.
-    Nothing but rounding error is left up to 75 degrees, 1e-7 rad at 110.
+    phi / sin(phi) times the skew part, as a power series in y = sin(phi / 2)^2: smooth at zero as `expm1` is, and with
+    all digits of a rotation however small. Nothing but rounding error is left up to 75 degrees, 1e-7 rad at 110.
     """
-    part = ca.vertcat(matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]) / 2
-    y, factor = (3 - ca.trace(matrix)) / 4, 1
+    part = ca.vertcat(change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]) / 2
+    y, factor = -ca.trace(change) / 4, 1
     for n in reversed(range(1, _LOGARITHM_TERMS)):
         factor = 1 + 2 * n / (2 * n + 1) * y * factor
     return factor * part

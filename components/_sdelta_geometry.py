@@ -8,6 +8,13 @@ zero where the limb points horizontally inwards. The limb reaches S_j, a corner 
 
 with i_j = Z x e_c, Q the attitude of the platform and a the position of S, the centroid of its joints. The platform's
 triangle stands upside down against the base: each of its corners faces the middle of a side.
+
+From a posture Q_0, a_0 on, where the reach r = S_j - m_j has the parts r_i along i_j and r_z along Z, a rotation R and
+a displacement d of S move a joint by s, and slide and turn its tube by
+
+    s = d + (R - 1) Q_0 s_j,    du_j = e_c . s,    dphi_j = atan2(r_i s_z - r_z s_i, r_i^2 + r_z^2 + r_i s_i + r_z s_z)
+
+in which nothing small is the difference of two large numbers.
 """
 
 from dataclasses import dataclass
@@ -18,7 +25,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hfsa.components._model import ModelError
-from hfsa.components._screws import numbers
 
 BASE_RADIUS = 0.450
 """Circumradius of the base triangle [m] (eq 3.47)."""
@@ -105,22 +111,26 @@ def angles(Q: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(Q).as_euler("ZXY", degrees=True)
 
 
-def inverse_kinematics(Q: ca.SX, a: ca.SX, near=(0.0, 0.0, 0.0)) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return slides, lengths and angles of the limbs, columns of three, at attitude `Q` (3, 3) and position `a` (3, 1).
-
-    The angles lie within half a turn of `near` [rad], so that they are smooth about a posture that has those angles.
-    """
-    slide, length, angle = [], [], []
-    for j in range(3):
-        reach = a + Q @ ca.SX(JOINTS[j]) - ca.SX(MIDDLES[j])
-        inward, up = ca.dot(ca.SX(INWARDS[j]), reach), reach[2]
-        cosine, sine = np.cos(near[j]), np.sin(near[j])
-        slide.append(ca.dot(ca.SX(C_AXES[j]), reach))
-        length.append(ca.sqrt(inward**2 + up**2))
-        angle.append(near[j] + ca.atan2(cosine * up - sine * inward, cosine * inward + sine * up))
-    return ca.vertcat(*slide), ca.vertcat(*length), ca.vertcat(*angle)
-
-
 def limbs_at(Q: np.ndarray, a: np.ndarray) -> Limbs:
-    """Return the limbs at attitude `Q` (3, 3) and position `a` of S (3,) in numbers."""
-    return Limbs(*(numbers(column).ravel() for column in inverse_kinematics(ca.SX(Q), ca.SX(a))))
+    """Return the limbs at attitude `Q` (3, 3) and position `a` of S (3,): inverse kinematics."""
+    reach = a + JOINTS @ Q.T - MIDDLES
+    along, inward, up = (np.sum(axes * reach, axis=1) for axes in (C_AXES, INWARDS, UP))
+    return Limbs(along, np.hypot(inward, up), np.arctan2(up, inward))
+
+
+def tube_motion(Q: np.ndarray, a: np.ndarray, turn: ca.SX, move: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Return by how much the tubes slide [m] and turn [rad], columns of three, where the platform leaves a pose.
+
+    The pose is the attitude `Q` (3, 3) and the position `a` of S (3,). From there the platform turns by R, `turn` being
+    R - 1 (3, 3), and S moves by `move` (3, 1). The result has all digits of a motion however small; a tube turns by
+    less than half a turn.
+    """
+    slide, angle = [], []
+    for j, arm in enumerate(JOINTS @ Q.T):
+        reach, moved = a + arm - MIDDLES[j], move + turn @ ca.DM(arm)
+        inward, up = INWARDS[j] @ reach, reach[2]
+        moved_inward, moved_up = ca.dot(ca.DM(INWARDS[j]), moved), moved[2]
+        slide.append(ca.dot(ca.DM(C_AXES[j]), moved))
+        across = inward * moved_up - up * moved_inward
+        angle.append(ca.atan2(across, inward**2 + up**2 + inward * moved_inward + up * moved_up))
+    return ca.vertcat(*slide), ca.vertcat(*angle)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from hfsa.components._model import ModelError
+from hfsa.components._model import Model, ModelError
 from hfsa.components._screws import exponential, numbers
 from hfsa.components._sdelta_geometry import (
     C_AXES,
@@ -120,6 +120,19 @@ class Kinematics:
     def motor_angles(self) -> np.ndarray:
         """Motor angles, zero at the symmetric posture, shape (6,) [rad]."""
         return np.linalg.solve(DRIVES_MATRIX, _pairs(self.limbs.slide - HOME.slide, self.limbs.angle - HOME.angle))
+
+
+def show_tubes(m: Model, kinematics: Kinematics) -> None:
+    """Declare the constants of a part whose `drive[j]` count from the posture: where the tubes are there."""
+    limbs = kinematics.limbs
+    m.constant("drive[1..3].slide_at_posture", limbs.slide.tolist(), "m", "Slide of the tube at the posture")
+    m.constant("drive[1..3].angle_at_posture", limbs.angle.tolist(), "rad", "Angle of the tube at the posture")
+
+
+def show_motors(m: Model, kinematics: Kinematics, terminal: str) -> None:
+    """Declare the constants of a part whose motors `terminal[i]` count from the posture: their angles there."""
+    angles_there = kinematics.motor_angles.tolist()
+    m.constant(f"{terminal}[1..6].angle_at_posture", angles_there, "rad", "Motor angle at the posture, 0 if symmetric")
 
 
 def by_drive(slide: ca.SX | np.ndarray, angle: ca.SX | np.ndarray) -> ca.SX:

@@ -1,6 +1,6 @@
 """A C-drive of the SDelta: two motors on a right- and a left-hand screw slide a tube along its axis and turn it.
 
-    [slide; angle] = [0; phi_sym] + J_C [theta_1; theta_2]     motor angles, zero at the symmetric posture (eq 3.13)
+    [slide; angle] = J_C [theta_1; theta_2]     all from the posture, where they are zero (eq 3.13)
     J_C = [[p / (4 pi), -p / (4 pi)], [1 / (2 iota), 1 / (2 iota)]]
 
     ideal         the tube moves as commanded; the motors follow
@@ -9,11 +9,18 @@
 with motor torques tau and the force F and torque T that the robot exerts on the tube, positive along +slide and +angle.
 
 Ports: in `motor[i].torque` [N.m], `tube.force` [N], `tube.torque` [N.m], and, used by `ideal` only, `command.slide`
-[m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` (absolute, as the robot's) with `_rate`
-and `_acceleration`, `motor[i].angle` [rad] as the encoder shows it and `motor[i].speed` [rad/s].
+[m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` with `_rate` and `_acceleration`,
+`motor[i].angle` [rad] as the encoder shows it and `motor[i].speed` [rad/s]. J_C is the same everywhere, so that the
+drive is the same at every posture; where it stands there the robot knows (constants `..._at_posture` of `sdelta`).
 
-The encoder rounds to `encoder.resolution`, 0 for not at all. With `encoder_noise` it also adds white noise of standard
-deviation `encoder.noise`, a new value in each `encoder.interval`; without, the noise costs nothing.
+The encoder rounds to `encoder.resolution`, 0 for not at all. Its steps stand still on the motor: they count from where
+all motor angles are zero, the symmetric posture, and `encoder.offset[i]` is what the encoder shows at the posture,
+
+    motor.angle = round((theta + offset) / resolution) resolution - offset
+
+Without a resolution the offset has no part in it, and the angle has all its digits. With `encoder_noise` the encoder
+also adds white noise of standard deviation `encoder.noise`, a new value in each `encoder.interval`; without, the noise
+costs nothing.
 
 Bode plot, `rigid_shaft`, from a torque on both motors in common to the angle of either: -40 dB per decade with -180
 degrees, 1 / (M_th,11 + M_th,12) rad/s2 per N.m; likewise in opposition with 1 / (M_th,11 - M_th,12).
@@ -29,7 +36,7 @@ import numpy as np
 
 from hfsa.components._model import Model, one_of
 from hfsa.components._noise import white_noise
-from hfsa.components._sdelta_kinematics import DRIVE_MATRIX, HOME
+from hfsa.components._sdelta_kinematics import DRIVE_MATRIX
 
 ROTOR_INERTIA = 0.672e-4
 """J_m, rotor of a motor Yaskawa SGMAH-08A [kg.m2] (maker's catalogue)."""
@@ -51,7 +58,7 @@ def inertia() -> np.ndarray:
 
 
 def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_noise: bool = False) -> Model:
-    """One C-drive; start it at a posture by its `shaft[i].angle` (rigid_shaft).
+    """One C-drive, at rest at the posture at the start.
 
     Args:
         level: `ideal` (moves as commanded) or `rigid_shaft` (inertia of rotors, screws and tube).
@@ -68,27 +75,21 @@ def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_n
         m.input("tube.force", "N", "Force on the tube, positive along +slide (level rigid_shaft)"),
         m.input("tube.torque", "N.m", "Torque on the tube, positive along +angle (level rigid_shaft)"),
     )
-    home = np.array([HOME.slide[0], HOME.angle[0]])
     command = [
         ca.vertcat(
             m.input(f"command.slide{word}", f"m{per}", "Commanded slide (level ideal)", nominal=1e-4),
-            m.input(
-                f"command.angle{word}",
-                f"rad{per}",
-                "Commanded angle (level ideal)",
-                start=0.0 if word else home[1],
-                nominal=1e-3,
-            ),
+            m.input(f"command.angle{word}", f"rad{per}", "Commanded angle (level ideal)", nominal=1e-3),
         )
         for word, per in _DERIVATIVES
     ]
-    motors = levels[level](m, command, home, torque, load)
+    motors = levels[level](m, command, torque, load)
     for (word, per), motor in zip(_DERIVATIVES, motors, strict=True):
-        tube = ca.DM(DRIVE_MATRIX) @ motor + (0 if word else ca.DM(home))
-        m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube", nominal=1e-4)
-        m.output(f"tube.angle{word}", tube[1], f"rad{per}", "Angle of the tube", nominal=1e-3)
+        tube = ca.DM(DRIVE_MATRIX) @ motor
+        m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube from the posture", nominal=1e-4)
+        m.output(f"tube.angle{word}", tube[1], f"rad{per}", "Angle of the tube from the posture", nominal=1e-3)
     shown = motors[0] + _noise(m) if encoder_noise else motors[0]
-    m.output("motor[1..2].angle", _rounded(m, shown), "rad", "Motor angle, as the encoder shows it", nominal=_ANGLE)
+    text = "Motor angle from the posture, as the encoder shows it"
+    m.output("motor[1..2].angle", _rounded(m, shown), "rad", text, nominal=_ANGLE)
     m.output("motor[1..2].speed", motors[1], "rad/s", "Motor speed", nominal=_SPEED)
     return m
 
@@ -103,16 +104,15 @@ def analyze() -> dict[str, Any]:
     return {"jacobian": DRIVE_MATRIX, "inertia": inertia()}
 
 
-def _ideal(_m: Model, command: list[ca.SX], home: np.ndarray, _torque: ca.SX, _load: ca.SX) -> list[ca.SX]:
+def _ideal(_m: Model, command: list[ca.SX], _torque: ca.SX, _load: ca.SX) -> list[ca.SX]:
     """Return the motors' angles, speeds and accelerations, columns of two, that the command demands."""
     to_motors = ca.DM(np.linalg.inv(DRIVE_MATRIX))
-    slide_and_angle, rate, acceleration = command
-    return [to_motors @ (slide_and_angle - ca.DM(home)), to_motors @ rate, to_motors @ acceleration]
+    return [to_motors @ column for column in command]
 
 
-def _rigid_shaft(m: Model, _command: list[ca.SX], _home: np.ndarray, torque: ca.SX, load: ca.SX) -> list[ca.SX]:
+def _rigid_shaft(m: Model, _command: list[ca.SX], torque: ca.SX, load: ca.SX) -> list[ca.SX]:
     """Return the motors' angles, speeds and accelerations, columns of two, from the torques on them."""
-    angle = m.state("shaft[1..2].angle", "rad", "Motor angle, zero at the symmetric posture", nominal=_ANGLE)
+    angle = m.state("shaft[1..2].angle", "rad", "Motor angle from the posture", nominal=_ANGLE)
     speed = m.state("shaft[1..2].speed", "rad/s", "Motor speed", nominal=_SPEED)
     acceleration = ca.DM(np.linalg.inv(inertia())) @ (torque + ca.DM(DRIVE_MATRIX.T) @ load)
     m.der[angle] = speed
@@ -129,7 +129,8 @@ def _noise(m: Model) -> ca.SX:
 
 
 def _rounded(m: Model, angle: ca.SX) -> ca.SX:
-    """Return the angles in whole steps of the encoder."""
+    """Return the angles in whole steps of the encoder, which stand still on the motor."""
     resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
+    offset = m.parameter("encoder.offset[1..2]", 0.0, "rad", "What the encoder shows at the posture")
     step = ca.if_else(resolution > 0, resolution, 1)
-    return ca.if_else(resolution > 0, step * ca.floor(angle / step + 0.5), angle)
+    return ca.if_else(resolution > 0, step * ca.floor((angle + offset) / step + 0.5) - offset, angle)

@@ -12,10 +12,12 @@ deviations dq = [du_1, dphi_1, ...] of the tubes count from the posture. With N,
 
 so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N = M H diag(2 zeta omega) H^T M.
 
-Ports: in `drive[j].slide` [m], `.angle` [rad] (absolute, u_j and phi_j), their `_rate` and `_acceleration`,
+Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
 `position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
-`wrench` and `platform` belong to `reference_point`: S, the centroid of the platform's joints, or C.
+`wrench` and `platform` belong to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
+posture, so that a motion of picometres has all its digits. Where the tubes are there, u_j and phi_j, is shown by the
+FMU's constants `drive[j].slide_at_posture` and `.angle_at_posture`, and by `analyze`.
 
 `rigid` follows the tubes exactly and puts out the static reaction only. As the stiffness grows `cartesian` tends to its
 motion, with an error ~ 1/stiffness. `cartesian` does not use the tubes' accelerations, `rigid` no damping ratio. With
@@ -45,7 +47,7 @@ from hfsa.components._screws import shift, unit_screw
 from hfsa.components._sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics, by_drive
+from hfsa.components._sdelta_kinematics import Kinematics, by_drive, show_tubes
 from hfsa.components._sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
 
@@ -128,7 +130,8 @@ def sdelta(
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
     damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode (level cartesian)", min=0)
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
-    tubes = _tubes(m, robot.kinematics)
+    tubes = _tubes(m)
+    show_tubes(m, robot.kinematics)
     to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
@@ -150,7 +153,8 @@ def analyze(
     """Return the robot's elastostatic and elastodynamic numbers at a posture, in SI units, rotation first.
 
     Takes the arguments of `sdelta`; `reference_point` has no effect, because each key says its point. At level `rigid`
-    nothing gives way, so that only `motor_angles`, `limb_lengths` and `jacobian` are returned.
+    nothing gives way, so that only the kinematics are returned: `motor_angles`, `tube_slides`, `tube_angles`,
+    `limb_lengths` and `jacobian`.
 
     Returns:
         stiffness_S, stiffness_C: (6, 6) about S and C [N, m, rad].
@@ -164,6 +168,7 @@ def analyze(
         kappa, kappa_r, kappa_t: root mean squares of the eigenstiffnesses [N], torsional [N.m/rad] and translational
             stiffnesses [N/m].
         motor_angles: (6,) of the posture, 0 at the symmetric one, L1, R1, L2, R2, L3, R3 [rad].
+        tube_slides, tube_angles: (3,) of the posture, u_j [m] and phi_j [rad].
         limb_lengths: (3,) [m].
         jacobian: (6, 6), motor angles to pose of S.
     """
@@ -172,6 +177,8 @@ def analyze(
     robot = _robot(posture, stiffness, payload)
     kinematic = {
         "motor_angles": robot.kinematics.motor_angles,
+        "tube_slides": robot.kinematics.limbs.slide,
+        "tube_angles": robot.kinematics.limbs.angle,
         "limb_lengths": robot.kinematics.limbs.length,
         "jacobian": robot.kinematics.jacobian(),
     }
@@ -218,19 +225,11 @@ def _robot(posture: Posture, preset: str, payload: Payload) -> _Robot:
     )
 
 
-def _tubes(m: Model, kinematics: Kinematics) -> _Tubes:
-    """Declare the inputs of the drives, which start at the posture."""
-    at = kinematics.limbs
-    slide = m.input(
-        "drive[1..3].slide",
-        "m",
-        "Slide of the tube along its side of the base",
-        start=at.slide.tolist(),
-        nominal=_MOVE[0],
-    )
-    angle = m.input(
-        "drive[1..3].angle", "rad", "Angle of the tube about its side", start=at.angle.tolist(), nominal=_TURN[0]
-    )
+def _tubes(m: Model) -> _Tubes:
+    """Declare the inputs of the drives."""
+    along, about = "Slide of the tube from the posture along its side of the base", "Angle of the tube about its side"
+    slide = m.input("drive[1..3].slide", "m", along, nominal=_MOVE[0])
+    angle = m.input("drive[1..3].angle", "rad", f"{about} from the posture", nominal=_TURN[0])
     slide_rate = m.input("drive[1..3].slide_rate", "m/s", "Velocity of the tube", nominal=_MOVE[1])
     angle_rate = m.input("drive[1..3].angle_rate", "rad/s", "Angular velocity of the tube", nominal=_TURN[1])
     slide_acceleration = m.input(
@@ -240,7 +239,7 @@ def _tubes(m: Model, kinematics: Kinematics) -> _Tubes:
         "drive[1..3].angle_acceleration", "rad/s2", "Angular acceleration of the tube (level rigid)", nominal=_TURN[2]
     )
     return _Tubes(
-        by_drive(slide, angle) - by_drive(at.slide, at.angle),
+        by_drive(slide, angle),
         by_drive(slide_rate, angle_rate),
         by_drive(slide_acceleration, angle_acceleration),
     )

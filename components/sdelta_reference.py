@@ -3,11 +3,16 @@
 The command is the deviation of S from the posture: a rotation vector and a displacement along world axes, each with its
 first and second derivative, command = [rotation; position].
 
-    linear   [slide; angle] = [u_0; phi_0] + L^-1 N command
-    exact    [slide; angle] = inverse kinematics of the attitude exp(rotation) Q_0 and the position a_0 + position
-    both     motor = J_C^-1 [slide - u_sym; angle - phi_sym], so that `linear` has motor = theta_0 + T^-1 command
+    linear   [slide; angle] = L^-1 N command
+    exact    [slide; angle] = inverse kinematics of the attitude exp(rotation) Q_0 and the position a_0 + position, less
+                              that of Q_0 and a_0
+    both     motor = J_C^-1 [slide; angle], so that `linear` has motor = T^-1 command
 
-Tubes are absolute as in `sdelta`; the motors, in the order L1, R1, L2, R2, L3, R3, are zero at the symmetric posture.
+Tubes and motors, these in the order L1, R1, L2, R2, L3, R3, count from the posture as the command does: all are zero
+there. Their absolute values there are the FMU's constants `drive[j].slide_at_posture`, `.angle_at_posture` and
+`motor[i].angle_at_posture`. The difference in `exact` is taken in closed form (`_sdelta_geometry`): a command of 1 pm
+comes out as exactly, relative to its size, as one of 1 mm, within some 1e-15 of the largest tube or motor.
+
 Rates and accelerations are the exact derivatives. The robot's level `cartesian` pairs with `linear`: in front of a
 linear robot the exact reference invents harmonics.
 
@@ -23,10 +28,10 @@ import numpy as np
 
 from hfsa.components._facts import Known
 from hfsa.components._model import Model, one_of
-from hfsa.components._screws import exponential
+from hfsa.components._screws import expm1
 from hfsa.components._sdelta_facts import POSTURE
-from hfsa.components._sdelta_geometry import SYMMETRIC, Posture, inverse_kinematics
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, HOME, Kinematics, by_drive
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture, tube_motion
+from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive, show_motors, show_tubes
 
 FACTS = {POSTURE: Known("posture")}
 
@@ -63,25 +68,23 @@ def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: P
     tubes = levels[level](kinematics, command)
     tubes_rate = ca.jtimes(tubes, command, rate)
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)
-    home = by_drive(HOME.slide, HOME.angle)
+    show_tubes(m, kinematics)
+    show_motors(m, kinematics, "motor")
     to_motors = ca.DM(np.linalg.inv(DRIVES_MATRIX))
     columns = (tubes, tubes_rate, tubes_acceleration)
     for (suffix, per, _), column in zip(_DERIVATIVES, columns, strict=True):
-        m.output(f"drive[1..3].slide{suffix}", column[0::2], f"m{per}", "Slide of the tube", nominal=1e-4)
-        m.output(f"drive[1..3].angle{suffix}", column[1::2], f"rad{per}", "Angle of the tube", nominal=1e-3)
-        motors = to_motors @ (column - home if column is tubes else column)
-        m.output(f"motor[1..6].angle{suffix}", motors, f"rad{per}", "Motor angle", nominal=1e-2)
+        slide, angle, motors = column[0::2], column[1::2], to_motors @ column
+        m.output(f"drive[1..3].slide{suffix}", slide, f"m{per}", "Slide of the tube from the posture", nominal=1e-4)
+        m.output(f"drive[1..3].angle{suffix}", angle, f"rad{per}", "Angle of the tube from the posture", nominal=1e-3)
+        m.output(f"motor[1..6].angle{suffix}", motors, f"rad{per}", "Motor angle from the posture", nominal=1e-2)
     return m
 
 
 def _linear(kinematics: Kinematics, command: ca.SX) -> ca.SX:
     """Return the tubes by the kinematics' first order about the posture, shape (6, 1)."""
-    at = kinematics.limbs
-    return by_drive(at.slide, at.angle) + ca.DM(kinematics.rows() / kinematics.lever[:, None]) @ command
+    return ca.DM(kinematics.rows() / kinematics.lever[:, None]) @ command
 
 
 def _exact(kinematics: Kinematics, command: ca.SX) -> ca.SX:
     """Return the tubes by inverse kinematics, shape (6, 1)."""
-    Q, a = exponential(command[:3]) @ ca.SX(kinematics.Q), ca.SX(kinematics.position) + command[3:]
-    slide, _, angle = inverse_kinematics(Q, a, near=kinematics.limbs.angle)
-    return by_drive(slide, angle)
+    return by_drive(*tube_motion(kinematics.Q, kinematics.position, expm1(command[:3]), command[3:]))

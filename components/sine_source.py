@@ -1,11 +1,11 @@
 """A sinusoid with its exact derivatives: the excitation of a frequency sweep, as a part.
 
     value = offset + amplitude w(t) sin(omega t),  omega = 2 pi frequency
-    w(t) = (1 - cos(pi t / T)) / 2 for t < T, then 1,  T = max(2 / frequency, 0.5 s)
+    w(t) = sin^2(pi t / (2 T)) for t < T, then 1,  T = max(2 / frequency, 0.5 s)
 
-`rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; `sine` and `cosine` are the phase
-reference for a lock-in amplifier, without ramp and amplitude. There is no input, so there is no Bode plot: it draws one
-line in a spectrum.
+`rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; all four have their digits from
+the first instant on, when the ramp is small. `sine` and `cosine` are the phase reference for a lock-in amplifier,
+without ramp and amplitude. There is no input, so there is no Bode plot: it draws one line in a spectrum.
 """
 
 import casadi as ca
@@ -24,7 +24,7 @@ def sine_source(*, unit: str = "1") -> Model:
     ramp_time = ca.fmax(2 / frequency, 0.5)
     phase, turn = omega * m.time, ca.pi / ramp_time
     ramping = m.time < ramp_time
-    w = ca.if_else(ramping, (1 - ca.cos(turn * m.time)) / 2, 1)
+    w = ca.if_else(ramping, ca.sin(turn * m.time / 2) ** 2, 1)
     w1 = ca.if_else(ramping, turn * ca.sin(turn * m.time) / 2, 0)
     w2 = ca.if_else(ramping, turn**2 * ca.cos(turn * m.time) / 2, 0)
     w3 = ca.if_else(ramping, -(turn**3) * ca.sin(turn * m.time) / 2, 0)

@@ -8,7 +8,9 @@ weight, and M_th the drives' inertia. (T^-1)' t = -T^-1 T' theta' is how the mot
     linear    T and M of the posture, displacements added, no term that is quadratic in a velocity
     exact     T and M of the pose
 
-T^-1 of `exact` is the derivative of the inverse kinematics; the pose at motor angles is found by Newton's method.
+T^-1 of `exact` is the derivative of the inverse kinematics; the pose at motor angles is found by Newton's method. Motor
+angles and poses count from the posture, the attitude by R - 1, R the rotation from there: what is small has all its
+digits, and is formed from small numbers only.
 """
 
 from abc import ABC, abstractmethod
@@ -19,10 +21,10 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._model import one_of
-from hfsa.components._screws import exponential, logarithm, shift
-from hfsa.components._sdelta_geometry import Posture, inverse_kinematics
+from hfsa.components._screws import expm1, log1p, shift
+from hfsa.components._sdelta_geometry import Posture, tube_motion
 from hfsa.components._sdelta_inertia import Inertia, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, HOME, Kinematics, by_drive
+from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive
 from hfsa.components.c_drive import inertia
 
 RobotModel = Literal["linear", "exact"]
@@ -62,7 +64,7 @@ class Robot(ABC):
 
     @abstractmethod
     def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
-        """Return the motion that the motors dictate, from columns of six [rad], [rad/s]."""
+        """Return the motion that the motors dictate, from columns of six: angles from the posture [rad], [rad/s]."""
 
     @abstractmethod
     def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
@@ -105,7 +107,7 @@ class _Linear(Robot):
         self._from_S = ca.DM(shift(-self.offset))
 
     def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
-        return Motion((self._T @ (angle - ca.DM(self.kinematics.motor_angles)),), self._T @ rate)
+        return Motion((self._T @ angle,), self._T @ rate)
 
     def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
         return Motion((self._from_S @ displacement,), self._from_S @ twist)
@@ -127,33 +129,34 @@ class _Linear(Robot):
 
 
 class _Exact(Robot):
-    """At the pose; a pose is the attitude (3, 3) and the position of C (3, 1)."""
+    """At the pose; a pose is the rotation from the posture less 1, (3, 3), and the displacement of C, (3, 1)."""
 
     def __init__(self, posture: Posture, payload: Payload):
         super().__init__(posture, payload)
-        self._start = (ca.SX(posture.matrix), ca.SX(np.array(posture.position) + self.offset))
-        self._center = ca.SX(self.body.center)
+        self._arm = ca.DM(self.offset)
         self._motors, self._slope, self._bias = self._inverse_kinematics()
 
     def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
-        Q, c = self._start
+        turn, move = ca.SX.zeros(3, 3), ca.SX.zeros(3)
         for _ in range(_NEWTON_STEPS):
-            step = ca.solve(self._slope(Q, c), angle - self._motors(Q, c))
-            Q, c = exponential(step[:3]) @ Q, c + step[3:]
-        return Motion((Q, c), ca.solve(self._slope(Q, c), rate))
+            step = ca.solve(self._slope(turn, move), angle - self._motors(turn, move))
+            change = expm1(step[:3])
+            turn, move = turn + change + change @ turn, move + step[3:]
+        return Motion((turn, move), ca.solve(self._slope(turn, move), rate))
 
     def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
-        Q = exponential(displacement[:3]) @ self._start[0]
-        arm, omega = Q @ self._center, twist[:3]
-        c = ca.SX(self.kinematics.position) + displacement[3:] + arm
-        return Motion((Q, c), ca.vertcat(omega, twist[3:] + ca.cross(omega, arm)))
+        turn = expm1(displacement[:3])
+        arm_moved, omega = turn @ self._arm, twist[:3]
+        velocity = twist[3:] + ca.cross(omega, self._arm + arm_moved)
+        return Motion((turn, displacement[3:] + arm_moved), ca.vertcat(omega, velocity))
 
     def acceleration(self, motion: Motion, of_S: ca.SX) -> ca.SX:
-        arm, omega, alpha = motion.pose[0] @ self._center, motion.twist[:3], of_S[:3]
+        arm, omega, alpha = self._arm + motion.pose[0] @ self._arm, motion.twist[:3], of_S[:3]
         return ca.vertcat(alpha, of_S[3:] + ca.cross(alpha, arm) + ca.cross(omega, ca.cross(omega, arm)))
 
     def error(self, wanted: Motion, motion: Motion) -> ca.SX:
-        return ca.vertcat(logarithm(wanted.pose[0] @ motion.pose[0].T), wanted.pose[1] - motion.pose[1])
+        missing = wanted.pose[0] - motion.pose[0]
+        return ca.vertcat(log1p(missing + missing @ motion.pose[0].T), wanted.pose[1] - motion.pose[1])
 
     def motors_of(self, motion: Motion, acceleration: ca.SX) -> ca.SX:
         return self._slope(*motion.pose) @ acceleration + self._bias(*motion)
@@ -162,26 +165,27 @@ class _Exact(Robot):
         return ca.solve(self._slope(*motion.pose), motors - self._bias(*motion))
 
     def reaction(self, motion: Motion, acceleration: ca.SX, weight: ca.SX) -> ca.SX:
-        Q, omega = motion.pose[0], motion.twist[:3]
+        Q, omega = (ca.SX.eye(3) + motion.pose[0]) @ ca.DM(self.kinematics.Q), motion.twist[:3]
         tensor = Q @ ca.SX(self.body.tensor) @ Q.T
         moment = tensor @ acceleration[:3] + ca.cross(omega, tensor @ omega)
         wrench = ca.vertcat(moment, self.body.mass * acceleration[3:])
         return ca.solve(self._slope(*motion.pose).T, wrench - weight)
 
     def _inverse_kinematics(self) -> tuple[Callable[..., ca.SX], Callable[..., ca.SX], Callable[..., ca.SX]]:
-        """Return (Q, c) -> motor angles (6, 1), (Q, c) -> T^-1 (6, 6) and (pose, twist) -> (T^-1)' t (6, 1)."""
-        Q, c, step, twist = ca.SX.sym("Q", 3, 3), ca.SX.sym("c", 3), ca.SX.sym("step", 6), ca.SX.sym("t", 6)
-        moved = (Q + ca.skew(step[:3]) @ Q, c + step[3:])  # to first order, all that a derivative at 0 sees
-        slide, _, angle = inverse_kinematics(Q, c - Q @ self._center, near=self.kinematics.limbs.angle)
-        angles = ca.DM(np.linalg.inv(DRIVES_MATRIX)) @ (by_drive(slide, angle) - by_drive(HOME.slide, HOME.angle))
-        motors = ca.Function("motors", [Q, c], [angles])
+        """Return pose -> motor angles (6, 1), pose -> T^-1 (6, 6) and (pose, twist) -> (T^-1)' t (6, 1)."""
+        turn, move, step, twist = ca.SX.sym("R", 3, 3), ca.SX.sym("c", 3), ca.SX.sym("step", 6), ca.SX.sym("t", 6)
+        change = ca.skew(step[:3])  # to first order, all that a derivative at 0 sees
+        moved = (turn + change + change @ turn, move + step[3:])
+        at = self.kinematics
+        tubes = by_drive(*tube_motion(at.Q, at.position, turn, move - turn @ self._arm))
+        motors = ca.Function("motors", [turn, move], [ca.DM(np.linalg.inv(DRIVES_MATRIX)) @ tubes])
 
         def at_rest(expression: ca.SX) -> ca.SX:
             """An expression of the step where there is none."""
             return ca.substitute(expression, step, ca.SX.zeros(6))
 
-        slope = ca.Function("slope", [Q, c], [at_rest(ca.jacobian(motors(*moved), step))])
-        bias = ca.Function("bias", [Q, c, twist], [at_rest(ca.jtimes(slope(*moved) @ twist, step, twist))])
+        slope = ca.Function("slope", [turn, move], [at_rest(ca.jacobian(motors(*moved), step))])
+        bias = ca.Function("bias", [turn, move, twist], [at_rest(ca.jtimes(slope(*moved) @ twist, step, twist))])
         return motors, slope, lambda pose, t: bias(*pose, t)
 
 

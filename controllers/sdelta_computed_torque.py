@@ -24,7 +24,12 @@ Ports: `motor` in `axis[i].reference` [rad], `.reference_rate`, `.reference_acce
 of S from the posture, world axes, as the robot's `platform`. `motor` and `encoder_pose` in `axis[i].measured` [rad],
 `.measured_rate`; `measured_pose` in `measured.rotation`, `.position`, `.angular_velocity`, `.velocity`. All in
 `axis[i].feed_forward` [N.m], for which the reference's acceleration may be left out; out `axis[i].command` [N.m] and
-`axis[i].saturation`, 1 while the limit acts. Motors are ordered L1, R1, L2, R2, L3, R3.
+`axis[i].saturation`, 1 while the limit acts. Motors are ordered L1, R1, L2, R2, L3, R3. Their
+angles count from the posture, as the poses do; the FMU's constants `axis[i].angle_at_posture` are the angles there.
+
+`exact` adds the posture inside and forms every difference from small numbers (`_sdelta_inverse`): without gravity its
+command for a motion of 1 pm is as exact, relative to its size, as for 1 mm, within some 1e-14; with gravity rounding of
+the holding torque, 1e-16 N.m, is left.
 
 Bode plot about rest at the posture, below the limit, `motor`: measured to command flat at -Kp M_rb, from the rate at
 -Kv M_rb, M_rb = M_th + T^T M T, from tick to tick where it is sampled; `delay` and the hold as in `pd`.
@@ -40,6 +45,7 @@ from hfsa.components._model import Model, one_of
 from hfsa.components._sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload
+from hfsa.components._sdelta_kinematics import show_motors
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
 
@@ -86,6 +92,7 @@ def sdelta_computed_torque(
     limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
     feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
     rigid = robot(model, posture, payload, "sdelta_computed_torque")
+    show_motors(m, rigid.kinematics, "axis")
     motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)
     wanted = feed_forward + rigid.torques(motion, motors, acceleration, gravity)
     executed.put_out(_AXES, wanted, limit, "N.m", "Motor torque")
@@ -94,10 +101,10 @@ def sdelta_computed_torque(
 
 def _motor(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
     """Return the motion, and the accelerations of the motors and of C that the law demands, columns of six."""
-    reference = m.input(f"{_AXES}.reference", "rad", "Reference angle", start=_angles(rigid), nominal=1e-2)
+    reference = m.input(f"{_AXES}.reference", "rad", "Reference angle from the posture", nominal=1e-2)
     reference_rate = m.input(f"{_AXES}.reference_rate", "rad/s", "Rate of the reference")
     reference_acceleration = m.input(f"{_AXES}.reference_acceleration", "rad/s2", "Acceleration of the reference")
-    measured, measured_rate = _encoders(m, rigid)
+    measured, measured_rate = _encoders(m)
     motors = reference_acceleration + kv * (reference_rate - measured_rate) + kp * (reference - measured)
     motion = rigid.at_motors(measured, measured_rate)
     return motion, motors, rigid.platform_of(motion, motors)
@@ -105,7 +112,7 @@ def _motor(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX,
 
 def _encoder_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
     """Return the same, by the pose that the motors dictate."""
-    return _of_pose(m, rigid, kp, kv, rigid.at_motors(*_encoders(m, rigid)))
+    return _of_pose(m, rigid, kp, kv, rigid.at_motors(*_encoders(m)))
 
 
 def _measured_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
@@ -126,10 +133,10 @@ def _of_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX, motion: Motion) -> tu
     return motion, rigid.motors_of(motion, acceleration), acceleration
 
 
-def _encoders(m: Model, rigid: Robot) -> tuple[ca.SX, ca.SX]:
-    """Declare the encoders, which start at the posture; angles and rates, columns of six."""
+def _encoders(m: Model) -> tuple[ca.SX, ca.SX]:
+    """Declare the encoders; angles and rates, columns of six."""
     return (
-        m.input(f"{_AXES}.measured", "rad", "Motor angle", start=_angles(rigid), nominal=1e-2),
+        m.input(f"{_AXES}.measured", "rad", "Motor angle from the posture", nominal=1e-2),
         m.input(f"{_AXES}.measured_rate", "rad/s", "Motor speed"),
     )
 
@@ -145,8 +152,3 @@ def _pose(m: Model, terminal: str, word: str) -> tuple[ca.SX, ca.SX]:
         m.input(f"{terminal}.velocity[1..3]", "m/s", f"{word} velocity of S"),
     )
     return displacement, twist
-
-
-def _angles(rigid: Robot) -> list[float]:
-    """Motor angles of the posture [rad]."""
-    return rigid.kinematics.motor_angles.tolist()

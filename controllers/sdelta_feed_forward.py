@@ -5,7 +5,7 @@ mass C, x_n the pose that the motors dictate, and T, M_th, M, D, K of `sdelta_co
 
     rigid      x_n = x
     elastic    x_n = x + e,   D e' + K e = M x'' - w_g
-    both       motor = theta_0 + T^-1 x_n,   torque = M_th motor'' + T^T (M x'' - w_g)
+    both       motor = T^-1 x_n,   torque = M_th motor'' + T^T (M x'' - w_g)
 
 `elastic` inverts the robot's level `cartesian`: under motors that follow x_n, or under any collocated control that is
 fed both, its platform follows the command, exactly, weight and springs included. As the stiffness grows it tends to
@@ -14,8 +14,9 @@ derivative; with damping it takes the third. What it knows wrongly of the robot 
 say.
 
 Ports: in `command.rotation` [rad], `.position` [m] with their `_rate`, `_acceleration` and `_jerk` (level elastic); out
-`motor[i].angle` [rad], `.angle_rate`, `.angle_acceleration`, `.torque` [N.m], ordered L1, R1, L2, R2, L3, R3, and the
-poses `platform` (the command) and `nominal` (x_n) of S from the posture, ports as those of the robot's `platform`.
+`motor[i].angle` [rad] from the posture, `.angle_rate`, `.angle_acceleration`, `.torque` [N.m], ordered L1, R1, L2, R2,
+L3, R3, and the poses `platform` (the command) and `nominal` (x_n) of S from the posture, ports as those of the robot's
+`platform`. What the motors' angles are at the posture the FMU's constants `motor[i].angle_at_posture` say.
 
 Bode plot, command to nominal pose, symmetric posture, preset ch4: `rigid` 0 dB at all frequencies. `elastic` the
 inverse of the robot's response: 0 dB at low frequency, antiresonances where the platform resonates and resonances where
@@ -34,7 +35,7 @@ from hfsa.components._screws import shift
 from hfsa.components._sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components._sdelta_kinematics import Kinematics, show_motors
 from hfsa.components._sdelta_stiffness import PRESETS, Preset
 from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.controllers._sdelta_inverse import DRIVE_INERTIA
@@ -100,9 +101,9 @@ def sdelta_feed_forward(
     nominal = [motion + deflection for motion, deflection in zip(x, deflections, strict=False)]
     motors = [ca.DM(np.linalg.inv(T)) @ column for column in nominal]
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
-        shown = column if order else column + ca.DM(kinematics.motor_angles)
         size = 1e-2 * _RADIANS_PER_SECOND**order
-        m.output(f"motor[1..6].angle{suffix}", shown, f"rad{per}", "Motor angle", nominal=size)
+        m.output(f"motor[1..6].angle{suffix}", column, f"rad{per}", "Motor angle from the posture", nominal=size)
+    show_motors(m, kinematics, "motor")
     torque = ca.DM(DRIVE_INERTIA) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
     m.output("motor[1..6].torque", torque, "N.m", "Motor torque", nominal=0.1)
     to_S = ca.DM(shift(offset))

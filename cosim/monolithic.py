@@ -107,6 +107,11 @@ class Monolithic(Master):
         """When the next event is due [s], infinite if never."""
         return min((instance.next_event for instance in self._ordered), default=math.inf)
 
+    @property
+    def _horizon(self) -> float:
+        """Time [s] beyond which no FMU is asked for anything, infinite if there is none."""
+        return min(self._next_event, self._stop_time)
+
     def _move(self, to: float) -> None:
         """Go on to a point, through all events before it."""
         same = _SAME * self.step_size + 8 * np.spacing(to)
@@ -117,7 +122,7 @@ class Monolithic(Master):
                 self._pass_event()
             event = self._next_event
             reach = to if event >= to - same else event
-            stop = max(reach, min(event, self._stop_time)) if self._ode.looks_ahead else reach
+            stop = max(reach, self._horizon) if self._ode.looks_ahead else reach
             x = self._integrator.advance(reach, stop)
             if self._integrator.wants_event:
                 reach = self._integrator.time if self._integrator.time < to - same else to
@@ -179,9 +184,9 @@ class Monolithic(Master):
             instance.continuous_time_mode()
         self._is_in_event = False
         if self._is_new:
-            self._integrator.begin(self.time, self._ode.gather(), self.step_size, self._next_event - self.time)
+            self._integrator.begin(self.time, self._ode.gather(), self.step_size, self._horizon)
         else:
-            self._integrator.restart(self.time, self._ode.gather())
+            self._integrator.restart(self.time, self._ode.gather(), self._horizon)
         self._is_new = False
 
     def _update(self, instances: Iterable[ModelExchangeInstance]) -> None:

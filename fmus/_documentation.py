@@ -23,7 +23,11 @@ _TABLES = (
         "Tunable at any communication point: in a step from t an input is u(t + s) = u + u' s + u'' s^2/2.",
     ),
     ("States", (Role.STATE, Role.SAMPLED_STATE), "Their start values may be set before initialization."),
-    ("Structure", (Role.CONSTANT, Role.TEXT), "Arguments that this FMU was made with; they cannot be set."),
+    (
+        "Structure",
+        (Role.CONSTANT, Role.TEXT),
+        "What this FMU was made with, and what follows from it; it cannot be set.",
+    ),
 )
 
 _SOLVERS = {
@@ -72,9 +76,8 @@ def _table(body: etree._Element, rows: list[Variable]) -> None:
     for variable in rows:
         start = "" if variable.start is None else str(variable.start)
         more = " (fixed)" if variable.role is Role.PARAMETER and variable.fixed else ""
-        unit = "" if variable.role in (Role.CONSTANT, Role.TEXT) else variable.unit
         row = etree.SubElement(table, "tr")
-        for text in (variable.name, unit, start, variable.description + more):
+        for text in (variable.name, variable.unit, start, variable.description + more):
             _text(row, "td", text)
 
 

@@ -2,8 +2,8 @@
 
 Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities
 an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings
-of its Co-Simulation solver, the structural arguments the model was built with, and last, in FMI 3, the derivatives of
-its inputs within a communication step, which FMI 2 sets with a function instead.
+of its Co-Simulation solver, the structural arguments the model was built with and the constants that follow from them,
+and last, in FMI 3, the derivatives of its inputs within a communication step, which FMI 2 sets with a function instead.
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,10 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable: `start` is a number, a string for `Role.TEXT`, or `None` where it is calculated."""
+    """One variable: `start` is a number, a string for `Role.TEXT`, or `None` where it is calculated.
+
+    Structural arguments have no `unit`: they are shown as given, in units that only their description knows.
+    """
 
     reference: int
     name: str
@@ -93,7 +96,8 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
         ]
     for name, value in model.information.items():
         role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
-        rows.append((name, role, "1", f"Structural argument {name}", value, {}))
+        rows.append((name, role, "", f"Structural argument {name}", value, {}))
+    rows += [_row(q, Role.CONSTANT) for q in model.of(Kind.CONSTANT)]
     rows += _input_derivatives(model.of(Kind.INPUT))
     counts: dict[Role, int] = {}
     result = []

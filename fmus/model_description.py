@@ -131,7 +131,7 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
 def _units(root: etree._Element, variables: list[Variable]) -> None:
     """Add the definitions of the units in use."""
     definitions = etree.SubElement(root, "UnitDefinitions")
-    for name in sorted({v.unit for v in variables if _has_unit(v)}):
+    for name in sorted({v.unit for v in variables if v.unit}):
         unit = parse_unit(name)
         element = etree.SubElement(definitions, "Unit", {"name": name})
         powers = {base: str(power) for base, power in zip(BASE, unit.exponents, strict=True) if power}
@@ -195,7 +195,7 @@ def _text(parent: etree._Element, common: dict[str, str], start: str, version: V
 
 def _real(variable: Variable) -> dict[str, str]:
     """Attributes of a number: unit, bounds, nominal and start; 1 is the standard's own nominal."""
-    attributes = {"unit": variable.unit} if _has_unit(variable) else {}
+    attributes = {"unit": variable.unit} if variable.unit else {}
     if variable.min is not None:
         attributes["min"] = _number(variable.min)
     if variable.max is not None:
@@ -205,11 +205,6 @@ def _real(variable: Variable) -> dict[str, str]:
     if variable.start is not None:
         attributes["start"] = _number(float(variable.start))
     return attributes
-
-
-def _has_unit(variable: Variable) -> bool:
-    """Structural arguments are shown as given, in units of their own that only their description knows."""
-    return variable.role not in (Role.CONSTANT, Role.TEXT)
 
 
 def _model_structure(root: etree._Element, sources: Sources, version: Version) -> None:

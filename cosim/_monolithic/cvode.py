@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from hfsa.cosim._fmi.instance import StepError
 from hfsa.cosim._monolithic import integrator
-from hfsa.cosim._monolithic.integrator import REFUSALS, Integrator, sundials
+from hfsa.cosim._monolithic.integrator import Integrator, sundials
 from hfsa.cosim._monolithic.joint_ode import JointOde
+from hfsa.cosim._monolithic.noise import REFUSALS
 
 STIFF = 30.0
 """Ratio of the fastest damped pole to what is to be followed from which on BDF takes fewer steps."""

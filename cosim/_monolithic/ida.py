@@ -15,8 +15,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hfsa.cosim._fmi.instance import StepError
-from hfsa.cosim._monolithic.integrator import REFUSALS, Integrator, sundials
+from hfsa.cosim._monolithic.integrator import Integrator, sundials
 from hfsa.cosim._monolithic.joint_ode import JointOde
+from hfsa.cosim._monolithic.noise import REFUSALS
 
 TOLERANCE = 1e-11
 """Local error of a step, relative to the size of a state."""

@@ -1,17 +1,17 @@
 """A solver of SUNDIALS on the joint equation of a system, each state in a unit of its own size.
 
     integrator = Cvode(ode)                            # `cvode.py`, or `ida.py`
-    integrator.begin(t, x, step, horizon)              # at the start of a run
+    integrator.begin(t, x, step, stop)                 # at the start of a run
     x = integrator.advance(to, stop)                   # x(to); no FMU is asked for anything beyond stop
-    integrator.restart(t, x)                           # after an event
+    integrator.restart(t, x, stop)                     # after an event
 
 Tolerances are relative to the size of each state: the largest value that it has had so far, or what the others are
-about to bring it to, or what rounding moves it by, whichever is more. So a machine that moves by 1 nm is integrated as
-accurately as one that moves by 1 mm, and nobody resolves noise. When a state outgrows its unit, the solver goes on with
-a larger one; units are powers of two, so that nothing is rounded.
+about to bring it to, or what rounding moves it by (`noise.py`), whichever is more. So a machine that moves by 1 nm is
+integrated as accurately as one that moves by 1 mm, and nobody resolves noise. When a state outgrows its unit, the
+solver goes on with a larger one; units are powers of two, so that nothing is rounded. Where noise comes only later, and
+keeps the steps short, it is measured again; what else keeps them short ends the run after `MOST_SHORT_STEPS`.
 """
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from importlib import import_module
@@ -21,6 +21,7 @@ import numpy as np
 
 from hfsa.cosim._fmi.instance import StepError
 from hfsa.cosim._monolithic.joint_ode import JointOde
+from hfsa.cosim._monolithic.noise import pushes, rounding_noise
 from hfsa.cosim.system import StructureError
 
 TOLERANCE = 3e-14
@@ -32,20 +33,23 @@ SMALLEST = 2.0**-40
 GROWTH = 8.0
 """How much a state may outgrow its unit."""
 
-REFUSALS = ("discard", "does not converge")
-"""What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
-
 MOST_STEPS = 10**6
 """Steps from one point to the next after which there is no going on."""
 
-_STEP = 0.1
-"""Usual step of the solver, relative to the shortest time in which anything happens."""
+MOST_SHORT_STEPS = 30_000
+"""The same of steps that are short."""
+
+_STEP = 0.5
+"""Longest usual step of the solver, relative to the shortest time in which anything happens."""
+
+_SHORT = 1e-3
+"""Steps relative to that time, on average, that something keeps short."""
+
+_WINDOW = 500
+"""Steps over which the average is taken."""
 
 _ROOT = 2
 """Status of a step that ends where an event indicator changes its sign."""
-
-_LINES = 3
-"""Lines along which noise is measured."""
 
 
 class Integrator(ABC):
@@ -63,23 +67,24 @@ class Integrator(ABC):
         self._ode = ode
         self.time, self.wants_event = 0.0, False
         self.deciding: str | None = None
+        self._stop = 0.0
         n = len(ode.x)
         self._x, self._unit, self._peak = np.zeros(n), np.ones(n), np.zeros(n)
         self._limit = np.zeros(n)  # above which a state has outgrown its unit
         self._fastest, self._value_noise = 0.0, np.zeros(len(ode.places))
         self._refusal: StepError | None = None
 
-    def begin(self, time: float, x: np.ndarray, step: float, horizon: float) -> None:
-        """Begin a run at x, (n,), that is looked at every `step` [s] and has its next event within `horizon` [s]."""
+    def begin(self, time: float, x: np.ndarray, step: float, stop: float) -> None:
+        """Begin a run at x, (n,), that is looked at every `step` [s] and comes to its next event, or end, at `stop`."""
         self._peak[:] = 0.0
         self._ode.evaluate(time, x)
-        self._prepare(step, horizon)
+        self._prepare(step, stop - time)
         self._limit[:], self._fastest = 0.0, 0.0
-        self.restart(time, x)
+        self.restart(time, x, stop)
 
-    def restart(self, time: float, x: np.ndarray) -> None:
-        """Go on from x, (n,), at a time [s] from which on the equation may be another."""
-        self.time, self._x, self.wants_event, self.deciding = time, x, False, None
+    def restart(self, time: float, x: np.ndarray, stop: float) -> None:
+        """Go on from x, (n,), at a time [s] from which on, as far as `stop`, the equation may be another."""
+        self.time, self._x, self.wants_event, self.deciding, self._stop = time, x, False, None, stop
         if not len(x):
             return
         push = np.abs(self._ode.evaluate(time, x)) / (self._fastest or np.inf)
@@ -96,13 +101,17 @@ class Integrator(ABC):
         if not len(self._x):
             self.time = to
             return self._x
-        steps = 0
+        steps, begin, window = 0, self.time, self.time
         while self.time < to:
-            if steps == MOST_STEPS:
-                self._fail(f"{steps} steps do not lead to {to:.9g} s, as noise or a fast mode keeps them short.")
+            if steps and steps % _WINDOW == 0:
+                if self._are_short(_WINDOW, self.time - window):
+                    self._ease(stop)
+                window = self.time
+            if steps == MOST_STEPS or (steps == MOST_SHORT_STEPS and self._are_short(steps, self.time - begin)):
+                self._give_up(steps, begin, to)
             steps += 1
             if self._is_outgrown:
-                self.restart(self.time, self._x)
+                self.restart(self.time, self._x, stop)
             self._step(to, stop)
             self.wants_event = self._ode.complete_step(self.time, self._x) or self.deciding is not None
             if self.wants_event:
@@ -160,32 +169,48 @@ class Integrator(ABC):
         if self._fastest:
             size = np.maximum(size, rates / self._fastest)
             size = _spread(size, jacobian / self._fastest)
-            noise, self._value_noise = np.split(self._noise(time, x, size), [len(x)])
+            noise = rounding_noise(self._ode, time, x, size, self._fastest, self._stop)
+            # until it is measured again what moves may have grown, and its noise with it
+            noise, self._value_noise = np.split(GROWTH * noise, [len(x)])
             noise *= _STEP / self._fastest
             size = _spread(np.maximum(size, noise / TOLERANCE), jacobian / self._fastest)
         self._unit = 2.0 ** np.ceil(np.log2(size))
         self._limit = GROWTH * self._unit
 
-    def _noise(self, time: float, x: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """Return the standard deviation of the noise that rounding makes in [der(x); w], (n + m,), at sizes of x.
+    def _are_short(self, steps: int, time: float) -> bool:
+        """Whether steps that lead over a time [s] are short beside what the equation has to show."""
+        return time * self._fastest < _SHORT * steps
 
-        Sixth differences along a line leave nothing of a smooth function, and amplify noise by a known factor (Moré and
-        Wild, Estimating computational noise, 2011). Of several lines the least counts: one may cross a kink.
-        """
-        found = []
-        for direction in np.random.default_rng(0).uniform(-1, 1, (_LINES, len(x))):
-            try:
-                line = [
-                    np.concatenate([self._ode.evaluate(time, x + (1 + 1e-3 * k) * size * direction), self._ode.values])
-                    for k in range(9)
-                ]
-            except StepError as error:
-                if error.status not in REFUSALS:
-                    raise
-                continue
-            differences = np.diff(np.array(line), 6, axis=0)
-            found.append(np.sqrt(np.mean(differences**2, axis=0) / math.comb(12, 6)))
-        return np.min(found, axis=0) if found else np.zeros(len(x) + len(self._ode.places))
+    def _ease(self, stop: float) -> None:
+        """Measure the noise where the solver has come to; where it is more than before, go on in larger units."""
+        unit, self._stop = self._unit, stop
+        self._measure(self.time, self._x)
+        self._unit, is_more = np.maximum(self._unit, unit), (self._unit > unit).any()
+        self._limit = GROWTH * self._unit
+        if is_more:
+            self._start(self.time, self._x)
+
+    def _give_up(self, steps: int, begin: float, to: float) -> None:
+        """Raise that there is no going on from a point to the next [s], and what keeps the steps short."""
+        message = f"{steps} steps do not lead to {to:.9g} s, as noise or a fast mode keeps them short"
+        if self._fastest:
+            mean = (self.time - begin) / steps
+            message += f": {mean:.2g} s each, where the fastest mode of the FMUs has {1 / self._fastest:.2g} s"
+        self._fail(f"{message}.{self._coarsest()}")
+
+    def _coarsest(self) -> str:
+        """Return a sentence on the value whose last digit moves a state most, beside the state's size; else nothing."""
+        self._ode.evaluate(self.time, self._x)
+        values = np.abs(self._ode.values)
+        moved = (pushes(self._ode) * np.spacing(values) / self._unit[:, None]).max(axis=0, initial=0.0)
+        if not moved.any():
+            return ""
+        worst = int(np.argmax(moved))
+        return (
+            f" Of what passes between them {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
+            f"of {np.spacing(values[worst]):.2g}. A port that counts from where the machine rests, zero there, has no "
+            "such steps; a larger amplitude makes them matter less, and no algorithm of co-simulation resolves them."
+        )
 
     def _fail(self, message: str) -> None:
         """Raise what kept the solver from going on."""

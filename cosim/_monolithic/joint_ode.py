@@ -100,6 +100,11 @@ class JointOde:
         self.looks_ahead = not self._waiting and not self.deciding
 
     @property
+    def carried(self) -> list[str]:
+        """Full names of the outputs w, (m,)."""
+        return [self._wiring.connections[i].start for i in self.places]
+
+    @property
     def values(self) -> np.ndarray:
         """The outputs w of the last evaluation, (m,)."""
         return self._wiring.bus[self.places]

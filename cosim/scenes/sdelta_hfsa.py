@@ -101,7 +101,7 @@ def sdelta_hfsa(
             "rigid_shaft",
             {"encoder_noise": encoder_noise > 0},
             {
-                "shaft[1..2].angle": control.tuned(f"motor_angles[{2 * j - 1}..{2 * j}]"),
+                "encoder.offset[1..2]": control.tuned(f"motor_angles[{2 * j - 1}..{2 * j}]"),
                 "encoder.resolution": encoder_resolution,
                 **(noise | {"encoder.seed": j} if encoder_noise > 0 else {}),
             },

@@ -54,7 +54,7 @@ def stage_bode(
         outputs=["stage.platform.position[1..2]", "stage.platform.rotation"],
         band=(1.0, 3000.0),
         amplitude={"V": 0.5},
-        step_size=10e-6,
+        step_size=5e-6,
         stop_time=4.0,
         scale=stage_pose(),
     )

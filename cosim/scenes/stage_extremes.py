@@ -28,7 +28,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._biased_stage import Kinematics
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
-from hfsa.cosim.system import ALGORITHMS, Component, Connection, Scene, StructureError, System
+from hfsa.cosim.system import AUTO, Component, Connection, Scene, StructureError, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _YAW_MASS = {"nominal": 0.41401, "calibrated": 0.23113}
@@ -93,7 +93,7 @@ def stage_extremes(
         "ctc": ("stage_computed_torque", {"model": stage, "kinematics": kinematics}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
-    impact = kv * abs(rate) * (_YAW_MASS if law == "ctc" else 1.0)
+    impact = kv * abs(rate) * (_YAW_MASS[kinematics] if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
@@ -109,7 +109,7 @@ def stage_extremes(
         amplitude={"m": 1e-15},
         step_size=step,
         stop_time=max(round(_LONG / step), 1) * step,
-        algorithm=ALGORITHMS[0] if execution == "sampled" else "linearized_feedback",
+        algorithm=AUTO if execution == "sampled" else "linearized_feedback",
         scale={
             f"tracking.{_AXES}.error": ELONGATION,
             f"controller.{_AXES}.command": max(FORCE, impact),
