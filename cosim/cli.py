@@ -23,11 +23,13 @@ from hfsa.cosim._commands.options import (
     Level,
     Loop,
     Loops,
+    Names,
     Order,
     Output,
     Positive,
     Signals,
     Tolerance,
+    refuse_signal,
 )
 
 app = App(
@@ -172,6 +174,7 @@ def run(
     *,
     parameter: Arguments = None,
     input: str | None = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     frequency: Positive = None,
     amplitude: Positive = None,
     step: Positive = None,
@@ -185,7 +188,7 @@ def run(
     output: Output = None,
     json: Json = False,
 ) -> int:
-    """Run a scene in time, one input following a sine; record that input and the scene's outputs.
+    """Run a scene in time, one input following a sine; record that input, the scene's outputs, and more.
 
     A scene without inputs has a motion of its own and runs as it is.
 
@@ -195,6 +198,9 @@ def run(
         A scene's name, or the path of a .py or .toml file.
     input
         Input that follows the sine; the scene's first, if it has one, without.
+    signal
+        Variables that are recorded beside the scene's outputs, as often as wanted: outputs, inputs and local ones of
+        any component. `controller.axis[1..6].command` is a range.
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
@@ -213,7 +219,8 @@ def run(
     from hfsa.cosim._commands.runs import Drive, run_scene
 
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
+    values, signals = shell.named_values(parameter), signal or ()
+    loaded = load(scene, values, fuse or (), loops, order, file=output, signals=signals, **changes)
     path = output or Path("results", f"{Path(scene).stem}_run.h5")
     with shell.progress("run") as show:
         show(0.0, "building FMUs")
@@ -237,6 +244,7 @@ def compare(
     over: Annotated[list[str], Parameter("--over", negative=())],
     parameter: Arguments = None,
     input: str | None = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     frequency: Positive = None,
     amplitude: Positive = None,
     step: Positive = None,
@@ -264,6 +272,8 @@ def compare(
         Several: all combinations.
     input
         Input that follows a sine; the scene's first, if it has one, without.
+    signal
+        Variables that are recorded and compared beside the scene's outputs, as often as wanted.
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
@@ -297,6 +307,8 @@ def compare(
             jobs=jobs,
             warn=shell.warn,
             report=show,
+            file=output,
+            signals=signal or (),
             fuse=fuse or (),
             loops=loops,
             order=order,
@@ -326,8 +338,8 @@ def sweep(
     points: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
     grid: Literal["response", "log"] = "response",
     open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
-    input: Signals = None,  # noqa: A002 (the user's word)
-    output: Signals = None,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     amplitude: Positive = None,
     step: Positive = None,
     algorithm: Algorithm | None = None,
@@ -341,7 +353,7 @@ def sweep(
     loop: Loop = "c",
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
-    file: Annotated[Path | None, Parameter("-o")] = None,
+    output: Output = None,
     json: Json = False,
 ) -> int:
     """Measure a scene's frequency responses: its outputs over its inputs, one input and one frequency at a time.
@@ -365,8 +377,8 @@ def sweep(
         sensitivity are written in place of the scene's responses, and gain, phase and delay margins answered.
     input
         Inputs, one at a time, as often as wanted; all of the scene without. `command.position[1..3]` is a range.
-    output
-        Outputs, as inputs.
+    signal
+        Outputs that are measured, as inputs; all of the scene without.
     amplitude
         Amplitude in the unit of each input; the scene's without.
     step
@@ -383,21 +395,21 @@ def sweep(
         Processes; one per processor without.
     resume
         Go on with the file where a sweep was interrupted; points that failed are tried again.
-    file
+    output
         Results file; `results/SCENE.h5` without.
     """
     from hfsa.cosim._commands.measure import Request, Settings, load, sweep_scene
     from hfsa.cosim._commands.reports import sweep_report
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
-    path = file or Path("results", f"{Path(scene).stem}.h5")
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
+    path = output or Path("results", f"{Path(scene).stem}.h5")
     if open_loop is not None:
         from hfsa.cosim._commands.loops import sweep_loop
         from hfsa.cosim.system import StructureError
 
-        if method != "linear" or input or output:
-            raise StructureError("--open-loop takes --method linear, and no --input and --output")
+        if method != "linear" or input or signal:
+            raise StructureError("--open-loop takes --method linear, and no --input and --signal")
         found = sweep_loop(loaded, open_loop, path, low=low, high=high, points=points, grid=grid, warn=shell.warn)
         shell.answer(*found, json)
         return shell.DONE
@@ -409,7 +421,7 @@ def sweep(
         measurement_periods=measurement_periods,
         settling_time=settling_time,
     )
-    request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
+    request = Request(settings, input or (), signal or (), low, high, points, grid, amplitude, jobs, loop)
     with shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         sweep_scene(
@@ -472,9 +484,9 @@ def bode(
     files: Annotated[list[Path], Parameter(negative=())],
     /,
     *,
-    input: Signals = None,  # noqa: A002 (the user's word)
-    output: Signals = None,
-    picture: Annotated[Path | None, Parameter("-o")] = None,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
+    output: Output = None,
     json: Json = False,
 ) -> int:
     """Draw the Bode plot of one or more sweeps, one upon the other: `linear` as a line, measured points as points.
@@ -484,17 +496,20 @@ def bode(
     files
         Results files of `hfsa sweep`.
     input
-        Inputs to draw, by full name; all without.
+        Inputs to draw, as often as wanted; all without. `command.position[1..3]` is a range.
+    signal
+        Outputs to draw, as inputs; all that are not zero by symmetry without.
     output
-        Outputs to draw, by full name; all that are not zero by symmetry without.
-    picture
         Picture file; its ending says the format. The first results file with the ending `.png` without.
     """
     from hfsa.cosim.plots import bode_figure, save
     from hfsa.cosim.results import read
 
-    figure = bode_figure([read(path) for path in files], output or (), input or ())
-    path = picture or files[0].with_suffix(".png")
+    sweeps = [read(path) for path in files]
+    if output is not None:
+        refuse_signal(output, [s.name for bode in sweeps for s in (*bode.outputs, *bode.inputs)])
+    figure = bode_figure(sweeps, signal or (), input or ())
+    path = output or files[0].with_suffix(".png")
     save(figure, path)
     shell.answer({"file": path}, str(path), json)
     return shell.DONE

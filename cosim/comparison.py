@@ -39,11 +39,12 @@ _DRAWN = 1500
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to be made into the file `path`, and the outputs (full names) that are judged."""
+    """A run to be made into the file `path`, and what it is judged by: outputs, and further signals (full names)."""
 
     ready: Ready
     path: Path
     outputs: Sequence[str]
+    signals: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -146,12 +147,13 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
         return Outcome(trial.path, failure=str(error))
     wall_time = time.perf_counter() - begin
     values, units = read_run(trial.path)
-    reached = np.all([np.isfinite(values[name]) for name in trial.outputs], axis=0)
+    judged = (*trial.outputs, *trial.signals)
+    reached = np.all([np.isfinite(values[name]) for name in judged], axis=0)
     at = values["time"][reached]
     sampling, message = _sampling(trial)
     return Outcome(
         trial.path,
-        measure(at, {name: values[name][reached] for name in trial.outputs}, units) if len(at) else (),
+        measure(at, {name: values[name][reached] for name in judged}, units) if len(at) else (),
         tuple(acting(values["time"], values)),
         (*warnings, *message),
         max(len(at) - 1, 0),

@@ -26,7 +26,7 @@ from hfsa.cosim._storage.records import ResultsError, Signal, Status
 from hfsa.cosim._style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode
-from hfsa.cosim.system import nearest
+from hfsa.cosim.system import expand, named, nearest
 
 __all__ = ["METHODS", "bode_figure", "save"]
 
@@ -81,10 +81,11 @@ class _Panel:
 def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Iterable[str] = ()) -> Figure:
     """Return the Bode plot of one or more sweeps, of all entries or of those of the given outputs and inputs.
 
-    `ResultsError` where there is nothing to draw, or no sweep has a given signal.
+    A given name may have a range, and may leave out the component. `ResultsError` where there is nothing to draw, or no
+    sweep has a given signal.
     """
     sweeps = [drawn for bode in sweeps for drawn in (*_theory(bode), bode)]
-    panels = _panels(sweeps, list(outputs), list(inputs))
+    panels = _panels(sweeps, _named(sweeps, "output", outputs), _named(sweeps, "input", inputs))
     columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
     rows = max(len(column) for column in columns)
     size = (8.6, 6.2) if len(panels) == 1 else (max(8.0, 4.2 * len(columns)), 0.8 + 4.8 * rows)
@@ -117,13 +118,19 @@ def _theory(bode: Bode) -> list[Bode]:
     return [replace(bode, **vars(bode.theory), status=status, settings=settings, theory=None)]
 
 
+def _named(sweeps: Sequence[Bode], side: str, wanted: Iterable[str]) -> list[str]:
+    """Return the full names of the outputs or inputs that names mean; `ResultsError` for one that means none."""
+    known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
+    found = []
+    for name in (member for word in wanted for member in expand(word)):
+        if not (fitting := named(name, known)):
+            raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
+        found += fitting
+    return found
+
+
 def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[_Panel]:
     """Return what there is to draw, by input; of one input, the outputs in its own unit first."""
-    for side, wanted in (("output", outputs), ("input", inputs)):
-        known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
-        for name in wanted:
-            if name not in known:
-                raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
     panels: dict[tuple[str, str], _Panel] = {}
     for bode in sweeps:
         units, amplitudes = [s.unit for s in bode.outputs], [s.amplitude for s in bode.inputs]

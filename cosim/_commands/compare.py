@@ -114,7 +114,7 @@ def compare(
         ready = prepare(loaded, drive or Drive(), library)
         for sentence in choices_made(ready):
             warn(f"{_words(values)}: {sentence}")
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs)))
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), tuple(loaded.signals)))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order)

@@ -40,8 +40,8 @@ class Drive:
 def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
-    The scene's outputs are recorded, and the input that a sine drives. `library` is the stepping loop in C, `None` for
-    Python's.
+    The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
+    loop in C, `None` for Python's.
     """
     scene = loaded.scene
     if drive.input or scene.inputs:
@@ -51,7 +51,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
         band = _band_with(scene.band, drive.frequency)
         scene, choices = with_levels(scene, library, inputs=[excited], band=band)
         scene, order = with_computed_order(scene, loaded.order, inputs=[excited], band=band)
-        system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs)
+        system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs, *loaded.signals)
     elif drive.frequency or drive.amplitude:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
@@ -59,7 +59,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     else:
         scene, choices = with_levels(scene, library)
         scene, order = with_computed_order(scene, loaded.order)
-        system, names = scene.system, tuple(scene.outputs)
+        system, names = scene.system, (*scene.outputs, *loaded.signals)
     system = fused(system, scene.fuse)
     files = build.files_for(system, scene.algorithm)
     variables = _variables(files)

@@ -61,7 +61,7 @@ def stability_answer(
     `StructureError` for words that do not go together, and where the scene has no equilibrium.
     """
     changes = {"step_size": request.step_size, "algorithm": request.algorithm}
-    loaded = load(name, arguments, request.fuse, order=request.order, **changes)
+    loaded = load(name, arguments, request.fuse, order=request.order, file=request.file, **changes)
     if not request.vary:
         if request.file is not None:
             raise StructureError(
