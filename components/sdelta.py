@@ -145,7 +145,7 @@ def analyze(
     Returns:
         stiffness_S, stiffness_C: (6, 6) about S and C [N, m, rad].
         mass_C: (6, 6) about C [kg, m].
-        frequency_matrix_C: (6, 6) [rad/s] (eq 4.11).
+        frequency_matrix_C: (6, 6) [rad/s] (eq 4.8).
         natural_frequencies_hz: (6,) ascending [Hz].
         modal_screws_C: (6, 6), columns in the order of the frequencies, of unit rotation, or of unit translation
             where there is no rotation; a repeated frequency has any screws that span its modes.
