@@ -129,6 +129,27 @@ def sdelta(
     return m
 
 
+UNITS = {
+    "stiffness_S": "N.m/rad, N; N, N/m",
+    "stiffness_C": "N.m/rad, N; N, N/m",
+    "mass_C": "kg.m2, kg.m; kg.m, kg",
+    "frequency_matrix_C": "rad/s",
+    "natural_frequencies_hz": "Hz",
+    "modal_screws_C": "1; m",
+    "eigenstiffness": "N",
+    "eigenpitch": "m",
+    "translational_stiffness": "N/m",
+    "torsional_stiffness": "N.m/rad",
+    "kappa": "N",
+    "kappa_t": "N/m",
+    "kappa_r": "N.m/rad",
+    "motor_angles": "rad",
+    "limb_lengths": "m",
+    "jacobian": "1; m/rad",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     level: Literal["rigid", "cartesian"] = "cartesian",

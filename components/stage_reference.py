@@ -57,6 +57,12 @@ def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -
     return m
 
 
+UNITS = {
+    "elongation": "m",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(*, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> dict[str, Any]:
     """Return `elongation`, (3,) [m], that brings the platform to a pose: x, y [m], yaw [rad] from rest.
 

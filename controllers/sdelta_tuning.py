@@ -21,6 +21,15 @@ from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._sdelta_kinematics import Kinematics
 from hfsa.components.c_drive import inertia
 
+UNITS = {
+    "motor_angles": "rad",
+    "motor_inertia": "kg.m2",
+    "proportional_gain": "N.m/rad",
+    "derivative_gain": "N.m.s/rad",
+    "holding_torque": "N.m",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
 
 def analyze(
     *,

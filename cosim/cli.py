@@ -92,7 +92,7 @@ def analyze(
         With `--map`: its file; `results/NAME_map.h5` without.
     """
     from hfsa.components._parts import part_named, studied
-    from hfsa.cosim._commands.reports import numbers_text
+    from hfsa.cosim._commands.numbers import numbers_text
     from hfsa.cosim._commands.studies import Request, study_answer
     from hfsa.cosim._models import parts
 
@@ -103,8 +103,10 @@ def analyze(
         data, text, is_found = study_answer(study, request, name, values)
         shell.answer(data, text, json)
         return shell.DONE if is_found else shell.PROBLEMS
-    numbers = part_named(name, parts()).analysis(level, **values)
-    shell.answer(numbers, numbers_text(numbers), json)
+    part = part_named(name, parts())
+    numbers = part.analysis(level, **values)
+    units = {key: part.units[key] for key in numbers if key in part.units}
+    shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
     return shell.DONE
 
 
