@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 BIN := .venv/bin
 HAS_UV := $(shell command -v uv 2> /dev/null)
 HAS_CC := $(shell command -v $${CC:-cc} 2> /dev/null || command -v gcc 2> /dev/null || command -v clang 2> /dev/null)
-VERTICAL := --input command.position[3] --output platform.position[3] --from 1 --to 50 --points 40
+VERTICAL := --input command.position[3] --signal platform.position[3] --from 1 --to 50 --points 40
 LOCKS := requirements.lock $(if $(HAS_CC),,requirements-zig.lock)
 
 demo: .venv/installed

@@ -35,7 +35,7 @@ class Eigenscrews(NamedTuple):
 
 
 def eigenscrews(K: np.ndarray) -> Eigenscrews:
-    """Return the solutions of GAMMA K k = mu k (eq 3.36).
+    """Return the solutions of GAMMA K k = mu k (eq 3.35).
 
     They come from the symmetric K^1/2 GAMMA K^1/2, so that they are real and reciprocal even where mu repeats. K is
     the sum of mu / (2 pitch) (GAMMA k)(GAMMA k)^T over them (eq 3.37, where GAMMA is missing).

@@ -23,7 +23,7 @@ def modes(M: np.ndarray, K: np.ndarray) -> Modes:
 
 
 def frequency_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """Return (M^-1/2 K M^-1/2)^1/2 [rad/s], whose eigenvalues are the natural frequencies (eq 4.11).
+    """Return (M^-1/2 K M^-1/2)^1/2 [rad/s] (eq 4.8); its eigenvalues are the natural frequencies (eq 4.11).
 
     For a rigid body it has a meaning at the centre of mass only, where M is block diagonal: elsewhere the roots add
     rotations to translations.

@@ -11,6 +11,8 @@ sets its start value, and `solver` names the solver of any part's FMU.
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
 a design study (`_study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
 `FACTS` there is what the part knows of facts that other parts of a system know as well (`_facts`).
+Beside `analyze` stands `UNITS`, the unit of each of its numbers by key: SI, `1` for what has none. Where the entries of
+a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns: `N/m, N; N, N.m`.
 """
 
 import dataclasses
@@ -81,9 +83,19 @@ class Part:
         """What the part knows of facts on which the parts of a system must agree."""
         return getattr(self.module, "FACTS", {})
 
+    @cached_property
+    def analysis_arguments(self) -> dict[str, Argument]:
+        """Arguments of `analyze` by full name."""
+        return _arguments(self.analyze)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of what `analyze` returns, by key."""
+        return getattr(self.module, "UNITS", {})
+
     def has_argument(self, name: str) -> bool:
         """Whether a name is that of a structural argument, or of an element of one."""
-        return name in self.arguments or _element(name, self.arguments) is not None
+        return _takes(self.arguments, name)
 
     def model(self, level: str | None = None, **arguments: Any) -> Model:
         """Build the model; unknown names and inadmissible values are a `ModelError` that names them."""
@@ -108,12 +120,33 @@ class Part:
         return model
 
     def analysis(self, level: str | None = None, **arguments: Any) -> dict[str, Any]:
-        """Return the part's engineering numbers in SI; errors as in `model`."""
+        """Return the part's engineering numbers in SI (`units`); errors as in `model`.
+
+        An analysis that knows no level holds at all of the part's.
+        """
         if self.analyze is None:
             raise ModelError(f"{self.name} has no analysis of its own; it is a model to export")
         if level is not None:
             arguments = {"level": level, **arguments}
+        if self.build is not None and "level" in self.arguments and "level" not in self.analysis_arguments:
+            read_arguments(
+                self.name, self.build, {name: arguments.pop(name) for name in ("level",) if name in arguments}
+            )
+        self._refuse_arguments_of_the_model(arguments)
         return self.analyze(**read_arguments(self.name, self.analyze, arguments))
+
+    def _refuse_arguments_of_the_model(self, names: Iterable[str]) -> None:
+        """Raise `ModelError` for a name that the model has, but not the analysis, and say what that takes."""
+        strange = [name for name in names if not _takes(self.analysis_arguments, name)]
+        if self.build is None or not strange:
+            return
+        known = {*(quantity.name for quantity in self.model().of(Kind.PARAMETER)), SOLVER}
+        for name in strange:
+            if name in known or self.has_argument(name):
+                raise ModelError(
+                    f"{self.name}: {name} is an argument of its FMU, which its analysis does not take; that takes "
+                    f"{', '.join(self.analysis_arguments) or 'none'}"
+                )
 
     def design_study(self, level: str | None = None, **arguments: Any) -> Study:
         """Return the part's design study; errors as in `model`."""
@@ -235,6 +268,11 @@ def _read_whole(
     for owner, given in fields.items():
         values[owner] = changed(values.get(owner, defaults[owner].default), given)
     return values
+
+
+def _takes(known: Mapping[str, Argument], name: str) -> bool:
+    """Whether a name is that of an argument, or of an element of one."""
+    return name in known or _element(name, known) is not None
 
 
 def _element(name: str, known: Mapping[str, Argument]) -> tuple[str, int] | None:

@@ -2,7 +2,7 @@
 
 The shafts' twists psi and the rods' tip deflections gamma, q = [psi; gamma], give way in series,
 
-    N dx = D_J q,  D_J = [L J_L, 1],    K_q = diag(k_s 1, k_r 1)                                         (eq 3.18)
+    N dx = D_J q,  D_J = [L J_L, 1],    K_q = diag(k_s 1, k_r 1)                                  (eqs 3.18, 3.20)
     K_D = (D_J K_q^-1 D_J^T)^-1, diagonal,    K = N^T K_D N                                              (eq 3.27)
 
 The limb carries no force along its own axis.

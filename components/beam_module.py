@@ -29,6 +29,17 @@ NO_CLEAR_SEPARATION = "no clear separation"
 """Instead of a number of freedoms."""
 
 
+UNITS = {
+    "compliance": "1",
+    "compliance_dimensional": "m/N, 1/N; 1/N, rad/(N.m)",
+    "mobility": "1",
+    "freedoms": "1",
+    "compliance_center": "1",
+    "separation": "1",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     kind: KindName = "three_beam",

@@ -79,6 +79,15 @@ def beam_stage(
     return m
 
 
+UNITS = {
+    "stiffness": "N/m, N; N, N.m/rad",
+    "mass": "kg, kg.m; kg.m, kg.m2",
+    "natural_frequencies_hz": "Hz",
+    "shapes": "m; rad",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     kind: KindName = "three_beam",

@@ -98,6 +98,15 @@ def beam_suspension(
     return m
 
 
+UNITS = {
+    "stiffness": "N/m, N; N, N.m/rad",
+    "damping": "N.s/m, N.s; N.s, N.m.s/rad",
+    "natural_frequencies_hz": "Hz",
+    "step_limits": "s",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     kind: KindName = "three_beam",

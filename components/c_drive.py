@@ -94,6 +94,13 @@ def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_n
     return m
 
 
+UNITS = {
+    "jacobian": "m/rad; 1",
+    "inertia": "kg.m2",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze() -> dict[str, Any]:
     """Return the drive's numbers in SI units.
 

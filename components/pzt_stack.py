@@ -131,6 +131,23 @@ def pzt_stack(
     return m
 
 
+UNITS = {
+    "stiffness": "N/m",
+    "elongation_per_volt": "m/V",
+    "coupling": "N/V",
+    "available_force": "N",
+    "required_voltage": "V",
+    "capacitance": "F",
+    "clamped_capacitance": "F",
+    "coupling_factor": "1",
+    "mass": "kg",
+    "effective_mass": "kg",
+    "damping": "N.s/m",
+    "resonance_hz": "Hz",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *, stack: Stack = TOKIN, voltage: float | None = None, elongation: float = 0.0, force: float = 0.0
 ) -> dict[str, Any]:

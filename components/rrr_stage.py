@@ -113,6 +113,24 @@ def rrr_stage(
     return m
 
 
+UNITS = {
+    "jacobian": "1; 1; rad/m",
+    "pose": "m; m; rad",
+    "range": "m; m; rad",
+    "hinge_stiffness": "N.m/rad",
+    "inertia": "kg",
+    "stiffness": "N/m",
+    "natural_frequencies_hz": "Hz",
+    "natural_frequencies_bonded_hz": "Hz",
+    "force": "N",
+    "voltage": "V",
+    "elongation_at_voltage": "m",
+    "pose_at_voltage": "m; m; rad",
+    "saturated": "1",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     level: Level = "constant_jacobian",

@@ -142,6 +142,27 @@ def sdelta(
     return m
 
 
+UNITS = {
+    "stiffness_S": "N.m/rad, N; N, N/m",
+    "stiffness_C": "N.m/rad, N; N, N/m",
+    "mass_C": "kg.m2, kg.m; kg.m, kg",
+    "frequency_matrix_C": "rad/s",
+    "natural_frequencies_hz": "Hz",
+    "modal_screws_C": "1; m",
+    "eigenstiffness": "N",
+    "eigenpitch": "m",
+    "translational_stiffness": "N/m",
+    "torsional_stiffness": "N.m/rad",
+    "kappa": "N",
+    "kappa_t": "N/m",
+    "kappa_r": "N.m/rad",
+    "motor_angles": "rad",
+    "limb_lengths": "m",
+    "jacobian": "1; m/rad",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     level: Literal["rigid", "cartesian"] = "cartesian",
@@ -159,7 +180,7 @@ def analyze(
     Returns:
         stiffness_S, stiffness_C: (6, 6) about S and C [N, m, rad].
         mass_C: (6, 6) about C [kg, m].
-        frequency_matrix_C: (6, 6) [rad/s] (eq 4.11).
+        frequency_matrix_C: (6, 6) [rad/s] (eq 4.8).
         natural_frequencies_hz: (6,) ascending [Hz].
         modal_screws_C: (6, 6), columns in the order of the frequencies, of unit rotation, or of unit translation
             where there is no rotation; a repeated frequency has any screws that span its modes.

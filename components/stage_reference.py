@@ -61,6 +61,12 @@ def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -
     return m
 
 
+UNITS = {
+    "elongation": "m",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),

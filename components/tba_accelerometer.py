@@ -189,6 +189,28 @@ def tba_accelerometer(
     return m
 
 
+UNITS = {
+    "mass": "kg",
+    "driven_mass": "kg",
+    "stiffness": "N/m",
+    "natural_frequencies_hz": "Hz",
+    "bandwidth_hz": "Hz",
+    "frequency_ratio": "1",
+    "formula_frequency_ratio": "1",
+    "static_sensitivity": "m",
+    "coriolis_coefficients": "kg/m",
+    "cross_axis": "1/m",
+    "body_mass": "kg",
+    "leg_stiffness": "N.m/rad",
+    "formula_stiffness": "N/m",
+    "film_damping": "N.s/m",
+    "film_damping_ratio": "1",
+    "squeeze_number": "1",
+    "sensitivity": "1",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     level: Level = "spatial",

@@ -29,6 +29,15 @@ FACTS = {
     GRAVITY: Known("gravity", results=("holding_torque",)),
 }
 
+UNITS = {
+    "motor_angles": "rad",
+    "motor_inertia": "kg.m2",
+    "proportional_gain": "N.m/rad",
+    "derivative_gain": "N.m.s/rad",
+    "holding_torque": "N.m",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
 
 def analyze(
     *,

@@ -75,6 +75,23 @@ class _Loop(NamedTuple):
     rate_gain: np.ndarray
 
 
+UNITS = {
+    "verdict": "1",
+    "poles": "1/s",
+    "natural_frequencies_hz": "Hz",
+    "damping_ratios": "1",
+    "final_share": "1",
+    "trapezoidal_factor": "1",
+    "time_constant": "s",
+    "peak_time": "s",
+    "sample_time_limit": "s",
+    "final_error": "m",
+    "peak_error": "m",
+    "start_force": "N",
+}
+"""Units of what `analyze` returns, as `_parts` says."""
+
+
 def analyze(
     *,
     level: Level = "constant_jacobian",

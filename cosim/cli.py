@@ -24,12 +24,14 @@ from hfsa.cosim._commands.options import (
     Level,
     Loop,
     Loops,
+    Names,
     Order,
     Output,
     Positive,
     Signals,
     Tolerance,
     Verify,
+    refuse_signal,
 )
 
 app = App(
@@ -93,7 +95,7 @@ def analyze(
         With `--map`: its file; `results/NAME_map.h5` without.
     """
     from hfsa.components._parts import part_named, studied
-    from hfsa.cosim._commands.reports import numbers_text
+    from hfsa.cosim._commands.numbers import numbers_text
     from hfsa.cosim._commands.studies import Request, study_answer
     from hfsa.cosim._models import parts
 
@@ -104,8 +106,10 @@ def analyze(
         data, text, is_found = study_answer(study, request, name, values)
         shell.answer(data, text, json)
         return shell.DONE if is_found else shell.PROBLEMS
-    numbers = part_named(name, parts()).analysis(level, **values)
-    shell.answer(numbers, numbers_text(numbers), json)
+    part = part_named(name, parts())
+    numbers = part.analysis(level, **values)
+    units = {key: part.units[key] for key in numbers if key in part.units}
+    shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
     return shell.DONE
 
 
@@ -181,6 +185,7 @@ def run(
     *,
     parameter: Arguments = None,
     input: str | None = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     frequency: Positive = None,
     amplitude: Positive = None,
     step: Positive = None,
@@ -196,7 +201,7 @@ def run(
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Run a scene in time, one input following a sine; record that input and the scene's outputs.
+    """Run a scene in time, one input following a sine; record that input, the scene's outputs, and more.
 
     A scene without inputs has a motion of its own and runs as it is.
 
@@ -206,6 +211,9 @@ def run(
         A scene's name, or the path of a .py or .toml file.
     input
         Input that follows the sine; the scene's first, if it has one, without.
+    signal
+        Variables that are recorded beside the scene's outputs, as often as wanted: outputs, inputs and local ones of
+        any component. `controller.axis[1..6].command` is a range.
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
@@ -227,7 +235,8 @@ def run(
     path = output or _results_file(scene, "_run")
     check_new(path, force)
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
+    values, signals = shell.named_values(parameter), signal or ()
+    loaded = load(scene, values, fuse or (), loops, order, file=output, signals=signals, **changes)
     with shell.progress("run") as show:
         show(0.0, "building FMUs")
         written = run_scene(
@@ -254,6 +263,7 @@ def compare(
     over: Annotated[list[str], Parameter("--over", negative=())],
     parameter: Arguments = None,
     input: str | None = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     frequency: Positive = None,
     amplitude: Positive = None,
     step: Positive = None,
@@ -283,6 +293,8 @@ def compare(
         Several: all combinations.
     input
         Input that follows a sine; the scene's first, if it has one, without.
+    signal
+        Variables that are recorded and compared beside the scene's outputs, as often as wanted.
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
@@ -320,6 +332,8 @@ def compare(
             force=force,
             warn=shell.warn,
             report=show,
+            file=output,
+            signals=signal or (),
             fuse=fuse or (),
             loops=loops,
             order=order,
@@ -350,8 +364,8 @@ def sweep(
     points: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
     grid: Literal["response", "log"] = "response",
     open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
-    input: Signals = None,  # noqa: A002 (the user's word)
-    output: Signals = None,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
     amplitude: Positive = None,
     step: Positive = None,
     algorithm: Algorithm | None = None,
@@ -365,7 +379,7 @@ def sweep(
     loop: Loop = "c",
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
-    file: Annotated[Path | None, Parameter("-o")] = None,
+    output: Output = None,
     force: Force = False,
     json: Json = False,
 ) -> int:
@@ -390,8 +404,8 @@ def sweep(
         sensitivity are written in place of the scene's responses, and gain, phase and delay margins answered.
     input
         Inputs, one at a time, as often as wanted; all of the scene without. `command.position[1..3]` is a range.
-    output
-        Outputs, as inputs.
+    signal
+        Outputs that are measured, as inputs; all of the scene without.
     amplitude
         Amplitude in the unit of each input; the scene's without.
     step
@@ -408,7 +422,7 @@ def sweep(
         Processes; one per processor without.
     resume
         Go on with the file where a sweep was interrupted; points that failed are tried again.
-    file
+    output
         Results file; without, `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
         `results/SCENE_open_loop.h5`.
     """
@@ -421,17 +435,17 @@ def sweep(
         from hfsa.cosim._storage.target import check_new
         from hfsa.cosim.system import StructureError
 
-        if method != "linear" or input or output or resume:
-            raise StructureError("--open-loop takes --method linear, and no --input, --output and --resume")
-        path = file or _results_file(scene, "_open_loop")
+        if method != "linear" or input or signal or resume:
+            raise StructureError("--open-loop takes --method linear, and no --input, --signal and --resume")
+        path = output or _results_file(scene, "_open_loop")
         check_new(path, force)
-        loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
+        loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
         band = {"low": low, "high": high, "points": points, "grid": grid}
         shell.answer(*sweep_loop(loaded, open_loop, path, force=force, warn=shell.warn, **band), json)
         return shell.DONE
-    path = file or _results_file(scene, "" if method == "stepped" else f"_{method}")
+    path = output or _results_file(scene, "" if method == "stepped" else f"_{method}")
     check_file(path, resume=resume, force=force)
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, **changes)
+    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
     settings = Settings(
         method=method,
         algorithm=loaded.scene.algorithm,
@@ -440,7 +454,7 @@ def sweep(
         measurement_periods=measurement_periods,
         settling_time=settling_time,
     )
-    request = Request(settings, input or (), output or (), low, high, points, grid, amplitude, jobs, loop)
+    request = Request(settings, input or (), signal or (), low, high, points, grid, amplitude, jobs, loop)
     with shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         written = sweep_scene(
@@ -506,9 +520,9 @@ def bode(
     files: Annotated[list[Path], Parameter(negative=())],
     /,
     *,
-    input: Signals = None,  # noqa: A002 (the user's word)
-    output: Signals = None,
-    picture: Annotated[Path | None, Parameter("-o")] = None,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
+    output: Output = None,
     json: Json = False,
 ) -> int:
     """Draw the Bode plot of one or more sweeps, one upon the other: `linear` as a line, measured points as points.
@@ -518,10 +532,10 @@ def bode(
     files
         Results files of `hfsa sweep`.
     input
-        Inputs to draw, by full name; all without.
+        Inputs to draw, as often as wanted; all without. `command.position[1..3]` is a range.
+    signal
+        Outputs to draw, as inputs; all that are not zero by symmetry without.
     output
-        Outputs to draw, by full name; all that are not zero by symmetry without.
-    picture
         Picture file; its ending says the format. The first results file with the ending `.png` without. A picture that
         is there is replaced.
     """
@@ -530,9 +544,11 @@ def bode(
     from hfsa.cosim.results import read
 
     sweeps = [read(path) for path in files]
-    path = picture or files[0].with_suffix(".png")
+    if output is not None:
+        refuse_signal(output, [s.name for bode in sweeps for s in (*bode.outputs, *bode.inputs)])
+    path = output or files[0].with_suffix(".png")
     check_picture(path)
-    save(bode_figure(sweeps, output or (), input or ()), path)
+    save(bode_figure(sweeps, signal or (), input or ()), path)
     shell.answer({"file": path}, str(path), json)
     return shell.DONE
 

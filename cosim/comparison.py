@@ -42,12 +42,13 @@ _DRAWN = 1500
 class Trial:
     """A run to be made into the file `path`, with `force` as `run`.
 
-    The `outputs` (full names) are judged, with `verified` their errors as well.
+    The `outputs` and further `signals` (full names) are judged, with `verified` their errors as well.
     """
 
     ready: Ready
     path: Path
     outputs: Sequence[str]
+    signals: Sequence[str] = ()
     verified: bool = False
     force: bool = False
 
@@ -155,13 +156,14 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
         return Outcome(trial.path, failure=str(error))
     wall_time = time.perf_counter() - begin
     values, units = read_run(trial.path)
-    reached = np.all([np.isfinite(values[name]) for name in trial.outputs], axis=0)
+    judged = (*trial.outputs, *trial.signals)
+    reached = np.all([np.isfinite(values[name]) for name in judged], axis=0)
     at = values["time"][reached]
     errors, unsure = _errors(trial, second) if trial.verified and not failure else ({}, ())
     sampling, message = _sampling(trial)
     return Outcome(
         trial.path,
-        measure(at, {name: values[name][reached] for name in trial.outputs}, units) if len(at) else (),
+        measure(at, {name: values[name][reached] for name in judged}, units) if len(at) else (),
         tuple(acting(values["time"], values)),
         (*warnings, *unsure, *message),
         max(len(at) - 1, 0),

@@ -12,21 +12,23 @@ length nor angle), angles in deg.
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullFormatter
+from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from hfsa.cosim._labels import Peak, label_peaks, spread_frequencies
 from hfsa.cosim._storage.records import ResultsError, Signal, Status
 from hfsa.cosim._style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.frequency_response import negligible, resonances
 from hfsa.cosim.results import Bode
-from hfsa.cosim.system import nearest
+from hfsa.cosim.system import expand, named, nearest
 
 __all__ = ["METHODS", "bode_figure", "save"]
 
@@ -34,6 +36,14 @@ METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMU
 """Methods of a sweep as a legend says them."""
 
 _CLOSE = 0.02
+_MARKED = 4
+"""Peaks of a panel that are marked at most."""
+_CROWD = 12
+"""Entries beyond which each has a small panel of its own."""
+_PANEL, _SMALL_PANEL = (4.2, 4.8), (2.7, 2.6)
+"""Width and height [inch]."""
+_STEPS = (45, 90, 180, *range(360, 360_000, 360))
+"""Phase between ticks [deg]."""
 _LETTER = 0.08
 """Width of a letter in a legend, or in a title with some room around it [inch]."""
 _DASHES = ("-", (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)))
@@ -61,15 +71,16 @@ class _Curve:
 
 @dataclass
 class _Panel:
-    """A pair of axes: curves of one input whose units agree; `unit` is what 0 dB stands for."""
+    """A pair of axes: curves of one input whose units agree; `unit` is what 0 dB stands for.
+
+    `title` stands above it, `peaks` are those that are marked, the highest first.
+    """
 
     input: Signal
     unit: str
     curves: list[_Curve] = field(default_factory=list)
-
-    @property
-    def labels(self) -> list[str]:
-        return [curve.label for curve in self.curves]
+    title: str = ""
+    peaks: list[Peak] = field(default_factory=list)
 
     @property
     def outputs(self) -> dict[str, list[_Curve]]:
@@ -78,29 +89,61 @@ class _Panel:
         return {name: [curve for curve in self.curves if curve.output.name == name] for name in names}
 
 
+class _Entry(NamedTuple):
+    """One curve, the input that it follows, and what its 0 dB stands for."""
+
+    input: Signal
+    unit: str
+    curve: _Curve
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """Panels in rows, `None` where one is empty; `size` of it [inch] and of its letters, `font` [points].
+
+    `magnitude`, `phase` and `frequency` are what axes are called, `intervals` those between ticks of phase at most.
+    `above` and `beside` are headings of the columns and of the rows, if there are any.
+    """
+
+    rows: Sequence[Sequence[_Panel | None]]
+    size: tuple[float, float]
+    font: float = 10.0
+    magnitude: str = "Magnitude ({})"
+    phase: str = "Phase (deg)"
+    frequency: str = "Frequency (Hz)"
+    intervals: int = 6
+    above: Sequence[str] = ()
+    beside: Sequence[str] = ()
+
+
 def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Iterable[str] = ()) -> Figure:
     """Return the Bode plot of one or more sweeps, of all entries or of those of the given outputs and inputs.
 
-    `ResultsError` where there is nothing to draw, or no sweep has a given signal.
+    A given name may have a range, and may leave out the component. `ResultsError` where there is nothing to draw, or no
+    sweep has a given signal.
     """
     sweeps = [drawn for bode in sweeps for drawn in (*_theory(bode), bode)]
-    panels = _panels(sweeps, list(outputs), list(inputs))
-    columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
-    rows = max(len(column) for column in columns)
-    size = (8.6, 6.2) if len(panels) == 1 else (max(8.0, 4.2 * len(columns)), 0.8 + 4.8 * rows)
-    shared_legend = len(panels) > 1 and all(panel.labels == panels[0].labels for panel in panels)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=size, dpi=160, layout="constrained")
-        parts = figure.subfigures(rows, len(columns), squeeze=False)
-        for i, column in enumerate(columns):
-            for j, panel in enumerate(column):
-                _draw(parts[j][i], panel, has_legend=not shared_legend)
+    entries = _entries(sweeps, _named(sweeps, "output", outputs), _named(sweeps, "input", inputs))
+    is_crowded = len({(curve.output.name, source.name) for source, _, curve in entries}) > _CROWD
+    sheet = _by_entry(sweeps, entries) if is_crowded else _by_unit(sweeps, entries)
+    with mpl.rc_context({**STYLE, "font.size": sheet.font}):
+        figure = Figure(figsize=sheet.size, dpi=160, layout="constrained")
+        FigureCanvasAgg(figure)  # letters are measured by one renderer, not by one each
+        parts = figure.subfigures(len(sheet.rows), len(sheet.rows[0]), squeeze=False)
+        drawn = [(parts[j][i], panel) for j, row in enumerate(sheet.rows) for i, panel in enumerate(row) if panel]
+        for part, panel in drawn:
+            _draw(part, panel, sheet)
+        for part, heading in zip(parts[0], sheet.above, strict=False):
+            part.suptitle(heading, fontsize=_type(1.2))
+        for part, heading in zip(parts[:, 0], sheet.beside, strict=False):
+            part.supylabel(heading, fontsize=_type(1.2))
         titles = dict.fromkeys(str(bode.attributes["title"]) for bode in sweeps)
         figure.suptitle(", ".join(titles), fontsize=12.5, fontweight="bold")
-        if shared_legend:
-            handles, labels = parts[0][0].axes[0].get_legend_handles_labels()
-            fitting = max(int(size[0] / (0.6 + _LETTER * max(map(len, labels)))), 1)
-            figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), fitting), fontsize=10)
+        _legends(figure, [part for part, _ in drawn])
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # what is placed now stays there
+        for part, panel in drawn:
+            label_peaks(part.axes[0], panel.peaks, color=ACCENT, fontweight="bold", fontsize=_type(0.9))
     return figure
 
 
@@ -117,14 +160,20 @@ def _theory(bode: Bode) -> list[Bode]:
     return [replace(bode, **vars(bode.theory), status=status, settings=settings, theory=None)]
 
 
-def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[_Panel]:
-    """Return what there is to draw, by input; of one input, the outputs in its own unit first."""
-    for side, wanted in (("output", outputs), ("input", inputs)):
-        known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
-        for name in wanted:
-            if name not in known:
-                raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
-    panels: dict[tuple[str, str], _Panel] = {}
+def _named(sweeps: Sequence[Bode], side: str, wanted: Iterable[str]) -> list[str]:
+    """Return the full names of the outputs or inputs that names mean; `ResultsError` for one that means none."""
+    known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
+    found = []
+    for name in (member for word in wanted for member in expand(word)):
+        if not (fitting := named(name, known)):
+            raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
+        found += fitting
+    return found
+
+
+def _entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[_Entry]:
+    """Return what there is to draw, without entries that are zero by symmetry; `ResultsError` where that is nothing."""
+    entries = []
     for bode in sweeps:
         units, amplitudes = [s.unit for s in bode.outputs], [s.amplitude for s in bode.inputs]
         left_out = negligible(bode.response, units, amplitudes)
@@ -132,17 +181,53 @@ def _panels(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> li
             wanted = (not outputs or output.name in outputs) and (not inputs or source.name in inputs)
             if wanted and not left_out[o, i]:
                 unit, factor = _display(output.unit, source.unit)
-                panel = panels.setdefault((unit, source.name), _Panel(source, unit))
-                panel.curves.append(_curve(bode, output, source, factor))
+                entries.append(_Entry(source, unit, _curve(bode, output, source, factor)))
+    entries = [entry for entry in entries if len(entry.curve.frequency)]
+    if not entries:
+        raise ResultsError(f"{', '.join(str(bode.path) for bode in sweeps)}: no finished points to draw")
+    return entries
+
+
+def _by_unit(sweeps: Sequence[Bode], entries: Sequence[_Entry]) -> _Sheet:
+    """Return a column for each input; in it a panel for each unit, that of the input first."""
+    panels = _panels(sweeps, entries, key=lambda entry: (entry.input.name, entry.unit))
+    order = list(dict.fromkeys(source.name for bode in sweeps for source in bode.inputs))
+    panels.sort(key=lambda panel: (order.index(panel.input.name), panel.unit != ""))
+    columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
+    rows = [list(row) for row in itertools.zip_longest(*columns)]
+    for panel in panels:
+        outputs = list(panel.outputs)
+        target = f"\N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
+        fits = _LETTER * (len(panel.input.name) + len(target)) < _PANEL[0]
+        panel.title = f"{panel.input.name}{'  ' if fits else chr(10)}{target}".rstrip()
+    size = (8.6, 6.2) if len(panels) == 1 else (max(8.0, _PANEL[0] * len(columns)), 0.8 + _PANEL[1] * len(rows))
+    return _Sheet(rows, size)
+
+
+def _by_entry(sweeps: Sequence[Bode], entries: Sequence[_Entry]) -> _Sheet:
+    """Return a column for each input and a row for each output: many small panels, their names at the sheet's edges."""
+    panels = _panels(sweeps, entries, key=lambda entry: (entry.input.name, entry.curve.output.name))
+    there = {(panel.input.name, name): panel for panel in panels for name in panel.outputs}
+    inputs, outputs = ({name: None for names in there for name in names[side : side + 1]} for side in (0, 1))
+    above = [name for name in dict.fromkeys(s.name for bode in sweeps for s in bode.inputs) if name in inputs]
+    beside = [name for name in dict.fromkeys(s.name for bode in sweeps for s in bode.outputs) if name in outputs]
+    rows = [[there.get((source, output)) for source in above] for output in beside]
+    size = (0.6 + _SMALL_PANEL[0] * len(above), 1.0 + _SMALL_PANEL[1] * len(beside))
+    return _Sheet(rows, size, 7.0, "{}", "deg", "Hz", 3, above, beside)
+
+
+def _panels(
+    sweeps: Sequence[Bode], entries: Sequence[_Entry], key: Callable[[_Entry], tuple[str, str]]
+) -> list[_Panel]:
+    """Return panels of the entries that have a key in common, their curves named and their phases aligned."""
+    panels: dict[tuple[str, str], _Panel] = {}
+    for entry in entries:
+        panels.setdefault(key(entry), _Panel(entry.input, entry.unit)).curves.append(entry.curve)
     for panel in panels.values():
-        panel.curves = [curve for curve in panel.curves if len(curve.frequency)]
         _name_curves(panel, sweeps)
         _align_phases(panel)
-    kept = [panel for panel in panels.values() if panel.curves]
-    if not kept:
-        raise ResultsError(f"{', '.join(str(bode.path) for bode in sweeps)}: no finished points to draw")
-    order = list(dict.fromkeys(source.name for bode in sweeps for source in bode.inputs))
-    return sorted(kept, key=lambda panel: (order.index(panel.input.name), panel.unit != ""))
+        panel.peaks = _peaks(panel)
+    return list(panels.values())
 
 
 def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> _Curve:
@@ -183,6 +268,17 @@ def _align_phases(panel: _Panel) -> None:
                 curve.phase = curve.phase + 360 * np.round((near - curve.phase) / 360)
 
 
+def _peaks(panel: _Panel) -> list[Peak]:
+    """Return the peaks to mark, the highest first: 3 dB above their surroundings, and of close ones the highest."""
+    dense = [max(curves, key=lambda curve: len(curve.frequency)) for curves in panel.outputs.values()]
+    summits = [_summit(curve, i) for curve in dense for i in resonances(curve.level)]
+    peaks: list[Peak] = []
+    for f, level in sorted(summits, key=lambda summit: -summit[1]):
+        if all(abs(math.log(f / other.x)) > _CLOSE for other in peaks):
+            peaks.append(Peak(f, level, f"{f:.4g} Hz, {level:.1f} dB"))
+    return peaks[:_MARKED]
+
+
 def _display(output: str, source: str) -> tuple[str, float]:
     """Return the unit that 0 dB stands for, empty for equal units, and the factor from SI."""
     if output == source:
@@ -194,29 +290,48 @@ def _display(output: str, source: str) -> tuple[str, float]:
     return f"{above}/{below}" if below.isalnum() else f"{above}/({below})", up / down
 
 
+def _type(relative: float) -> float:
+    """Return the size of letters relative to the figure's own [points]."""
+    return relative * mpl.rcParams["font.size"]
+
+
 # How it is drawn ------------------------------------------------------------------------------------------------------
 
 
-def _draw(part: Any, panel: _Panel, has_legend: bool) -> None:
+def _draw(part: Any, panel: _Panel, sheet: _Sheet) -> None:
     """Draw magnitude and phase of a panel."""
     upper, lower = part.subplots(2, 1, sharex=True, height_ratios=[1.55, 1])
     for curve in sorted(panel.curves, key=lambda curve: not curve.is_line):
         _draw_curve(upper, curve, curve.level)
         _draw_curve(lower, curve, curve.phase)
-    _scale_axes(upper, lower, panel)
-    _mark_resonances(upper, lower, panel)
+    _scale_axes(upper, lower, panel, sheet.intervals)
+    for peak in panel.peaks:
+        for axes in (upper, lower):
+            axes.axvline(peak.x, color=ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
     _mark_published(upper, lower, panel)
     _mark_failures(lower, panel)
-    upper.set_ylabel(f"Magnitude (dB{f' re 1 {panel.unit}' if panel.unit else ''})")
-    lower.set_ylabel("Phase (deg)")
-    lower.set_xlabel("Frequency (Hz)")
-    outputs = list(panel.outputs)
-    target = f"\N{RIGHTWARDS ARROW}  {outputs[0]}" if len(outputs) == 1 else ""
-    fits = _LETTER * (len(panel.input.name) + len(target)) < part.bbox.width / part.dpi
-    gap = "  " if fits else "\n"
-    upper.set_title(f"{panel.input.name}{gap}{target}".rstrip(), fontsize=8.5)
-    if has_legend:
-        upper.legend(loc="best", fontsize=8.5 if len(panel.curves) < 5 else 7)
+    upper.set_ylabel(sheet.magnitude.format(f"dB re 1 {panel.unit}" if panel.unit else "dB"))
+    lower.set_ylabel(sheet.phase)
+    lower.set_xlabel(sheet.frequency)
+    upper.set_title(panel.title, fontsize=_type(0.85))
+    spread_frequencies(lower)
+
+
+def _legends(figure: Figure, parts: Sequence[Any]) -> None:
+    """Put what is drawn below the figure where it is the same in all its parts, else below each of them."""
+    found = [_entries_of_legend(part) for part in parts]
+    same = all(entries.keys() == found[0].keys() for entries in found)
+    for owner, entries in [(figure, found[0])] if same else zip(parts, found, strict=True):
+        width = owner.bbox.width / figure.dpi
+        fitting = max(int(width / (0.6 + _LETTER * max(map(len, entries)))), 1)
+        place = {"loc": "outside lower center", "ncols": min(len(entries), fitting)}
+        owner.legend(list(entries.values()), list(entries), **place, fontsize=10 if same else 8.5)
+
+
+def _entries_of_legend(part: Any) -> dict[str, Any]:
+    """Return what is drawn in a part, by label."""
+    drawn = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in part.axes)
+    return {label: handle for pairs in reversed(list(drawn)) for handle, label in pairs}
 
 
 def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
@@ -244,14 +359,11 @@ def _draw_curve(axes: Any, curve: _Curve, values: NDArray[np.float64]) -> None:
             axes.plot(curve.frequency[here], values[here], **look, **hollow, marker=marker, label=label)
 
 
-def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
-    """Set the ends and the ticks of the axes."""
+def _scale_axes(upper: Any, lower: Any, panel: _Panel, intervals: int) -> None:
+    """Set the ends and the ticks of the axes, so many intervals of phase between ticks at most."""
     frequency = np.concatenate([curve.frequency for curve in panel.curves])
     lower.set_xscale("log")
     lower.set_xlim(frequency.min() / 1.04, frequency.max() * 1.04)
-    lower.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=20))
-    lower.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    lower.xaxis.set_minor_formatter(NullFormatter())
     levels = np.concatenate([curve.level for curve in panel.curves])
     # room above the peaks for what marks them; a curve's depths below 120 dB say nothing
     bottom, top = max(levels.min(), levels.max() - 120), levels.max()
@@ -260,34 +372,13 @@ def _scale_axes(upper: Any, lower: Any, panel: _Panel) -> None:
     phases = np.concatenate([curve.phase for curve in panel.curves])
     span = phases.max() - phases.min()
     if span > 30:
-        lower.yaxis.set_major_locator(MultipleLocator(45 if span <= 270 else 90 * math.ceil(span / 540)))
+        lower.yaxis.set_major_locator(MultipleLocator(next(s for s in _STEPS if span <= intervals * s)))
     lower.set_ylim(phases.min() - max(0.07 * span, 5), phases.max() + max(0.07 * span, 5))
     for axes in (upper, lower):
         axes.grid(which="major", color=GRID, linewidth=0.7)
         axes.grid(which="minor", axis="x", color=GRID, linewidth=0.35)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
-
-
-def _mark_resonances(upper: Any, lower: Any, panel: _Panel) -> None:
-    """Mark the peaks that stand 3 dB above their surroundings with frequency and height; of close ones the highest."""
-    dense = [max(curves, key=lambda curve: len(curve.frequency)) for curves in panel.outputs.values()]
-    summits = [_summit(curve, i) for curve in dense for i in resonances(curve.level)]
-    marks: list[tuple[float, float]] = []
-    for f, level in sorted(summits, key=lambda summit: -summit[1]):
-        if all(abs(math.log(f / other)) > _CLOSE for other, _ in marks):
-            marks.append((f, level))
-    for f, level in marks:
-        for axes in (upper, lower):
-            axes.axvline(f, color=ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
-        label = f"{f:.4g} Hz, {level:.1f} dB"
-        look = {"color": ACCENT, "fontweight": "bold", "ha": "right", "zorder": 5, "textcoords": "offset points"}
-        if len(marks) == 1:
-            upper.annotate(label, (f, level), xytext=(-7, 7), va="bottom", fontsize=9.5, **look)
-        else:
-            # along the foot of each line, where curves with peaks leave room
-            place = {"xycoords": upper.get_xaxis_transform(), "xytext": (-2, 4), "va": "bottom", "rotation": 90}
-            upper.annotate(label, (f, 0.0), fontsize=8, **place, **look)
 
 
 def _mark_published(upper: Any, lower: Any, panel: _Panel) -> None:
@@ -325,4 +416,3 @@ def _mark_failures(axes: Any, panel: _Panel) -> None:
         bottom = np.full(len(failed), 0.03)
         transform = axes.get_xaxis_transform()
         axes.plot(failed, bottom, "x", color="#b00020", transform=transform, clip_on=False, label="failed", zorder=6)
-        axes.legend(loc="best", fontsize=8.5)

@@ -4,15 +4,16 @@
     step = cycle.over(50e-6)
     step.modes                        # what remains of each mode after one period of ticks, as rate and frequency
     step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
-    cycle.stability_limits(20e-6, 1e-3, kind="flexible")
+    cycle.stability_limits(20e-6, 1e-3, kind="oscillatory")
 
 The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium
 (`_linear/cycle.py`); the product over one period, the least common multiple of step and sample times, is the one-step
 matrix. Its eigenvalues lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns
 at arg(lambda) / period.
 
-Rigid motion and flexible modes are told apart by frequency: rigid motion of a free body is at 0 Hz, and an algorithm
-may make it grow slowly at every step, while flexible modes leave the unit circle at a step of their own.
+Oscillatory and aperiodic modes are told apart by what they turn at: at `OSCILLATORY` or more, or below it. The drift of
+a free body is aperiodic, and an algorithm may make it grow slowly at every step, while the modes of its springs, which
+oscillate, leave the unit circle at a step of their own. What decays without turning, however fast, is aperiodic too.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,13 +36,13 @@ from hfsa.cosim.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_po
 from hfsa.cosim.master import Master, sampled_first
 from hfsa.cosim.system import ALGORITHMS, StructureError, System, in_order
 
-RIGID = 1.0
-"""Frequency [Hz] below which a mode is rigid motion."""
+OSCILLATORY = 1.0
+"""Frequency [Hz] from which on a mode is oscillatory; below it, aperiodic, it cannot be told from one at 0 Hz."""
 
 ROUNDING = 1e-8
 """What rounding makes of a free body's double eigenvalue 1: so far from 1 two of them may be found."""
 
-Kind = Literal["rigid", "flexible", "all"]
+Kind = Literal["aperiodic", "oscillatory", "all"]
 
 
 @dataclass(frozen=True)
@@ -117,14 +118,15 @@ class OneStep:
         return max((abs(mode.multiplier) for mode in self.modes), default=0.0)
 
     def of(self, kind: Kind) -> list[Mode]:
-        """Return the modes that are rigid motion, flexible, or all."""
-        return [m for m in self.modes if kind == "all" or (m.frequency < RIGID) == (kind == "rigid")]
+        """Return the modes that are aperiodic, oscillatory, or all."""
+        return [m for m in self.modes if kind == "all" or (m.frequency < OSCILLATORY) == (kind == "aperiodic")]
 
     def growth(self, kind: Kind = "all") -> float:
         """Return the largest rate [1/s] among modes of a kind, -inf if there is none."""
         multipliers = self._multipliers
-        turning = np.abs(np.angle(multipliers)) / self.period >= 2 * np.pi * RIGID
-        counting = multipliers[turning if kind == "flexible" else ~turning if kind == "rigid" else slice(None)]
+        turning = np.abs(np.angle(multipliers)) / self.period >= 2 * np.pi * OSCILLATORY
+        counted = {"oscillatory": turning, "aperiodic": ~turning, "all": np.full_like(turning, True)}
+        counting = multipliers[counted[kind]]
         return float(np.log(np.max(np.abs(counting))) / self.period) if len(counting) else -np.inf
 
     def is_stable(self, kind: Kind = "all") -> bool:
@@ -189,8 +191,8 @@ class Cycle:
     Attributes:
         operating_point: states, and sampled states and outputs, at the equilibrium by full name.
         exact: the same system without communication steps, without inputs or outputs.
-        counting: the modes that must not grow: all, or flexible ones where rigid motion is free, which an algorithm may
-            make grow slowly at every step.
+        counting: the modes that must not grow: all, or oscillatory ones where some motion is free, which an algorithm
+            may make grow slowly at every step.
     """
 
     def __init__(
@@ -212,7 +214,7 @@ class Cycle:
         plain = System(components, inner)
         every = Blocks(plain, instances, [], [])
         self.operating_point = operating_point(plain, instances, every, starts or {})
-        self.counting: Kind = "flexible" if every.is_free else "all"
+        self.counting: Kind = "oscillatory" if every.is_free else "all"
         self.exact = Linearization(every.close(), self.operating_point)
         self._arrange(self._linearized())
 

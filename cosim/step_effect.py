@@ -31,7 +31,7 @@ from hfsa.cosim.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.frequency_response import negligible
 from hfsa.cosim.instance import Instance
 from hfsa.cosim.linearize import Growth, Linearization
-from hfsa.cosim.stability import RIGID, Cycle, OneStep
+from hfsa.cosim.stability import OSCILLATORY, Cycle, OneStep
 from hfsa.cosim.system import System, companions, connector
 
 COUNTING = 1e-2
@@ -123,7 +123,7 @@ class Question:
         else:
             error, worst = mode_error(cycle.exact.poles, one, self.band[0]), None
         # a free motion may grow slowly by the steps alone, which shows no instability that oscillates
-        is_hidden = bool(own) and one.is_stable("flexible" if own.frequency >= RIGID else "all")
+        is_hidden = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
         is_made = not own and not (one.is_stable(cycle.counting) and cycle.converges(step_size))
         return Effect(algorithm, step_size, error, worst, own, one.growth(cycle.counting), is_hidden, is_made)
 

@@ -7,7 +7,7 @@
 The one-step matrix of each algorithm (`stability.py`) is asked at steps from `SHORTEST` to `LONGEST` times the scene's
 own, close to it in small ratios, as stability may be lost and found again, and the step at which a mode first begins to
 grow is bisected. Where parts tick, only steps that fit their sample times count: the limit is one of them, and the next
-one that fits is beyond it. Where rigid motion is free, only flexible modes count: an algorithm may make its drift grow
+one that fits is beyond it. Where some motion is free, only oscillatory modes count: an algorithm may make drift grow
 slowly at every step.
 
 A fixed point has one more limit: beyond it a step's passes lead away from each other, although the step that they
@@ -55,16 +55,16 @@ class StepLimit:
         longest: stable step [s] below which all that were asked are stable; 0 where not even the shortest is, infinite
             where the longest that was asked is.
         is_stable: whether the scene's own step is, `None` where it does not fit the algorithm.
-        flexible, rigid: fastest growth [1/s] of flexible modes and of rigid motion at the scene's own step, -inf where
-            there are none.
+        oscillatory, aperiodic: fastest growth [1/s] of modes of that kind at the scene's own step, -inf where there are
+            none.
         message: why the algorithm is not offered; empty where it is.
     """
 
     algorithm: str
     longest: float
     is_stable: bool | None = None
-    flexible: float = -math.inf
-    rigid: float = -math.inf
+    oscillatory: float = -math.inf
+    aperiodic: float = -math.inf
     message: str = ""
 
 
@@ -145,7 +145,7 @@ def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Collection[flo
     except StructureError:  # the step does not fit the sample times
         return StepLimit(algorithm, longest)
     is_stable = own.is_stable(cycle.counting) and cycle.converges(step_size)
-    return StepLimit(algorithm, longest, is_stable, own.growth("flexible"), own.growth("rigid"))
+    return StepLimit(algorithm, longest, is_stable, own.growth("oscillatory"), own.growth("aperiodic"))
 
 
 def _has_feedback(system: System) -> bool:

@@ -312,6 +312,12 @@ def compact(names: Iterable[str]) -> list[str]:
     return joined
 
 
+def named(name: str, known: Iterable[str]) -> list[str]:
+    """Return the full names that a name means, of those known: itself, or all that are called so in their component."""
+    known = list(known)
+    return [name] if name in known else [full for full in known if full.partition(".")[2] == name]
+
+
 def meant(word: str, known: Sequence[str]) -> list[str]:
     """Return the components that a word means: one, a range, or by their common name all that are numbered.
 

@@ -125,7 +125,7 @@ def compare(
         ready = prepare(loaded, drive or Drive(), library, told)
         if verified:
             check_verifiable(ready)
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), verified, force))
+        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), tuple(loaded.signals), verified, force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim import build, excitation, levels
 from hfsa.cosim._agreement import disagreements
+from hfsa.cosim._commands.options import refuse_signal
 from hfsa.cosim._commands.orders import offered, with_computed_order, with_order
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fmi.description import describe
@@ -51,8 +52,15 @@ from hfsa.cosim.system import (
     companions,
     connector,
     expand,
+    named,
     nearest,
 )
+
+_CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
+"""What a variable is in its FMU that is called so here; of several that fit one short name, the first goes before."""
+
+_FORMATS = (".h5", ".hdf5", ".nc", ".png", ".pdf", ".svg", ".jpg", ".jpeg", ".eps", ".tif", ".tiff", ".webp")
+"""Endings that no signal is asked after."""
 
 GRIDS = ("response", "log")
 """How frequencies are spaced: along the curve of the linear response, or evenly on a logarithmic axis."""
@@ -90,12 +98,14 @@ class Loaded:
 
     Attributes:
         order: what is typed of it (`orders.py`).
+        signals: full names of variables that a run records beside the scene's outputs.
         disagreements: a sentence for each fact on which its parts do not agree.
     """
 
     scene: Scene
     title: str
     order: str | None = None
+    signals: Sequence[str] = ()
     disagreements: Sequence[str] = ()
 
 
@@ -105,12 +115,16 @@ def load(
     fuse: Sequence[str] = (),
     loops: str = ALGEBRAIC[0],
     order: str | None = None,
+    *,
+    file: Path | None = None,
+    signals: Sequence[str] = (),
     **changes: Any,
 ) -> Loaded:
     """Return a scene by name or path, with `arguments` of its own or its components; of `changes` those not `None`.
 
     `fuse` are groups of components that become one FMU each, `order` is that of their steps, both as typed; `loops` is
-    one of `ALGEBRAIC`, and where it is `refuse`, an algebraic loop between the FMUs is a `StructureError`.
+    one of `ALGEBRAIC`, and where it is `refuse`, an algebraic loop between the FMUs is a `StructureError`; so is a
+    `file` to be written with the name of a signal. `signals`, as typed, are further ones to record.
     """
     scene = with_fusion(build.load_scene(name, arguments), fuse)
     scene = dataclasses.replace(scene, **{key: value for key, value in changes.items() if value is not None})
@@ -118,9 +132,13 @@ def load(
         _refuse_loops(scene)
     if order is not None:
         scene = with_order(scene, order)
+    if file is not None and file.suffix not in _FORMATS:
+        refuse_signal(file, _signals(_variables(scene)))
+    recorded = find_signals(signals, (), _variables(scene), "signal") if signals else ()
     known = scenes().get(name)
     title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem
-    return Loaded(scene, title, order, disagreements(name, arguments, scene))
+    further = tuple(name for name in recorded if name not in scene.outputs)
+    return Loaded(scene, title, order, further, disagreements(name, arguments, scene))
 
 
 def refuse_order(loaded: Loaded) -> None:
@@ -233,29 +251,46 @@ def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene
 
 
 def find_signals(
-    wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], causality: str
+    wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], kind: str
 ) -> list[str]:
-    """Return full names of inputs or outputs: those offered by the scene, or any others that are wanted.
+    """Return full names of inputs, outputs or signals: those offered by the scene, or any others that are wanted.
 
-    A wanted name may have a range, and may leave out the component where only one fits. `StructureError` for a name
-    that fits none, with the nearest ones, or several.
+    `kind` is `input`, `output`, or `signal`, which is whatever may change in a run. A wanted name may have a range, and
+    may leave out the component where only one fits. `StructureError` for a name that fits none, with the nearest ones,
+    or several.
     """
     if not wanted:
         return list(offered)
-    known = [f"{c}.{v.name}" for c, vs in variables.items() for v in vs.values() if v.causality == causality]
+    known = _signals(variables, kind)
     found = []
     for name in (member for item in wanted for member in expand(item)):
-        fitting = [name] if name in known else [full for full in offered if full.partition(".")[2] == name]
-        fitting = fitting or [full for full in known if full.partition(".")[2] == name]
+        groups = (offered, *(_of(variables, causality) for causality in _CAUSALITIES[kind]))
+        fitting = [name] if name in known else next(filter(None, (named(name, group) for group in groups)), [])
         if not fitting:
             short = [full.partition(".")[2] for full in known]
             raise StructureError(
-                f"no {causality} is called {name!r}{nearest(name, dict.fromkeys([*offered, *known, *short]))}"
+                f"no {kind} is called {name!r}{nearest(name, dict.fromkeys([*offered, *known, *short]))}"
             )
         if len(fitting) > 1:
-            raise StructureError(f"{name} fits several {causality}s: {', '.join(fitting)}; say which")
+            raise StructureError(f"{name} fits several {kind}s: {', '.join(fitting)}; say which")
         found += fitting
     return list(dict.fromkeys(found))
+
+
+def _signals(variables: Mapping[str, Mapping[str, Connector]], kind: str = "signal") -> list[str]:
+    """Return the full names of all variables of a kind."""
+    return [name for causality in _CAUSALITIES[kind] for name in _of(variables, causality)]
+
+
+def _of(variables: Mapping[str, Mapping[str, Connector]], causality: str) -> list[str]:
+    """Return the full names of all real variables of one causality."""
+    every = ((component, v) for component, known in variables.items() for v in known.values())
+    return [f"{component}.{v.name}" for component, v in every if v.causality == causality and v.is_real]
+
+
+def _variables(scene: Scene) -> dict[str, dict[str, Connector]]:
+    """Return the variables of each component's FMU by name, levels `auto` at their highest."""
+    return {name: describe(file).variables for name, file in build.build(levels.at_highest(scene).system).items()}
 
 
 def with_amplitude(
@@ -270,8 +305,7 @@ def with_amplitude(
 
 def _wanted(scene: Scene, request: Request) -> tuple[Scene, list[str], list[str]]:
     """Return the scene with the wanted amplitude, and the wanted inputs and outputs."""
-    system = levels.at_highest(scene).system
-    variables = {name: describe(file).variables for name, file in build.build(system).items()}
+    system, variables = levels.at_highest(scene).system, _variables(scene)
     check(system, variables)
     inputs = find_signals(request.inputs, scene.inputs, variables, "input")
     if not inputs:

@@ -1,4 +1,4 @@
-"""What the verbs answer, as data for JSON and as text to read: parts and scenes, engineering numbers, finished work."""
+"""What the verbs answer, as data for JSON and as text to read: parts and scenes, finished work."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.components._model import Kind, Quantity
-from hfsa.components._parts import Part
+from hfsa.components._parts import Argument, Part
 from hfsa.cosim._load_scene import load_scene, scenes
 from hfsa.cosim._models import parts
 from hfsa.cosim.limits import Acting, acting, is_limit
@@ -35,6 +35,9 @@ _KINDS = {
     "outputs": (Kind.OUTPUT, Kind.SAMPLED_OUTPUT),
     "parameters": (Kind.PARAMETER,),
 }
+
+FMU, ANALYSIS = "the FMU", "analyze"
+"""What takes an argument of a part."""
 
 
 # Parts and scenes -----------------------------------------------------------------------------------------------------
@@ -80,7 +83,7 @@ def _part_entry(part: Part) -> dict[str, Any]:
         "is_analysis": part.build is None,
         "has_analysis": part.analyze is not None,
         "levels": list(part.levels),
-        "arguments": _arguments(part),
+        "arguments": _part_arguments(part),
     }
     if part.build is not None:
         model = part.model()
@@ -95,7 +98,7 @@ def _scene_entry(part: Part) -> dict[str, Any]:
     return {
         "name": part.name,
         "description": part.doc,
-        "arguments": _arguments(part),
+        "arguments": _entries(part.arguments),
         "components": [
             {"name": c.name, "part": c.part, "level": c.level, "arguments": dict(c.arguments), "start": dict(c.start)}
             for c in scene.system.components
@@ -108,11 +111,23 @@ def _scene_entry(part: Part) -> dict[str, Any]:
     }
 
 
-def _arguments(part: Part) -> list[dict[str, Any]]:
-    """Return the arguments of a part but its level."""
+def _part_arguments(part: Part) -> list[dict[str, Any]]:
+    """Return the arguments of a part's FMU and of its analysis, but their level, and which of the two takes each."""
+    of_model = _entries(part.arguments if part.build is not None else {})
+    of_analysis = _entries(part.analysis_arguments)
+    both = [entry for entry in of_model if entry in of_analysis]
+    return [
+        *({**entry, "taken_by": [FMU, ANALYSIS]} for entry in both),
+        *({**entry, "taken_by": [FMU]} for entry in of_model if entry not in both),
+        *({**entry, "taken_by": [ANALYSIS]} for entry in of_analysis if entry not in both),
+    ]
+
+
+def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
+    """Return arguments but the level as plain data."""
     return [
         {"name": argument.name, "default": argument.default, "values": list(argument.values)}
-        for argument in part.arguments.values()
+        for argument in arguments.values()
         if argument.name != "level"
     ]
 
@@ -136,13 +151,17 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
             yield textwrap.fill(", ".join(compact(names)), 118, initial_indent=label, subsequent_indent=" " * 11)
     if not in_full:
         return
-    for key in ("arguments", "parameters"):
-        for item in entry.get(key, []):
-            unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
-            value = item["default"] if key == "arguments" else item["start"]
-            choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
-            about = f"  {item['description']}" if item.get("description") else ""
-            yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
+    heading = None
+    for item in (*entry["arguments"], *({"taken_by": [FMU], **p} for p in entry.get("parameters", []))):
+        takers = item.get("taken_by") if entry.get("has_analysis") and not entry["is_analysis"] else None
+        if takers and takers != heading:
+            yield f"      {'the FMU and analyze take' if takers == [FMU, ANALYSIS] else f'{takers[0]} alone takes'}"
+        heading = takers
+        unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
+        value = item["default"] if "default" in item else item["start"]
+        choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
+        about = f"  {item['description']}" if item.get("description") else ""
+        yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
 
 
 def _words(value: Any) -> str:
@@ -150,22 +169,6 @@ def _words(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ",".join(map(_words, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-# Numbers --------------------------------------------------------------------------------------------------------------
-
-
-def numbers_text(numbers: Mapping[str, Any]) -> str:
-    """Return engineering numbers for reading, one quantity after the other, arrays in rows."""
-    blocks = []
-    for name, value in numbers.items():
-        array = np.asarray(value)
-        if array.ndim == 0:
-            blocks.append(f"{name} = {value}")
-        else:
-            text = np.array2string(array, precision=7, suppress_small=False, max_line_width=140)
-            blocks.append(f"{name} =\n  {text.replace(chr(10), chr(10) + '  ')}")
-    return "\n".join(blocks)
 
 
 # Finished work --------------------------------------------------------------------------------------------------------

@@ -45,8 +45,9 @@ class Drive:
 def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[str], None]) -> Ready:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
-    The scene's outputs are recorded, and the input that a sine drives. `library` is the stepping loop in C, `None` for
-    Python's. `warn` is told which levels, order and algorithm were chosen, and what is known against the answer.
+    The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
+    loop in C, `None` for Python's. `warn` is told which levels, order and algorithm were chosen, and what is known
+    against the answer.
     """
     scene, frequency, excited, band = loaded.scene, None, None, loaded.scene.band
     if drive.input or scene.inputs:
@@ -75,7 +76,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
         warn(sentence)
     record = system_record(loaded.title, scene_text(scene), (system, files), order=order, algorithm=algorithm)
-    names = (excited, *scene.outputs) if excited else tuple(scene.outputs)
+    names = (*([excited] if excited else []), *scene.outputs, *loaded.signals)
     ready = Ready(
         system,
         files,

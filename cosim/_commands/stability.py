@@ -24,12 +24,16 @@ from hfsa.cosim._style import save
 from hfsa.cosim.instance import open_instances
 from hfsa.cosim.linearize import linearize
 from hfsa.cosim.sampling import SamplingLimit, sampling_limit
+from hfsa.cosim.stability import OSCILLATORY
 from hfsa.cosim.step_judge import settled
 from hfsa.cosim.step_limits import LIMITED, StepLimit, step_limits
 from hfsa.cosim.system import ALGORITHMS, StructureError
 
 CHOOSES = "chooses its steps"
 """What is said of an algorithm that no step is asked of."""
+
+_MODES = ("oscillatory modes", "aperiodic modes")
+_LEGEND = f"growth of the fastest growing mode: oscillatory from {OSCILLATORY:g} Hz on; aperiodic: free motion, decay"
 
 Report = Callable[[float, str], None]
 """Takes the part done, 0 to 1, and a word."""
@@ -72,7 +76,7 @@ def stability_answer(
         check_new(path, request.force)
         check_picture(_picture(path))
     changes = {"step_size": request.step_size, "algorithm": request.algorithm}
-    loaded = load(name, arguments, request.fuse, order=request.order, **changes)
+    loaded = load(name, arguments, request.fuse, order=request.order, file=request.file, **changes)
     axes = [parse_axis(words) for words in request.vary]
     for sentence in loaded.disagreements or _disagreements_on(axes, name, arguments):
         warn(sentence)
@@ -135,6 +139,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
         "choice": algorithm_data(choice),
         "order": order_data(order),
         "growth": growth,
+        "oscillatory_from": OSCILLATORY,
         "sample_time": None
         if sampling is None
         else {"own": sampling.sample_time, "longest": _number(sampling.longest)},
@@ -145,6 +150,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
         f"{loaded.title}: communication steps about the equilibrium",
         *(found.sentence for found in (order, choice) if found),
         _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
+        *([_LEGEND] if limited else []),
         *(limit.message for limit in limits if limit.message),
         *_without_steps(sampling, growth),
     ]
@@ -199,8 +205,8 @@ def _entry(limit: StepLimit) -> dict[str, Any]:
         "longest_step": _number(limit.longest),
         "is_unlimited": math.isinf(limit.longest),
         "is_stable": limit.is_stable,
-        "flexible_growth": _number(limit.flexible),
-        "rigid_growth": _number(limit.rigid),
+        "oscillatory_growth": _number(limit.oscillatory),
+        "aperiodic_growth": _number(limit.aperiodic),
     }
 
 
@@ -211,14 +217,14 @@ def _number(value: float) -> float | None:
 
 def _table(step_size: float, limits: Sequence[StepLimit], choosing: Sequence[str]) -> str:
     """Return the table of limits; `choosing` are the algorithms that choose their steps."""
-    rows = table("algorithm", "longest stable step", f"at {step_size:.4g} s", "flexible modes", "rigid motion")
+    rows = table("algorithm", "longest stable step", f"at {step_size:.4g} s", *_MODES)
     for limit in limits:
         if limit.message:
             rows.add_row(limit.algorithm, "not offered", "", "", "")
             continue
         longest = "none found" if math.isinf(limit.longest) else f"{limit.longest:.5g} s" if limit.longest else "none"
         verdict = {True: "stable", False: "UNSTABLE", None: "does not fit"}[limit.is_stable]
-        rows.add_row(limit.algorithm, longest, verdict, _rate(limit.flexible), _rate(limit.rigid))
+        rows.add_row(limit.algorithm, longest, verdict, _rate(limit.oscillatory), _rate(limit.aperiodic))
     for name in choosing:
         rows.add_row(name, CHOOSES, "", "", "")
     return rendered(rows)

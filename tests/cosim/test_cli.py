@@ -121,7 +121,7 @@ def test_sweep_takes_signals_by_short_name_amplitude_and_grid(hfsa):
         "2e-4",
         "--input",
         "base.position",
-        "--output",
+        "--signal",
         "position",
     ]
     assert hfsa(*SWEEP, *words, "-o", "a.h5")[0] == 0
@@ -151,6 +151,63 @@ def test_run_records_the_input_and_the_outputs(hfsa):
     later = values["time"] > 0.5
     assert np.allclose(values["mass.base.position"][later], 1e-3 * np.sin(8 * np.pi * values["time"][later]))
     assert np.abs(values["mass.position"]).max() > 1e-3
+
+
+def test_a_run_records_further_signals_of_any_component(hfsa):
+    """A local velocity is the slope of the position; what is wired together is one signal; ranges and short names."""
+    words = ["--frequency", "4", "--stop", "0.2", "--signal", "mass.velocity", "--signal", "position", "-o", "a.h5"]
+    assert hfsa("run", "mass_on_spring", *words)[0] == 0
+    values, units = read_run("a.h5")
+    assert (list(values)[1:], units["mass.mass.velocity"]) == (
+        ["mass.base.position", "mass.mass.velocity", "mass.position"],
+        "m/s",
+    )
+    slope = np.gradient(values["mass.position"], values["time"])
+    assert np.abs(slope - values["mass.mass.velocity"])[1:-1].max() < 1e-3 * np.abs(slope).max()
+    words = ["--signal", "axis[1..2].command", "--signal", "drive[1].motor[1..2].torque", "--stop", "0.02"]
+    assert hfsa("run", "sdelta_hfsa", *words, "-o", "b.h5")[0] == 0
+    values, units = read_run("b.h5")
+    assert units["controller.axis[2].command"] == "N.m"
+    for axis in (1, 2):
+        torque = values[f"drive[1].motor[{axis}].torque"]
+        assert np.abs(torque).max() > 0
+        assert np.array_equal(torque, values[f"controller.axis[{axis}].command"])
+
+
+@pytest.mark.parametrize("word", ["--output", "-o"])
+@pytest.mark.parametrize(
+    "verb",
+    [
+        ["run", "mass_on_spring"],
+        ["compare", "mass_on_spring", "--over", "damping=1,2"],
+        ["sweep", "mass_on_spring", "--method", "linear", "--points", "9"],
+        ["stability", "mass_on_spring", "--vary", "damping=1:2:3"],
+        ["bode", "swept.h5"],
+    ],
+    ids=lambda verb: verb[0],
+)
+def test_output_is_a_file_in_every_verb_and_a_signal_there_is_refused(hfsa, verb, word):
+    if verb[0] == "bode":
+        assert hfsa(*SWEEP, "--method", "linear", "--points", "9", "-o", "swept.h5")[0] == 0
+    before = set(Path().iterdir())
+    for name in ("mass.position", "position"):
+        code, out, err = hfsa(*verb, word, name)
+        assert (code, out) == (2, "")
+        assert f"-o {name}: mass.position is a signal, which --signal takes" in err
+    assert set(Path().iterdir()) == before
+    file = "made.png" if verb[0] in ("bode", "compare") else "made.h5"
+    assert hfsa(*verb, word, file)[0] == 0
+    assert Path(file).is_file()
+
+
+def test_bode_draws_signals_by_range_and_short_name(hfsa):
+    words = ["--method", "linear", "--points", "9", "--grid", "log", "-o", "shaken.h5"]
+    assert hfsa("sweep", "sdelta_shaker", *words)[0] == 0
+    for name in ("platform.position[2..3]", "robot.platform.position[3]"):
+        assert hfsa("bode", "shaken.h5", "--signal", name, "--input", "command.position[1..3]")[0] == 0
+    code, _, err = hfsa("bode", "shaken.h5", "--signal", "platform.position[3..4]")
+    assert code == 2
+    assert "no file has an output 'platform.position[4]'; did you mean" in err
 
 
 def test_a_run_ends_at_the_step_nearest_to_its_stop_time(hfsa):
@@ -199,7 +256,7 @@ def test_a_scene_with_a_motion_of_its_own_runs_as_it_is(hfsa):
     values, _ = read_run("results/own_run.h5")
     assert values["other.base.position"].max() == pytest.approx(2e-3, rel=1e-3)
     assert np.abs(values["mass.position"]).max() > 1e-3
-    code, out, _ = hfsa("sweep", "own.toml", "--input", "other.base.position", "--output", "other.position",
+    code, out, _ = hfsa("sweep", "own.toml", "--input", "other.base.position", "--signal", "other.position",
                         "--amplitude", "1e-3", "--method", "linear", "--json")  # fmt: skip
     assert code == 0
     assert strict(out)["peaks"][0]["magnitude"] == pytest.approx(200, rel=1e-2)
@@ -244,7 +301,7 @@ WRONG = {
         ["sweep", "mass_on_spring", "--input", "base.positon"],
         "no input is called 'base.positon'; did you mean",
     ),
-    "output": (["sweep", "mass_on_spring", "--output", "mass.positon"], "did you mean mass.position"),
+    "output": (["sweep", "mass_on_spring", "--signal", "mass.positon"], "did you mean mass.position"),
     "band": (["sweep", "mass_on_spring", "--from", "9", "--to", "2"], "frequencies from 9 to 2 Hz, expected"),
     "step": (["sweep", "mass_on_spring", "--to", "9000"], "9000 Hz has 1.11 steps of 0.0001 s in a period"),
     "stop": (["run", "mass_on_spring", "--stop", "1e-9"], "less than a step"),

@@ -163,7 +163,7 @@ def test_a_run_of_fused_parts_records_the_scenes_signals(hfsa):
 
 
 def test_a_sweep_of_fused_parts_is_that_of_the_scene(hfsa):
-    options = ["--input", "reference.command.position[3]", "--output", HEIGHT, "--from", "5", "--to", "40"]
+    options = ["--input", "reference.command.position[3]", "--signal", HEIGHT, "--from", "5", "--to", "40"]
     assert hfsa("sweep", "sdelta_hfsa", *options, "--method", "linear", "--points", 20, "-o", "apart.h5")[0] == 0
     options += ["--fuse", "robot,drives"]
     assert hfsa("sweep", "sdelta_hfsa", *options, "--method", "linear", "--points", 20, "-o", "fused.h5")[0] == 0

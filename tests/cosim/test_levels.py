@@ -225,7 +225,7 @@ CHOICE = ["-p", "robot.level=auto", "--input", "command.position[3]", "--toleran
 
 def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
     path = tmp_path / "sweep.h5"
-    words = [*CHOICE, "--output", "platform.position[3]", "--to", "2", "--from", "0.5", "--method", "linear"]
+    words = [*CHOICE, "--signal", "platform.position[3]", "--to", "2", "--from", "0.5", "--method", "linear"]
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--json"]) == 0
     answer = capsys.readouterr()
     assert "robot: level rigid (error 0.664 %; tolerance 1 %); cartesian: the reference" in answer.err

@@ -172,15 +172,15 @@ def free():
 def test_free_drives(free, algorithm):
     """Flexible modes leave the unit circle at one step; rigid motion is neutral or grows as the step, from 0 on."""
     cycle = Cycle(free[0], free[1], algorithm)
-    (limit,) = cycle.stability_limits(20e-6, 600e-6, kind="flexible", points=40)
+    (limit,) = cycle.stability_limits(20e-6, 600e-6, kind="oscillatory", points=40)
     assert limit == pytest.approx(FLEXIBLE_LIMIT[algorithm], rel=1e-3)
     for step_size in (5e-6, 20e-6, 50e-6):
-        growth = cycle.over(step_size).growth("rigid") / (step_size * 1e6)
+        growth = cycle.over(step_size).growth("aperiodic") / (step_size * 1e6)
         assert growth == pytest.approx(RIGID_GROWTH[algorithm], abs=5e-4)
-    assert cycle.over(50e-6).is_stable("rigid") == (algorithm == "jacobi")
-    flexible = cycle.over(1e-6).of("flexible")
+    assert cycle.over(50e-6).is_stable("aperiodic") == (algorithm == "jacobi")
+    oscillatory = cycle.over(1e-6).of("oscillatory")
     expected = [47.70929, 47.70929, 95.00686, 129.88789, 129.88789, 164.05113]
-    assert sorted(mode.frequency for mode in flexible) == pytest.approx(expected, rel=1e-3)
+    assert sorted(mode.frequency for mode in oscillatory) == pytest.approx(expected, rel=1e-3)
 
 
 @each_algorithm
@@ -192,7 +192,7 @@ def test_free_drives_in_simulation(free, algorithm, factor):
     """
     system, instances = free
     step_size = factor * FLEXIBLE_LIMIT[algorithm]
-    mode = Cycle(system, instances, algorithm).over(step_size).of("flexible")[0]
+    mode = Cycle(system, instances, algorithm).over(step_size).of("oscillatory")[0]
     assert (mode.rate > 0) == (factor > 1)
     forces = [f"robot.drive[{j}].{kind}" for j in (1, 2, 3) for kind in ("force", "torque")]
     master = Master(instances, system, algorithm, step_size)
@@ -219,7 +219,7 @@ def test_free_drives_with_gains_of_zero(opened, algorithm):
     limit = FLEXIBLE_LIMIT[algorithm]
     cycle = Cycle(scene.system, opened(build.build(scene.system)), algorithm, starts={**zero})
     fitting = [0.25e-3 / n for n in range(1, 10)]
-    assert [cycle.over(h).is_stable("flexible") for h in fitting] == [h < limit for h in fitting]
+    assert [cycle.over(h).is_stable("oscillatory") for h in fitting] == [h < limit for h in fitting]
 
 
 def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):

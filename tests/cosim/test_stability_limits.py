@@ -221,4 +221,4 @@ def test_weak_control_is_control(wired):
 
 def test_a_mass_without_a_law_is_free(wired):
     system, instances = wired("plant", "law")
-    assert Cycle(System([system["plant"]]), instances).counting == "flexible"
+    assert Cycle(System([system["plant"]]), instances).counting == "oscillatory"

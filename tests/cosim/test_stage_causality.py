@@ -72,7 +72,7 @@ def growth(step: OneStep, motion: str) -> float:
         shape = np.array([mode.shape[name] for name in ELONGATIONS])
         return abs(shape.sum()) / (np.sqrt(3) * np.linalg.norm(shape))
 
-    audible = [mode for mode in step.of("flexible") if mode.frequency < 5e3]
+    audible = [mode for mode in step.of("oscillatory") if mode.frequency < 5e3]
     return max(mode.rate for mode in audible if (share(mode) > 0.5) == (motion == "yaw"))
 
 

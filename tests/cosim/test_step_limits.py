@@ -140,6 +140,26 @@ def test_the_verb(hfsa):
     assert data["sample_time"]["longest"] > data["sample_time"]["own"] == 0.25e-3
 
 
+@pytest.mark.parametrize(
+    ("damping", "oscillatory", "aperiodic"),
+    [(20.0, -10.0, None), (250.0, None, -50.0)],
+    ids=["it oscillates at 15.8 Hz", "it creeps back, beyond critical damping"],
+)
+def test_modes_are_called_by_what_they_do(hfsa, damping, oscillatory, aperiodic):
+    """Of 1 kg on 1e4 N/m: -c/2 where it turns; the roots -50 and -200 1/s where it does not: no free motion."""
+    words = ("stability", "mass_on_spring", "-p", f"damping={damping}", "--algorithm", "gauss_seidel")
+    code, out, _ = hfsa(*words, "--json")
+    (entry,) = json.loads(out)["algorithms"]
+    assert (code, json.loads(out)["oscillatory_from"]) == (0, 1.0)
+    for found, expected in ((entry["oscillatory_growth"], oscillatory), (entry["aperiodic_growth"], aperiodic)):
+        assert found == (None if expected is None else pytest.approx(expected, rel=1e-4))
+    _, out, _ = hfsa(*words)
+    assert "oscillatory modes" in out
+    assert "aperiodic modes" in out
+    assert "oscillatory from 1 Hz on" in out
+    assert "rigid" not in out
+
+
 def test_the_verb_of_one_algorithm(hfsa):
     code, out, _ = hfsa("stability", "sdelta_hfsa", "--algorithm", "linearized_feedback", "--json")
     assert code == 0

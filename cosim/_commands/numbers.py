@@ -1,0 +1,88 @@
+"""Engineering numbers for reading: with their units, as many digits as say something, rounding noise as 0.
+
+stiffness_S [N.m/rad, N; N, N/m] =
+1200.279          0          0          0   16003.71          0
+...
+kappa = 25304.09 N
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+NOISE = 1e-12
+"""Size, relative to what stands beside it, below which an entry of an array is rounding noise."""
+
+_ACROSS = 120
+"""Letters in a line of a vector."""
+
+
+def numbers_text(numbers: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return numbers for reading, one quantity after the other, arrays in rows; `units` by key, as far as known."""
+    return "\n".join(line for name, value in numbers.items() for line in _lines(name, value, units.get(name, "1")))
+
+
+def without_noise(array: np.ndarray) -> np.ndarray:
+    """Return a real or complex array with its rounding noise as 0: what is less than `NOISE` of the largest entry.
+
+    In a matrix, whose rows and columns may have units of their own, the largest of the entry's row and the largest of
+    its column count, by their geometric mean.
+    """
+    size = np.where(np.isfinite(array), np.abs(array), 0.0)
+    if array.ndim == 2 and array.size:
+        scale = np.sqrt(size.max(axis=1, keepdims=True) * size.max(axis=0, keepdims=True))
+    else:
+        scale = size.max(initial=0.0)
+    if np.iscomplexobj(array):
+        return _cleared(np.real(array), scale) + 1j * _cleared(np.imag(array), scale)
+    return _cleared(array, scale)
+
+
+def _cleared(part: np.ndarray, scale: np.ndarray | float) -> np.ndarray:
+    """Return real numbers, those that are nothing beside a scale as 0."""
+    return np.where(np.abs(part) < NOISE * scale, 0.0, part)
+
+
+def _lines(name: str, value: Any, unit: str) -> Iterator[str]:
+    """Yield the lines of one quantity."""
+    if np.ndim(value) == 0 and not isinstance(value, Mapping):
+        yield f"{name} = {_text(value)}{'' if unit == '1' else f' {unit}'}"
+        return
+    yield f"{name}{'' if unit == '1' else f' [{unit}]'} ="
+    if isinstance(value, Mapping):
+        rows = [(key, _text(item)) for key, item in value.items()]
+    else:
+        array = np.asarray(value)
+        array = without_noise(array) if array.dtype.kind in "fc" else array
+        rows = [[_text(item) for item in row] for row in array] if array.ndim == 2 else _folded(list(map(_text, array)))
+    yield from (f"  {row}" for row in _aligned(rows))
+
+
+def _folded(cells: Sequence[str]) -> list[Sequence[str]]:
+    """Return the cells of a vector in as many rows as they need."""
+    count = max(1, _ACROSS // (2 + max(map(len, cells), default=1)))
+    return [cells[i : i + count] for i in range(0, len(cells), count)]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield rows of cells whose columns stand below each other, words to the left and numbers to the right."""
+    columns = max(map(len, rows), default=0)
+    widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(columns)]
+    for row in rows:
+        cells = (c.ljust(w) if c[:1].isalpha() else c.rjust(w) for c, w in zip(row, widths, strict=False))
+        yield "  ".join(cells).rstrip()
+
+
+def _text(value: Any) -> str:
+    """Return one entry: a number to seven digits, without a sign at 0; words as they are; of a mapping all it holds."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_text(item)}" for key, item in value.items())
+    if isinstance(value, list | tuple | np.ndarray):
+        return " ".join(map(_text, value))
+    if isinstance(value, complex | np.complexfloating):
+        sign = "-" if value.imag < 0 else "+"
+        return _text(value.real) if value.imag == 0 else f"{_text(value.real)} {sign} {_text(abs(value.imag))}j"
+    if isinstance(value, float | np.floating):
+        return f"{value + 0.0:.7g}"
+    return "none" if value is None else str(value)
