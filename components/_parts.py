@@ -84,7 +84,7 @@ class Part:
         return getattr(self.module, "FACTS", {})
 
     @cached_property
-    def analysis_arguments(self) -> dict[str, Argument]:
+    def analysis_arguments(self) -> Mapping[str, Argument]:
         """Arguments of `analyze` by full name."""
         return _arguments(self.analyze)
 
