@@ -19,8 +19,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from hfsa.cosim._feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
 from hfsa.cosim.instance import Instance
@@ -90,11 +88,6 @@ def step_limits(
         yield _limit(cycle, algorithm, step_size, times)
 
 
-def is_limited(system: System, algorithm: str) -> bool:
-    """Whether a step can be too long: whether the algorithm has a limit, and the system anything that comes back."""
-    return algorithm in LIMITED and _has_feedback(system)
-
-
 def advice(base: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> str | None:
     """Return what to say of a step [s] beyond the limit of an algorithm, `None` where it is stable.
 
@@ -146,16 +139,6 @@ def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Collection[flo
         return StepLimit(algorithm, longest)
     is_stable = own.is_stable(cycle.counting) and cycle.converges(step_size)
     return StepLimit(algorithm, longest, is_stable, own.growth("oscillatory"), own.growth("aperiodic"))
-
-
-def _has_feedback(system: System) -> bool:
-    """Whether what a component puts out ever comes back to it."""
-    names = {component.name: i for i, component in enumerate(system.components)}
-    pairs = [(names[system.split(c.start)[0]], names[system.split(c.end)[0]]) for c in system.connections]
-    rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
-    graph = csr_matrix((np.ones(len(pairs)), (rows, columns)), shape=(len(names), len(names)))
-    count, _ = connected_components(graph, directed=True, connection="strong")
-    return count < len(names) or any(i == j for i, j in pairs)
 
 
 def _seconds(longest: float) -> str:

@@ -23,6 +23,8 @@ from hfsa.controllers.sdelta_computed_torque import sdelta_computed_torque
 
 TILTED = Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))
 BODY = with_payload(CUBE)
+HOME = Kinematics.at(TILTED).motor_angles
+"""Motor angles at the posture, from where the controller counts."""
 M_TH = np.kron(np.eye(3), inertia())
 KP, KV = (2 * np.pi * 6) ** 2, 2 * 0.7 * 2 * np.pi * 6
 
@@ -70,10 +72,10 @@ def motion(seed: int):
 
 @cache
 def inverse_dynamics(model: str) -> ca.Function:
-    """(angle, rate, acceleration, gravity) -> torques."""
+    """(angle, rate, acceleration, gravity) -> torques; angles are absolute here, and count from the posture there."""
     it = robot(model, TILTED, CUBE, "test")
     angle, rate, acceleration, gravity = *(ca.SX.sym(name, 6) for name in "abc"), ca.SX.sym("g")
-    at = it.at_motors(angle, rate)
+    at = it.at_motors(angle - HOME, rate)
     torque = it.torques(at, acceleration, it.platform_of(at, acceleration), gravity)
     return ca.Function("torque", [angle, rate, acceleration, gravity], [torque])
 
@@ -105,12 +107,13 @@ def test_the_linear_model_is_the_exact_one_to_second_order():
 
 
 def command(inputs: dict[str, np.ndarray], **arguments) -> np.ndarray:
-    """Torques of a continuous controller at inputs by name, ranges as arrays; gravity 9.81."""
+    """Torques of a continuous controller at inputs by name, ranges as arrays; gravity 9.81. Angles are absolute here."""
     model = sdelta_computed_torque(level="continuous", posture=TILTED, **arguments)
     model.set_start("gravity", 9.81)
     values = {q.name: q.start for q in model.of(Kind.INPUT)}
     for name, column in inputs.items():
         stem, tail = name.split("*")
+        column = column - HOME if tail in (".measured", ".reference") else column
         values |= {f"{stem}[{i}]{tail}": value for i, value in enumerate(column, 1)}
     out = functions(model).out(0.0, [], [], list(values.values()), [q.start for q in model.of(Kind.PARAMETER)])
     return np.array(out).ravel()[:6]

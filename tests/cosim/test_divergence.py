@@ -92,7 +92,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
     name, limit = "robot.platform.position[3]", 1e-8
     loaded = replace(loaded, scene=replace(loaded.scene, scale={name: limit / FACTOR}))
     with pytest.raises(DivergenceError, match=r"position\[3\]: diverged"):
-        run(prepare(loaded, Drive("command.position[3]"), library if is_compiled else None), Path("it.h5"))
+        run(prepare(loaded, Drive("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
     position = read_run("it.h5")[0][name]
     reached = np.abs(position[np.isfinite(position)])
     assert np.all(reached[:-1] <= limit)

@@ -8,9 +8,9 @@ from spring_loop import loop
 
 from hfsa.cosim._stability_map import Axis, stability_map
 from hfsa.cosim.build import build, load_scene
-from hfsa.cosim.instance import Instance
 from hfsa.cosim.master import Master
-from hfsa.cosim.step_limits import LIMITED, step_limits, unstable_step
+from hfsa.cosim.stability import Cycle
+from hfsa.cosim.step_limits import LIMITED, advice, fitting, step_limits
 from hfsa.cosim.system import HELD, System
 
 
@@ -98,8 +98,9 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
     system, found = loop(files)
     instances = opened(found)
     (limit,) = step_limits(system, instances, 1e-3, ["gauss_seidel"])
-    assert unstable_step(system, instances, "gauss_seidel", 1e-3) is None
-    sentence = unstable_step(system, instances, "gauss_seidel", 1.1 * limit.longest)
+    cycle = Cycle(system, instances)
+    assert advice(cycle, "gauss_seidel", 1e-3, []) is None
+    sentence = advice(cycle, "gauss_seidel", 1.1 * limit.longest, [])
     assert sentence is not None
     assert "a mode grows by" in sentence
     assert f"{limit.longest:.3g}"[:4] in sentence
@@ -109,27 +110,27 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
 def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
     """The stage at its extreme gains, continuously: with plants that close their loops any step will do."""
     scene = load_scene("stage_extremes", {"execution": "continuous"})
-    instances = opened(build(scene.system))
-    assert unstable_step(scene.system, instances, "linearized_feedback", 1e-6) is None
-    sentence = unstable_step(scene.system, instances, "quasi_newton", 1e-6)
+    cycle = Cycle(scene.system, opened(build(scene.system)))
+    assert advice(cycle, "linearized_feedback", 1e-6, []) is None
+    sentence = advice(cycle, "quasi_newton", 1e-6, [])
     assert sentence is not None
     assert "a step of 1.549e-08 s or less" in sentence
     assert "the algorithm linearized_feedback, stable at every step that was asked" in sentence
 
 
-def test_nothing_is_said_where_there_is_no_equilibrium(opened):
-    """A robot that falls on free drives is run without a word."""
-    system = free_drives({"robot.gravity": "9.81"})
-    for algorithm in ("gauss_seidel", "quasi_newton"):
-        assert unstable_step(system, opened(build(system)), algorithm, 1e-3) is None
-
-
-def test_nothing_is_said_of_derivatives_that_are_no_numbers(files, opened, monkeypatch):
-    system, found = loop(files)
-    monkeypatch.setattr(
-        Instance, "jacobian", lambda self, unknowns, knowns: np.full((len(unknowns), len(knowns)), np.nan)
-    )
-    assert unstable_step(system, opened(found), "gauss_seidel", 1e-3) is None
+@pytest.mark.parametrize(
+    ("step", "times", "fits"),
+    [
+        (1.7e-3, [], 1.7e-3),
+        (1.7e-3, [1e-3], 1e-3),
+        (2.1e-3, [1e-3], 2e-3),
+        (0.7e-3, [1e-3], 0.5e-3),
+        (0.5e-3, [1e-3], 0.5e-3),
+        (5e-3, [1e-3, 2e-3], 4e-3),
+    ],
+)
+def test_the_longest_step_that_fits(step, times, fits):
+    assert fitting(step, times) == pytest.approx(fits, rel=1e-12)
 
 
 def test_the_verb(hfsa):

@@ -324,7 +324,7 @@ def test_a_refused_run_or_sweep_has_touched_nothing(hfsa, monkeypatch):
     def refuse(*_):
         raise StructureError("no such step")
 
-    monkeypatch.setattr("hfsa.cosim._commands.measure.warn_of_step", refuse)
+    monkeypatch.setattr("hfsa.cosim._commands.measure.judge", refuse)
     assert hfsa(*VERBS["sweep"], "-o", "b.h5", "--force") == (2, "", "error: no such step\n")
     assert seen(Path("b.h5")) == before
 
