@@ -140,10 +140,10 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
         return
     heading = None
     for item in (*entry["arguments"], *({"taken_by": [FMU], **p} for p in entry.get("parameters", []))):
-        takers = item.get("taken_by") if entry.get("has_analysis") and not entry["is_analysis"] else None
-        if takers != heading:
-            yield f"      {'the FMU and analyze take' if takers == [FMU, ANALYSIS] else f'{takers[0]} alone takes'}"
-        heading = takers
+        takers = item.get("taken_by", []) if entry.get("has_analysis") and not entry["is_analysis"] else []
+        if takers and takers != heading:
+            yield f"      {' and '.join(takers)} take" if len(takers) > 1 else f"      {takers[0]} alone takes"
+            heading = takers
         unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
         value = item["default"] if "default" in item else item["start"]
         choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
