@@ -99,15 +99,15 @@ def analyze(
     from hfsa.cosim._commands.studies import Request, study_answer
     from hfsa.cosim._models import parts
 
-    values = shell.named_values(parameter)
+    values = shell.part_arguments(level, parameter)
     request = Request(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
-        study = studied(name, parts()).design_study(level, **values)
+        study = studied(name, parts()).design_study(**values)
         data, text, is_found = study_answer(study, request, name, values)
         shell.answer(data, text, json)
         return shell.DONE if is_found else shell.PROBLEMS
     part = part_named(name, parts())
-    numbers = part.analysis(level, **values)
+    numbers = part.analysis(**values)
     units = {key: part.units[key] for key in numbers if key in part.units}
     shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
     return shell.DONE
@@ -142,7 +142,8 @@ def export(
     from hfsa.fmus.export import export as export_model
     from hfsa.fmus.export import file_of
 
-    models = models_to_export(name, level, shell.named_values(parameter), fuse or ())
+    values = shell.part_arguments(level, parameter)
+    models = models_to_export(name, values.pop("level", None), values, fuse or ())
     folder = output or _export_folder()
     versions: tuple[Literal[2, 3], ...] = (fmi,) if fmi else (2, 3)
     for model in models:

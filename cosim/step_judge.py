@@ -1,7 +1,7 @@
 """What communication steps do to a scene's answer: which algorithm `auto` takes, and what a user must know before.
 
     with judge(scene, excited, outputs, band) as found:
-        scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what, and what is to be said
+        scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what; what is known against it
         found.step_error(scene, frequency)               # relative error of each response
 
 `excited` holds, by the full name of an input, the scene's system with a sine source there, and for a sweep a lock-in
@@ -42,16 +42,16 @@ class Judge:
     def decided(
         self, scene: Scene, offered: Collection[str] = CANDIDATES, frequency: float | None = None
     ) -> tuple[Scene, AlgorithmChoice | None, list[str]]:
-        """Return the scene with an algorithm in place of `auto`, the choice, and what is to be said of its answer.
+        """Return the scene with an algorithm in place of `auto`, the choice, and what is known against its answer.
 
         The choice is `None` where the scene names an algorithm; `offered` are those that may be taken. What is said of
-        responses is of all frequencies, or of one [Hz].
+        responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
         """
         scene, choice = self.settled(scene, offered)
-        said = [choice.sentence] if choice else []
-        if self.question is None:
-            return scene, choice, said or [f"the error of the communication steps is not known: {self.unknown}"]
-        return scene, choice, [*said, *self._warnings(self.question, scene, frequency)]
+        if self.question is not None:
+            return scene, choice, self._warnings(self.question, scene, frequency)
+        unknown = f"the error of the communication steps is not known: {self.unknown}"
+        return scene, choice, [] if choice or scene.algorithm not in LIMITED else [unknown]
 
     def settled(self, scene: Scene, offered: Collection[str] = CANDIDATES) -> tuple[Scene, AlgorithmChoice | None]:
         """Return the scene with an algorithm in place of `auto`, and the choice, as `decided`."""

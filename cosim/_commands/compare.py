@@ -25,7 +25,7 @@ from hfsa.cosim._commands.runs import Drive, prepare
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._storage.target import check_new
 from hfsa.cosim.comparison import CRASHED, Outcome, Trial, perform
-from hfsa.cosim.results import OrderChoice
+from hfsa.cosim.results import AlgorithmChoice, OrderChoice
 from hfsa.cosim.system import StructureError
 from hfsa.cosim.verification import check_verifiable
 
@@ -37,12 +37,13 @@ _LONGEST_NAME = 150
 class Run:
     """One run of a comparison: the compared arguments' values, as they were typed, and what became of it.
 
-    `order` says how the order of its steps was computed, where it was.
+    `order` says how the order of its steps was computed, where it was, `algorithm` what `auto` took.
     """
 
     values: Mapping[str, str]
     outcome: Outcome
     order: OrderChoice | None = None
+    algorithm: AlgorithmChoice | None = None
 
     @property
     def words(self) -> str:
@@ -128,7 +129,7 @@ def compare(
         trials.append(Trial(ready, path, tuple(loaded.scene.outputs), tuple(loaded.signals), verified, force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
-        Run(values, outcomes[trial.path], trial.ready.record.order)
+        Run(values, outcomes[trial.path], trial.ready.record.order, trial.ready.record.algorithm)
         for values, trial in zip(combinations, trials, strict=True)
     )
     for run in runs:

@@ -42,6 +42,7 @@ def comparison_text(compared: Comparison, figure: Path) -> str:
     lines = [rendered(_by_rows(columns), _by_columns(columns))]
     lines += [f"  {short}: {label}" for short, label in labels.items() if short != label]
     lines += [f"  {run.words} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
+    lines += [f"  {run.words}: {run.algorithm.sentence}" for run in compared.runs if run.algorithm]
     lines += [f"{run.outcome.path}" for run in compared.runs]
     return "\n".join([*lines, str(figure)])
 
@@ -185,6 +186,7 @@ def _run_data(run: Run) -> dict[str, Any]:
         "sampling": _sampling_data(outcome.sampling),
         "warnings": outcome.warnings,
         "order": order_data(run.order),
+        "choice": algorithm_data(run.algorithm),
     }
 
 

@@ -55,11 +55,14 @@ def _lines(name: str, value: Any, unit: str) -> Iterator[str]:
     else:
         array = np.asarray(value)
         array = without_noise(array) if array.dtype.kind in "fc" else array
-        rows = [[_text(item) for item in row] for row in array] if array.ndim == 2 else _folded(list(map(_text, array)))
+        is_vector = array.ndim == 1 and array.dtype != object
+        rows = (
+            _folded([*map(_text, array)]) if is_vector else [[_text(item) for item in np.atleast_1d(r)] for r in array]
+        )
     yield from (f"  {row}" for row in _aligned(rows))
 
 
-def _folded(cells: Sequence[str]) -> list[Sequence[str]]:
+def _folded(cells: Sequence[str]) -> Sequence[Sequence[str]]:
     """Return the cells of a vector in as many rows as they need."""
     count = max(1, _ACROSS // (2 + max(map(len, cells), default=1)))
     return [cells[i : i + count] for i in range(0, len(cells), count)]

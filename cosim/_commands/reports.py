@@ -153,10 +153,10 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
         return
     heading = None
     for item in (*entry["arguments"], *({"taken_by": [FMU], **p} for p in entry.get("parameters", []))):
-        takers = item.get("taken_by") if entry.get("has_analysis") and not entry["is_analysis"] else None
+        takers = item.get("taken_by", []) if entry.get("has_analysis") and not entry["is_analysis"] else []
         if takers and takers != heading:
-            yield f"      {'the FMU and analyze take' if takers == [FMU, ANALYSIS] else f'{takers[0]} alone takes'}"
-        heading = takers
+            yield f"      {' and '.join(takers)} take" if len(takers) > 1 else f"      {takers[0]} alone takes"
+            heading = takers
         unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
         value = item["default"] if "default" in item else item["start"]
         choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
@@ -199,13 +199,14 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         "levels": _levels(path),
         "order": order_data(read_order(path)),
         "algorithm": bode.settings.get("algorithm"),
-        "choice": algorithm_data(read_algorithm(path)),
+        "choice": algorithm_data(choice := read_algorithm(path)),
         "step_error": _largest_step_error(bode),
     }
     lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
     lines += [
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
+    lines += [f"  {choice.sentence}"] if choice else []
     return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
 
 
@@ -259,7 +260,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         "limits": limits_data(limits),
         "levels": _levels(path),
         "order": order_data(read_order(path)),
-        "choice": algorithm_data(read_algorithm(path)),
+        "choice": algorithm_data(choice := read_algorithm(path)),
     }
     lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps{f', {status}: {message}' if message else ''}"]
     lines += [
@@ -271,6 +272,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         often = f"{100 * found.share:.3g} % of the time"
         lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
         lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
+    lines += [f"  {choice.sentence}"] if choice else []
     return data, "\n".join(lines)
 
 

@@ -112,6 +112,11 @@ def named_values(words: list[str] | None) -> dict[str, str]:
     return values
 
 
+def part_arguments(level: str | None, words: list[str] | None) -> dict[str, str]:
+    """Return NAME=VALUE words for a part, with its `level`, which may be one of them; `StructureError` for two."""
+    return named_values([*([] if level is None else [f"level={level}"]), *(words or ())])
+
+
 def plain(value: Any) -> Any:
     """Return a value in JSON's terms: arrays as nested lists, complex numbers by part, NaN and Infinity as null."""
     if isinstance(value, Mapping):

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Literal
 
+import numpy as np
 import pytest
 
 import hfsa.components
 import hfsa.controllers
 from hfsa.components._model import Model, ModelError
 from hfsa.components._parts import Part, find, part_named, read_arguments
+from hfsa.components._units import BASE, unit
 
 PARTS = find([hfsa.components, hfsa.controllers])
 
@@ -110,3 +112,69 @@ def test_every_part_says_what_it_is_and_builds_with_its_defaults(name):
         model.check()
         assert model.name == "".join(word.capitalize() for word in name.split("_")).replace("Sdelta", "SDelta")
         assert all(q.description for q in model)
+
+
+# Units of what an analysis answers ------------------------------------------------------------------------------------
+
+ANALYSES = [(name, level) for name, part in PARTS.items() if part.analyze for level in part.levels or (None,)]
+DIMENSIONS = {"dimensions.length": "0.05", "dimensions.diameter": "2e-3"}
+
+
+@pytest.mark.parametrize(("name", "level"), ANALYSES, ids=lambda value: str(value))
+def test_every_number_of_an_analysis_has_a_unit_at_every_level_that_is_listed(name, level):
+    part = PARTS[name]
+    numbers = part.analysis(level, **(DIMENSIONS if name == "beam_module" else {}))
+    assert set(numbers) <= set(part.units)
+    for key, value in numbers.items():
+        rows = [row.split(",") for row in part.units[key].split(";")]
+        for text in (text.strip() for row in rows for text in row):
+            assert unit(text).name == text
+        if len(rows) > 1 or len(rows[0]) > 1:
+            shape = np.shape(value)
+            assert shape[0] % len(rows) == 0
+            assert {len(row) for row in rows} == {len(rows[0])}
+            assert len(rows[0]) == 1 or shape[1] % len(rows[0]) == 0
+
+
+@pytest.mark.parametrize("name", [name for name, part in PARTS.items() if part.units])
+def test_no_unit_is_of_a_number_that_never_comes(name):
+    part = PARTS[name]
+    more = DIMENSIONS if name == "beam_module" else {}
+    found = set().union(*(part.analysis(level, **more) for level in part.levels or (None,)))
+    assert found == set(part.units)
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "kinetic"),
+    [("sdelta", "stiffness_C", "mass_C"), ("beam_stage", "stiffness", "mass")],
+)
+def test_units_of_a_stiffness_and_a_mass_make_those_of_a_squared_frequency(name, key, kinetic):
+    """In every block the stiffness is the mass by s2, angles having no dimension."""
+
+    def exponents(key):
+        texts = [text.strip() for row in PARTS[name].units[key].split(";") for text in row.split(",")]
+        return [dict(zip(BASE, unit(text).exponents, strict=True)) | {"rad": 0} for text in texts]
+
+    for stiffness, mass in zip(exponents(key), exponents(kinetic), strict=True):
+        assert stiffness == mass | {"s": mass["s"] - 2}
+
+
+def answer(*, force: float = 1.0) -> dict[str, float]:
+    """What the gadget's analysis returns."""
+    return {"force": force}
+
+
+def test_an_analysis_without_a_level_holds_at_all_of_them(part):
+    """And says what it takes where it is asked for what its model takes."""
+    part = Part("gadget", part.module, gadget, answer)
+    assert part.analysis("planar") == part.analysis(level="static") == {"force": 1.0}
+    with pytest.raises(ModelError, match=r"gadget: level is 'planer', expected one of static, planar"):
+        part.analysis("planer")
+    for name in ("count", "mount.lever[2]", "gain", "solver"):
+        with pytest.raises(ModelError) as error:
+            part.analysis(**{name: "2"})
+        assert f"gadget: {name} is an argument of its FMU, which its analysis does not take; that takes force" in str(
+            error.value
+        )
+    with pytest.raises(ModelError, match=r"gadget has no argument 'fource'; did you mean force\?"):
+        part.analysis(fource=1)

@@ -107,7 +107,7 @@ def test_the_linear_model_is_the_exact_one_to_second_order():
 
 
 def command(inputs: dict[str, np.ndarray], **arguments) -> np.ndarray:
-    """Torques of a continuous controller at inputs by name, ranges as arrays; gravity 9.81. Angles are absolute here."""
+    """Torques of a continuous controller at inputs by name, ranges as arrays; gravity 9.81. Angles are absolute."""
     model = sdelta_computed_torque(level="continuous", posture=TILTED, **arguments)
     model.set_start("gravity", 9.81)
     values = {q.name: q.start for q in model.of(Kind.INPUT)}

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -69,13 +70,54 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
     assert set(numbers) == {
         "stiffness_S", "stiffness_C", "mass_C", "frequency_matrix_C", "natural_frequencies_hz", "modal_screws_C",
         "eigenstiffness", "eigenpitch", "translational_stiffness", "torsional_stiffness", "kappa", "kappa_t", "kappa_r",
-        "motor_angles", "limb_lengths", "jacobian",
+        "motor_angles", "limb_lengths", "jacobian", "units",
     }  # fmt: skip
+    assert set(numbers["units"]) == set(numbers) - {"units"}
+    assert numbers["units"]["stiffness_S"] == "N.m/rad, N; N, N/m"
     assert np.shape(numbers["stiffness_S"]) == (6, 6)
     assert numbers["natural_frequencies_hz"] == sorted(numbers["natural_frequencies_hz"])
     code, out, _ = hfsa("analyze", "sdelta")
     assert code == 0
-    assert "natural_frequencies_hz =\n  [ 23.58966" in out
+    assert "natural_frequencies_hz [Hz] =\n  23.58966  23.58966  24.54538  95.92521  95.92521  161.0828\n" in out
+    assert "kappa = 25304.09 N\n" in out
+    # in the symmetric posture half of the entries are rounding noise
+    assert "  2488.029          0         0          0  29569.96         0\n" in out
+    assert not re.search(r"e-[12]\d|-0(?![.\d])", out)
+
+
+def test_an_analysis_says_which_arguments_it_takes(hfsa):
+    """Some are the FMU's alone, some its own; and a level that it does not depend on is one of the part's."""
+    code, out, _ = hfsa("list", "rrr_stage")
+    assert code == 0
+    both, own, models = (
+        part.splitlines() for part in re.split(r" take\n|analyze alone takes\n|the FMU alone takes\n", out)[1:]
+    )
+    assert any("-p kinematics=nominal" in line for line in both)
+    assert [line.split("=")[0].strip() for line in own if "-p " in line] == ["-p elongation", "-p voltage"]
+    for line in models:
+        name = line.split("=")[0].split()[-1]
+        code, _, err = hfsa("analyze", "rrr_stage", "-p", f"{name}=1")
+        assert code == 2
+        assert f"rrr_stage: {name} is an argument of its FMU, which its analysis does not take" in err
+        assert "kinematics, causality, elongation, voltage" in err
+    code, out, _ = hfsa("list", "rrr_stage", "--json")
+    (entry,) = strict(out)["components"]
+    assert {a["name"]: a["taken_by"] for a in entry["arguments"]} == {
+        "kinematics": ["the FMU", "analyze"],
+        "causality": ["the FMU", "analyze"],
+        "elongation": ["analyze"],
+        "voltage": ["analyze"],
+    }
+    answers = [
+        hfsa("analyze", "c_drive", *words)[1] for words in ((), ("--level", "ideal"), ("-p", "level=rigid_shaft"))
+    ]
+    assert answers[0] == answers[1] == answers[2] != ""
+    code, _, err = hfsa("analyze", "c_drive", "--level", "idal")
+    assert code == 2
+    assert "c_drive: level is 'idal', expected one of ideal, rigid_shaft" in err
+    code, _, err = hfsa("analyze", "sdelta", "--level", "rigid", "-p", "level=cartesian")
+    assert code == 2
+    assert "-p level is given twice: rigid and cartesian" in err
 
 
 def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
