@@ -9,7 +9,7 @@ from typing import Any, Literal
 from rich.table import Table
 
 from hfsa.cosim._commands.compare import Comparison, Run
-from hfsa.cosim._commands.reports import error_data, limits_data, order_data
+from hfsa.cosim._commands.reports import algorithm_data, error_data, limits_data, order_data
 from hfsa.cosim._commands.shell import rendered
 from hfsa.cosim._commands.shell import table as empty_table
 from hfsa.cosim._prefixes import readable
