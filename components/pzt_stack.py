@@ -132,6 +132,9 @@ def pzt_stack(
 
 
 UNITS = {
+    "blocking_force": "N",
+    "free_stroke": "m",
+    "full_voltage": "V",
     "stiffness": "N/m",
     "elongation_per_volt": "m/V",
     "coupling": "N/V",

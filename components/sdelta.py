@@ -157,6 +157,8 @@ UNITS = {
     "kappa_t": "N/m",
     "kappa_r": "N.m/rad",
     "motor_angles": "rad",
+    "tube_slides": "m",
+    "tube_angles": "rad",
     "limb_lengths": "m",
     "jacobian": "1; m/rad",
 }

@@ -15,12 +15,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hfsa.cosim._fmi.instance import StepError
-from hfsa.cosim._monolithic.integrator import Integrator, sundials
+from hfsa.cosim._monolithic.integrator import GROWTH, Integrator, sundials
 from hfsa.cosim._monolithic.joint_ode import JointOde
 from hfsa.cosim._monolithic.noise import REFUSALS
-
-TOLERANCE = 1e-11
-"""Local error of a step, relative to the size of a state."""
 
 _AHEAD = 1e-6
 """Part of the shortest time in which anything happens, over which w' is a difference."""
@@ -33,6 +30,9 @@ class Ida(Integrator):
     """Integrates F(t, [x; w], [x'; w']) = 0."""
 
     name: ClassVar[str] = "IDA"
+    tolerance: ClassVar[float] = 1e-11
+    noise_share: ClassVar[float] = 0.01
+    usual_step: ClassVar[float] = 0.02
 
     def __init__(self, ode: JointOde):
         super().__init__(ode)
@@ -47,8 +47,8 @@ class Ida(Integrator):
         self._ida = sundials("ida", "IDA")(
             self._residual,
             jacfn=self._differentiate,
-            rtol=TOLERANCE,
-            atol=TOLERANCE,
+            rtol=self.tolerance,
+            atol=self.tolerance,
             algebraic_idx=list(range(n, n + m)) or None,
             **self._events(indicate),
         )
@@ -85,7 +85,8 @@ class Ida(Integrator):
         unit = np.maximum(own, np.minimum(harmless, _UNIMPORTANT * size))
         # a motion below the last digit of what it is added to comes in jumps, which smooth lines may not show
         jumps = np.abs(closing) @ np.spacing(np.abs(w)) + np.abs(closing @ joint[n:, :n]) @ np.spacing(np.abs(x))
-        unit = np.maximum(unit, np.maximum(self._value_noise, jumps) / TOLERANCE)
+        jumps *= GROWTH / self.noise_share
+        unit = np.maximum(unit, np.maximum(self._value_noise, jumps) / self.tolerance)
         return 2.0 ** np.ceil(np.log2(unit))
 
     def _evaluate(self, time: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,6 @@ from hfsa.cosim._monolithic.joint_ode import JointOde
 from hfsa.cosim._monolithic.noise import pushes, rounding_noise
 from hfsa.cosim.system import StructureError
 
-TOLERANCE = 3e-14
-"""Local error of a step, relative to the size of a state: 1e-10 over a hundred periods of a vibration."""
-
 SMALLEST = 2.0**-40
 """Size of a state, relative to its nominal, below which it is taken for zero."""
 
@@ -38,9 +35,6 @@ MOST_STEPS = 10**6
 
 MOST_SHORT_STEPS = 30_000
 """The same of steps that are short."""
-
-_STEP = 0.5
-"""Longest usual step of the solver, relative to the shortest time in which anything happens."""
 
 _SHORT = 1e-3
 """Steps relative to that time, on average, that something keeps short."""
@@ -57,11 +51,17 @@ class Integrator(ABC):
 
     Attributes:
         name: of the solver.
+        tolerance: local error of a step, relative to the size of a state.
+        noise_share: how much of that error noise may be at most.
+        usual_step: longest usual step, relative to the shortest time in which anything happens.
         time: to which the solver has come [s].
         wants_event: whether an FMU wants an event there; `deciding` names it where its indicators tell so, else None.
     """
 
     name: ClassVar[str]
+    tolerance: ClassVar[float]
+    noise_share: ClassVar[float]
+    usual_step: ClassVar[float]
 
     def __init__(self, ode: JointOde):
         self._ode = ode
@@ -171,9 +171,9 @@ class Integrator(ABC):
             size = _spread(size, jacobian / self._fastest)
             noise = rounding_noise(self._ode, time, x, size, self._fastest, self._stop)
             # until it is measured again what moves may have grown, and its noise with it
-            noise, self._value_noise = np.split(GROWTH * noise, [len(x)])
-            noise *= _STEP / self._fastest
-            size = _spread(np.maximum(size, noise / TOLERANCE), jacobian / self._fastest)
+            noise, self._value_noise = np.split(GROWTH / self.noise_share * noise, [len(x)])
+            noise *= self.usual_step / self._fastest
+            size = _spread(np.maximum(size, noise / self.tolerance), jacobian / self._fastest)
         self._unit = 2.0 ** np.ceil(np.log2(size))
         self._limit = GROWTH * self._unit
 

@@ -44,15 +44,17 @@ def test_bode_sentence(omega):
 
 
 def test_tube_motion_is_the_screws_and_gears():
-    """Equal angles turn the tube by angle / iota, opposite ones slide it by p angle / (2 pi)."""
+    """Equal angles turn the tube by angle / iota, opposite ones slide it by p angle / (2 pi), also of 0.6 prad."""
     model = c_drive()
-    at_rest = values_of(model)
-    turned = values_of(model, **{"shaft[1].angle": 0.6, "shaft[2].angle": 0.6})
-    slid = values_of(model, **{"shaft[1].angle": 0.6, "shaft[2].angle": -0.6})
-    assert turned["tube.angle"] - at_rest["tube.angle"] == pytest.approx(0.6 / 6, rel=1e-13)
-    assert turned["tube.slide"] == pytest.approx(at_rest["tube.slide"], abs=1e-15)
-    assert slid["tube.slide"] - at_rest["tube.slide"] == pytest.approx(0.060 * 0.6 / (2 * np.pi), rel=1e-13)
-    assert at_rest["tube.angle"] == at_rest["tube.slide"] == 0.0
+    assert set(values_of(model).values()) == {0.0}
+    for angle in (0.6, 0.6e-12):
+        turned = values_of(model, **{"shaft[1].angle": angle, "shaft[2].angle": angle})
+        slid = values_of(model, **{"shaft[1].angle": angle, "shaft[2].angle": -angle})
+        assert turned["tube.angle"] == pytest.approx(angle / 6, rel=1e-15)
+        assert turned["tube.slide"] == 0
+        assert slid["tube.slide"] == pytest.approx(0.060 * angle / (2 * np.pi), rel=1e-15)
+        assert slid["tube.angle"] == 0
+        assert slid["motor[1].angle"] == angle
 
 
 def test_power_of_torques_and_loads_becomes_kinetic_energy():
@@ -66,11 +68,11 @@ def test_power_of_torques_and_loads_becomes_kinetic_energy():
     assert speed @ inertia() @ acceleration == pytest.approx(power_in, rel=1e-12)
 
 
-def test_ideal_moves_as_commanded_and_its_motors_are_the_postures():
-    """From the symmetric posture to another, tubes and motors move by what lies between the two."""
-    at, home = Kinematics.at(Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))), Kinematics.at(SYMMETRIC)
+def test_ideal_moves_as_commanded_and_its_motors_follow():
+    """From the symmetric posture to another one, by what lies between them."""
+    start, at = Kinematics.at(SYMMETRIC), Kinematics.at(Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155)))
     for j in range(3):
-        slide, angle = at.limbs.slide[j] - home.limbs.slide[j], at.limbs.angle[j] - home.limbs.angle[j]
+        slide, angle = at.limbs.slide[j] - start.limbs.slide[j], at.limbs.angle[j] - start.limbs.angle[j]
         commands = {"command.slide": slide, "command.angle": angle, "command.slide_rate": 0.3}
         out = values_of(c_drive(level="ideal"), **commands)
         assert (out["tube.slide"], out["tube.angle"]) == pytest.approx((slide, angle), rel=1e-13)
@@ -95,6 +97,18 @@ def test_the_encoder_is_off_by_default_and_rounds_to_its_resolution():
     for angle, shown in ((0.1234, 0.12), (0.1251, 0.13), (-0.1251, -0.13)):
         out = values_of(c_drive(), **{"shaft[1].angle": angle, "encoder.resolution": 0.01})
         assert out["motor[1].angle"] == pytest.approx(shown, abs=1e-15)
+
+
+def test_the_encoders_steps_stand_still_on_the_motor():
+    """At a posture of 1.2345 rad it shows whole steps of the absolute angle, less those 1.2345 rad."""
+    offsets = {"encoder.offset[1]": 1.2345, "encoder.offset[2]": -0.7}
+    for angle, shown in ((0.0, 1.23), (0.0006, 1.24), (-0.0096, 1.22), (-0.0094, 1.23)):
+        states = {"shaft[1].angle": angle, "shaft[2].angle": angle}
+        out = values_of(c_drive(), **states, **offsets, **{"encoder.resolution": 0.01})
+        assert out["motor[1].angle"] + 1.2345 == pytest.approx(shown, abs=1e-15)
+        steps = (out["motor[2].angle"] - 0.7) / 0.01
+        assert steps == pytest.approx(round(steps), abs=1e-12)
+        assert values_of(c_drive(), **states, **offsets)["motor[1].angle"] == angle
 
 
 def test_encoder_noise_is_white_and_its_seed_counts():

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hfsa.components._screws import GAMMA, axis, exponential, logarithm, numbers, shift, skew, unit_screw
+from hfsa.components._screws import GAMMA, axis, expm1, exponential, log1p, numbers, shift, skew, unit_screw
 
 vectors = st.tuples(*[st.floats(-1, 1) for _ in range(3)]).map(np.array)
 few = settings(max_examples=50)
@@ -44,15 +44,27 @@ def test_exponential_is_smooth_at_zero():
 def test_logarithm_undoes_the_exponential(direction, degrees):
     size = np.linalg.norm(direction)
     vector = np.deg2rad(degrees) * direction / size if size else direction
-    back = numbers(logarithm(ca.SX(Rotation.from_rotvec(vector).as_matrix()))).ravel()
+    back = numbers(log1p(ca.SX(Rotation.from_rotvec(vector).as_matrix()) - ca.SX.eye(3))).ravel()
     np.testing.assert_allclose(back, vector, atol=1e-14)
 
 
 def test_logarithm_is_smooth_at_no_rotation():
     """Its derivative along the exponential is the identity there."""
     vector = ca.SX.sym("v", 3)
-    slope = ca.Function("slope", [vector], [ca.jacobian(logarithm(exponential(vector)), vector)])
+    slope = ca.Function("slope", [vector], [ca.jacobian(log1p(expm1(vector)), vector)])
     np.testing.assert_allclose(np.array(slope(0)), np.eye(3), atol=1e-15)
+
+
+@given(vectors, st.floats(-200, 0))
+@few
+def test_a_rotation_however_small_has_all_its_digits(direction, exponent):
+    """exp(v) - 1 is the skew matrix and half its square, and the logarithm gives v back."""
+    vector = direction * 10.0**exponent
+    size = np.abs(vector).max()
+    change = numbers(expm1(ca.SX(vector)))
+    W = skew(vector)
+    np.testing.assert_allclose(change, W + W @ W / 2, rtol=0, atol=size * (1e-15 + size**2))
+    np.testing.assert_allclose(numbers(log1p(ca.SX(change))).ravel(), vector, rtol=0, atol=1e-14 * size)
 
 
 @given(vectors, vectors)

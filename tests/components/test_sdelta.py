@@ -217,7 +217,18 @@ def test_levels_have_the_same_ports_and_are_linear(level):
     for kind in (Kind.INPUT, Kind.OUTPUT, Kind.PARAMETER):
         ports, others = ([(q.name, q.unit, q.start, q.nominal) for q in m.of(kind)] for m in (model, other))
         assert ports == others
-    assert [q.start for q in model.of(Kind.INPUT)] == [0.0] * len(model.of(Kind.INPUT))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_where_the_tubes_stand_is_a_constant(level):
+    model, numbers = sdelta(level=level, posture=A), analyze(level=level, posture=A)
+    limbs = Kinematics.at(A).limbs
+    for kind, key, expected in (("slide", "tube_slides", limbs.slide), ("angle", "tube_angles", limbs.angle)):
+        shown = [model[f"drive[{j}].{kind}_at_posture"] for j in AXES]
+        assert {q.kind for q in shown} == {Kind.CONSTANT}
+        assert {q.unit for q in shown} == {model[f"drive[1].{kind}"].unit}
+        np.testing.assert_array_equal([q.start for q in shown], expected)
+        np.testing.assert_array_equal(numbers[key], expected)
 
 
 def test_cartesian_does_not_depend_on_accelerations():
@@ -242,7 +253,7 @@ def test_nominals_fit_micrometre_motion():
 
 
 def test_analysis_has_the_agreed_keys():
-    kinematic = {"motor_angles", "limb_lengths", "jacobian", "tube_slides", "tube_angles"}
+    kinematic = {"motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian"}
     elastic = """stiffness_S stiffness_C mass_C frequency_matrix_C natural_frequencies_hz modal_screws_C eigenstiffness
         eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r"""
     assert set(analyze()) == kinematic | set(elastic.split())

@@ -3,8 +3,9 @@
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
 from hfsa.components._elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
@@ -18,22 +19,6 @@ from hfsa.components._sdelta_stiffness import PRESETS, Springs, limb_stiffness, 
 
 ZERO = np.zeros(3)
 few = settings(max_examples=30)
-
-
-def numbers_in(low: float, high: float, size: int) -> st.SearchStrategy[np.ndarray]:
-    return st.tuples(*[st.floats(low, high) for _ in range(size)]).map(np.array)
-
-
-@st.composite
-def postures(draw) -> Posture:
-    """Postures within 12 degrees and 20 mm of the symmetric one, away from singularities."""
-    rotation, offset = draw(numbers_in(-12, 12, 3)), draw(numbers_in(-0.02, 0.02, 3))
-    posture = Posture(tuple(rotation), tuple(np.array(SYMMETRIC.position) + offset))
-    try:
-        assume(Kinematics.at(posture).condition_number < 50)
-    except ModelError:
-        assume(False)
-    return posture
 
 
 presets = st.sampled_from(sorted(PRESETS)).map(PRESETS.get)

@@ -4,12 +4,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, reject, settings
+from hypothesis import strategies as st
+from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
 from hfsa.components._functions import functions
 from hfsa.components._linearize import linearize
 from hfsa.components._model import Kind, ModelError
-from hfsa.components._sdelta_geometry import SYMMETRIC, Posture, limbs_at
+from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._sdelta_kinematics import Kinematics, direct_kinematics
 from hfsa.components.sdelta_reference import sdelta_reference
 
@@ -41,10 +44,12 @@ def pick(outputs: dict[str, float], names: list[str]) -> np.ndarray:
 
 @pytest.mark.parametrize("level", ["linear", "exact"])
 @pytest.mark.parametrize("posture", [SYMMETRIC, A])
-def test_at_rest_tubes_and_motors_are_at_the_posture_from_which_they_count(level, posture):
-    outputs = evaluate(sdelta_reference(level=level, posture=posture), np.zeros(6))
-    _, tubes, motors = labels("")
-    assert pick(outputs, [*tubes, *motors]).tolist() == [0.0] * 12
+def test_where_tubes_and_motors_stand_is_a_constant(level, posture):
+    kinematics, model = Kinematics.at(posture), sdelta_reference(level=level, posture=posture)
+    shown = {q.name: q.start for q in model.of(Kind.CONSTANT)}
+    np.testing.assert_array_equal([shown[f"drive[{j}].slide_at_posture"] for j in AXES], kinematics.limbs.slide)
+    np.testing.assert_array_equal([shown[f"drive[{j}].angle_at_posture"] for j in AXES], kinematics.limbs.angle)
+    np.testing.assert_array_equal([shown[f"motor[{i}].angle_at_posture"] for i in MOTORS], kinematics.motor_angles)
 
 
 @pytest.mark.parametrize("level", ["linear", "exact"])
@@ -64,18 +69,46 @@ def test_bode_plot_is_what_the_docstring_says(level):
                 np.testing.assert_allclose(found, expected * (i == j), atol=1e-12 * np.abs(expected).max())
 
 
-def test_exact_is_the_inverse_kinematics():
+@given(postures(), numbers_in(-0.25, 0.25, 3), numbers_in(-0.02, 0.02, 3))
+@settings(max_examples=20)
+def test_exact_is_the_inverse_kinematics(posture, rotation, displacement):
+    """What it puts out and what the posture has make what the commanded pose takes, tubes and motors."""
+    there = Kinematics.at(posture)
+    Q, position = Rotation.from_rotvec(rotation).as_matrix() @ posture.matrix, np.array(posture.position) + displacement
+    try:
+        wanted = Kinematics.of(Q, position)
+    except ModelError:
+        reject()
+    model = sdelta_reference(level="exact", posture=posture)
+    outputs = evaluate(model, np.concatenate([rotation, displacement]))
+    _, tubes, motors = labels("")
+    np.testing.assert_allclose(there.limbs.slide + pick(outputs, tubes)[0::2], wanted.limbs.slide, atol=1e-15)
+    np.testing.assert_allclose(there.limbs.angle + pick(outputs, tubes)[1::2], wanted.limbs.angle, atol=2e-15)
+    np.testing.assert_allclose(there.motor_angles + pick(outputs, motors), wanted.motor_angles, atol=1e-13)
+
+
+def test_the_motors_of_exact_lead_to_the_commanded_pose():
     command = np.array([0.1, -0.2, 0.3, 0.01, -0.02, 0.015])
     outputs = evaluate(sdelta_reference(level="exact", posture=A), command)
-    Q = Rotation.from_rotvec(command[:3]).as_matrix() @ A.matrix
-    position = np.array(A.position) + command[3:]
-    limbs, at = limbs_at(Q, position), Kinematics.at(A)
-    _, tubes, motors = labels("")
-    np.testing.assert_allclose(at.limbs.slide + pick(outputs, tubes)[0::2], limbs.slide, atol=1e-14)
-    np.testing.assert_allclose(at.limbs.angle + pick(outputs, tubes)[1::2], limbs.angle, atol=1e-14)
-    found_Q, found_position = direct_kinematics(at.motor_angles + pick(outputs, motors), A)
-    np.testing.assert_allclose(found_Q, Q, atol=1e-12)
-    np.testing.assert_allclose(found_position, position, atol=1e-12)
+    found_Q, found_position = direct_kinematics(Kinematics.at(A).motor_angles + pick(outputs, labels("")[2]), A)
+    np.testing.assert_allclose(found_Q, Rotation.from_rotvec(command[:3]).as_matrix() @ A.matrix, atol=1e-12)
+    np.testing.assert_allclose(found_position, np.array(A.position) + command[3:], atol=1e-12)
+
+
+@given(postures(), numbers_in(-0.4, 0.4, 3), numbers_in(-0.04, 0.04, 3), st.floats(-15, -7))
+@settings(max_examples=20)
+def test_a_command_however_small_has_all_its_digits(posture, rotation, displacement, exponent):
+    """Up and down by as much is 2 L^-1 N of it, curvature cancelled, within a few units in the last place."""
+    command = 10.0**exponent * np.concatenate([rotation, displacement])
+    there, names = Kinematics.at(posture), labels("")
+    expected = np.concatenate(
+        [np.linalg.solve(there.tubes_to_pose(), command), np.linalg.solve(there.jacobian(), command)]
+    )
+    for level in ("linear", "exact"):
+        model = sdelta_reference(level=level, posture=posture)
+        up, down = (pick(evaluate(model, sign * command), names[1] + names[2]) for sign in (1, -1))
+        size = np.repeat([np.abs(expected[:6]).max(), np.abs(expected[6:]).max()], 6)
+        assert (np.abs((up - down) / 2 - expected) <= 1e-13 * size).all()
 
 
 @pytest.mark.parametrize("amplitude", [1.0, 1e-6, 0.0])

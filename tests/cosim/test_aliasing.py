@@ -67,10 +67,10 @@ def test_at_the_step_that_would_do_the_mass_stays_where_it_is(hfsa):
 def test_a_source_that_a_scene_has_of_its_own_is_looked_at_as_well(hfsa):
     Path("own.toml").write_text(SHAKEN)
     assert hfsa("run", "own.toml")[0] == 0
-    code, _, err = hfsa("run", "own.toml", "-p", "shaker.frequency=105")
+    code, _, err = hfsa("run", "own.toml", "-p", "shaker.frequency=105", "--force")
     assert code == 2
     assert "shaker.frequency: 105 Hz has 9.52 steps of 0.001 s in a period" in err
-    code, _, err = hfsa("run", "own.toml", "--step", "1.1e-3", "--fuse", "shaker,mass")
+    code, _, err = hfsa("run", "own.toml", "--step", "1.1e-3", "--fuse", "shaker,mass", "--force")
     assert code == 2
     assert "shaker.frequency: 95 Hz has 9.57 steps" in err
 

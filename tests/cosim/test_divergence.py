@@ -105,7 +105,7 @@ def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
     text, words = scene.read_text(), ["--frequency", "1", "--amplitude", "1e5"]
     for scale, status in (("10.0", "out of bounds at"), ("0.9", "diverged at")):
         scene.write_text(f'scale = {{ "box.y" = {scale} }}\n{text}')
-        code, _, err = hfsa("run", scene, *words)
+        code, _, err = hfsa("run", scene, *words, "--force")
         assert code == 4
         assert f"box: y: {status}" in err
 
@@ -159,7 +159,7 @@ def test_of_a_comparison_the_others_go_on(hfsa):
     peaks = {group["name"]: group["peak"] for group in wrong["groups"]}
     assert 833e3 < peaks["controller.axis.command"] < 1e9
     assert peaks["tracking.axis.error"] < 12e-3
-    code, out, _ = hfsa("compare", "stage_tracking", "--over", "law=pd,pd_ff", *words, "--stop", "0.01", "-j", "1")
+    code, out, _ = hfsa("compare", "stage_tracking", "--over", "law=pd,pd_ff", *words, "--stop", "0.01", "--force")
     assert code == 4
     assert out.count("FAILED at 780.0 us") == 2
 
@@ -220,7 +220,7 @@ def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
         part = "mass_on_spring"
     """
     Path("own.toml").write_text(text)
-    words = ["--frequency", "15.9", "--json", "--amplitude", "0.1"]
+    words = ["--frequency", "15.9", "--json", "--amplitude", "0.1", "--force"]
     code, out, err = hfsa("run", "own.toml", *words)
     assert (code, err) == (0, "")
     assert next(v["maximum"] for v in json.loads(out)["variables"] if v["name"] == "mass.position") > 1.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hfsa.cosim._monolithic import integrator
+from hfsa.cosim._monolithic.cvode import Cvode
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.build import build, load_scene
 from hfsa.cosim.system import MONOLITHIC, MONOLITHIC_DAE
@@ -75,7 +76,7 @@ def test_the_error_follows_the_tolerance(monkeypatch, part, step, stop):
     starts = {"reference.command.position[3]": 1e-5} if part is ROBOT else None
     found = {}
     for tolerance in (3e-14, 1e-11, 1e-8, 1e-5):
-        monkeypatch.setattr(integrator, "TOLERANCE", tolerance)
+        monkeypatch.setattr(Cvode, "tolerance", tolerance)
         found[tolerance] = simulated(*scene, "monolithic", step, stop, names, starts)
     exact = found.pop(3e-14)
     error = errors(list(found.values()), exact)
