@@ -1,4 +1,4 @@
-"""Ports of motion count from where a machine rests: all are zero there, at every posture, and small ones have digits."""
+"""Ports of motion count from where a machine rests: zero there, at every posture, and small ones have digits."""
 
 import casadi as ca
 import numpy as np
