@@ -27,7 +27,7 @@ from hfsa.cosim.system import Connector, Scene, StructureError, System, check
 
 @dataclass(frozen=True)
 class Drive:
-    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit.
+    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit, 0 for none.
 
     `None` takes what the scene says: its first input, if it has one, the lowest frequency of its band, its amplitude.
     """
@@ -47,12 +47,14 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None) -> Ready:
     if drive.input or scene.inputs:
         variables = _variables(build.build(levels.at_highest(scene).system))
         excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
-        scene = with_amplitude(scene, drive.amplitude, [excited], variables)
+        # at rest there is nothing to judge levels and orders by, so that the scene's own amplitude is
+        scene = with_amplitude(scene, drive.amplitude or None, [excited], variables)
         band = _band_with(scene.band, drive.frequency)
         scene, choices = with_levels(scene, library, inputs=[excited], band=band)
         scene, order = with_computed_order(scene, loaded.order, inputs=[excited], band=band)
+        scene = with_amplitude(scene, drive.amplitude, [excited], variables)
         system, names = _driven(scene, excited, drive.frequency), (excited, *scene.outputs, *loaded.signals)
-    elif drive.frequency or drive.amplitude:
+    elif drive.frequency is not None or drive.amplitude is not None:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
