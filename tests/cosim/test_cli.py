@@ -263,11 +263,15 @@ def test_a_sweep_of_one_frequency(hfsa, method):
     code, _, err = hfsa(*words, "--from", "12", "--to", "12", "--points", "5")
     assert code == 2
     assert "--points 5: from 12 to 12 Hz there is one" in err
-    code, _, err = hfsa(
-        "sweep", "sdelta_hfsa", "--from", "12", "--to", "12", "--order", "computed", "--method", "linear"
-    )
-    assert code == 2
-    assert "takes no steps" in err
+
+
+def test_levels_are_judged_at_the_one_frequency_that_is_asked_for(hfsa):
+    """At 1 Hz the robot is as good as rigid, at 15 Hz it is not."""
+    words = ["sweep", "sdelta_shaker", "-p", "robot.level=auto", "--tolerance", "0.02", "--method", "linear", "--json"]
+    words += ["--input", "command.position[3]", "--signal", "platform.position[3]"]
+    for frequency, level in (("1", "rigid"), ("15", "cartesian")):
+        code, out, _ = hfsa(*words, "--from", frequency, "--to", frequency)
+        assert (code, strict(out)["levels"]["robot"]["level"]) == (0, level)
 
 
 @pytest.mark.parametrize("word", ["--output", "-o"])
