@@ -25,6 +25,7 @@ from hfsa.cosim._commands.options import (
     Loop,
     Loops,
     Names,
+    NotNegative,
     Order,
     Output,
     Positive,
@@ -188,7 +189,7 @@ def run(
     input: str | None = None,  # noqa: A002 (the user's word)
     signal: Signals = None,
     frequency: Positive = None,
-    amplitude: Positive = None,
+    amplitude: NotNegative = None,
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
@@ -218,7 +219,7 @@ def run(
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
-        Amplitude of the sine in the unit of its input; the scene's without.
+        Amplitude of the sine in the unit of its input, 0 to hold still; the scene's without.
     step
         Communication step size [s]; the scene's without.
     stop
@@ -266,7 +267,7 @@ def compare(
     input: str | None = None,  # noqa: A002 (the user's word)
     signal: Signals = None,
     frequency: Positive = None,
-    amplitude: Positive = None,
+    amplitude: NotNegative = None,
     step: Positive = None,
     stop: Positive = None,
     algorithm: Algorithm | None = None,
@@ -299,7 +300,7 @@ def compare(
     frequency
         Frequency of the sine [Hz]; the lowest of the scene's band without.
     amplitude
-        Amplitude of the sine in the unit of its input; the scene's without.
+        Amplitude of the sine in the unit of its input, 0 to hold still; the scene's without.
     step
         Communication step size [s]; the scene's without.
     stop
@@ -362,7 +363,7 @@ def sweep(
     method: Literal["stepped", "linear"] = "stepped",
     low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
     high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
-    points: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
+    points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     grid: Literal["response", "log"] = "response",
     open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
     input: Names = None,  # noqa: A002 (the user's word)
@@ -397,7 +398,7 @@ def sweep(
     high
         Highest frequency [Hz]; the scene's without.
     points
-        Number of frequencies; 40, and 1000 for `linear`, without.
+        Number of frequencies; 40, and 1000 for `linear`, without. One is the lowest.
     grid
         Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
     open_loop

@@ -17,11 +17,14 @@ FEWEST_SAMPLES = 10
 
 
 def logarithmic(low: float, high: float, points: int) -> NDArray[np.float64]:
-    """Return `points` frequencies [Hz], the ratio of neighbours constant, first `low` and last `high` exactly."""
+    """Return `points` frequencies [Hz], the ratio of neighbours constant, first `low` and last `high` exactly.
+
+    One point is `low`; where `high` is `low`, there is only one.
+    """
     _check_points(points)
-    if not 0 < low < high < math.inf:
-        raise ValueError(f"frequencies from {low:g} to {high:g} Hz, expected 0 < lowest < highest")
-    return np.geomspace(low, high, points)
+    if not 0 < low <= high < math.inf:
+        raise ValueError(f"frequencies from {low:g} to {high:g} Hz, expected 0 < lowest <= highest")
+    return np.geomspace(low, high, points) if low < high else np.array([low])
 
 
 def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> NDArray[np.float64]:
@@ -30,10 +33,12 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     `frequency`, shape (n,), is a dense ascending grid and `response`, shape (n,) or (n, ...), a complex response on it.
     A curve's length is measured on a Bode plot where half a decade, 20 dB and 45 degrees are equally long; of several
     curves the one that moves most decides. Every local maximum of a magnitude that stands 3 dB above its surroundings
-    is a point, so that a sweep of few points still hits the resonances.
+    is a point, so that a sweep of few points still hits the resonances. One point is the lowest frequency.
     """
     _check_points(points)
     f = np.asarray(frequency, dtype=float)
+    if points == 1:
+        return f[:1]
     curves = np.asarray(response, dtype=complex).reshape(len(f), -1)
     curves = curves[:, np.abs(curves).max(axis=0) > 0]
     if curves.shape[1] == 0:
@@ -84,6 +89,6 @@ def _rounded_down(value: float) -> float:
 
 
 def _check_points(points: int) -> None:
-    """Raise `ValueError` for fewer than two points."""
-    if points < 2:
-        raise ValueError(f"{points} points, expected at least 2")
+    """Raise `ValueError` for fewer than one point."""
+    if points < 1:
+        raise ValueError(f"{points} points, expected at least 1")

@@ -71,6 +71,9 @@ ALGEBRAIC = ("solve", "refuse")
 # Frequencies at which the linear response is followed, and those that draw its line.
 _DENSE, _LINE = 5000, 1000
 
+_AROUND = 1e-6
+"""Relative width of the band by which levels and orders are judged for a single frequency."""
+
 
 @dataclass(frozen=True)
 class Request:
@@ -187,10 +190,10 @@ def sweep_scene(
     is_linear = settings.method == "linear" and not levels.automatic(loaded.scene)
     library = None if is_linear else chosen_loop(request.loop, warn)
     scene, inputs, outputs = _wanted(loaded.scene, request)
-    scene, choices = with_levels(scene, library, inputs=inputs, outputs=outputs, band=_band(scene, request))
+    asked = {"inputs": inputs, "outputs": outputs, "band": _judged_band(scene, request)}
+    scene, choices = with_levels(scene, library, **asked)
     for name, choice in choices.items():
         warn(choice.sentence(name))
-    asked = {"inputs": inputs, "outputs": outputs, "band": _band(scene, request)}
     scene, order = with_computed_order(scene, loaded.order, **asked)
     if order is not None:
         warn(order.sentence)
@@ -321,6 +324,12 @@ def _band(scene: Scene, request: Request) -> tuple[float, float]:
     return low if request.low is None else request.low, high if request.high is None else request.high
 
 
+def _judged_band(scene: Scene, request: Request) -> tuple[float, float]:
+    """Return the band [Hz] by which levels and orders are judged: around a single frequency where that is wanted."""
+    low, high = _band(scene, request)
+    return (low, high * (1 + _AROUND)) if low == high else (low, high)
+
+
 def _free_inputs(system: System, variables: Mapping[str, Mapping[str, Connector]]) -> list[str]:
     """Return the inputs (full names) that nothing feeds, without rates and accelerations of others."""
     fed = {connection.end for connection in system.connections}
@@ -360,6 +369,10 @@ def _theory(
 def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
     """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
     points = request.points or (_LINE if request.settings.method == "linear" else 40)
+    if len(draft.frequency) == 1 and request.points not in (None, 1):
+        raise StructureError(
+            f"--points {points}: from {draft.frequency[0]:g} to {draft.frequency[0]:g} Hz there is one"
+        )
     with usage_errors():
         if request.grid == "log" or dense is None:
             return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)

@@ -27,6 +27,7 @@ DESIGN_STUDY = Group(
 Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+NotNegative = Annotated[float | None, Parameter(validator=Number(gte=0))]
 Tolerance = Annotated[
     float | None,
     Parameter(

@@ -32,7 +32,7 @@ from hfsa.cosim.verification import check_verifiable, shares, verify
 
 @dataclass(frozen=True)
 class Drive:
-    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit.
+    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit, 0 for none.
 
     `None` takes what the scene says: its first input, if it has one, the lowest frequency of its band, its amplitude.
     """
@@ -53,10 +53,11 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
     if drive.input or scene.inputs:
         variables = _variables(build.build(levels.at_highest(scene).system))
         excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
-        scene = with_amplitude(scene, drive.amplitude, [excited], variables)
+        # at rest there is nothing to judge levels, orders and algorithms by, so that the scene's own amplitude is
+        scene = with_amplitude(scene, drive.amplitude or None, [excited], variables)
         frequency = drive.frequency or scene.band[0]
         band = min(scene.band[0], frequency), max(scene.band[1], frequency)
-    elif drive.frequency or drive.amplitude:
+    elif drive.frequency is not None or drive.amplitude is not None:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
@@ -66,6 +67,9 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
     driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)} if excited else {}
     with judge(scene, driven, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, offered(loaded.order), frequency)
+    if excited and drive.amplitude == 0:
+        scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
+        driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)}
     system = driven[excited] if excited else fused(scene.system, scene.fuse)
     files = build.files_for(system, scene.algorithm)
     variables = _variables(files)

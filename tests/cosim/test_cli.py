@@ -216,6 +216,64 @@ def test_a_run_records_further_signals_of_any_component(hfsa):
         assert np.array_equal(torque, values[f"controller.axis[{axis}].command"])
 
 
+def test_an_amplitude_of_zero_holds_still(hfsa):
+    """A mass at rest stays there exactly; a robot under gravity sags as it does beside a vanishing sine."""
+    assert hfsa("run", "mass_on_spring", "--amplitude", "0", "--stop", "0.1", "-o", "rest.h5")[0] == 0
+    values, _ = read_run("rest.h5")
+    assert not np.any(values["mass.base.position"])
+    assert not np.any(values["mass.position"])
+    heights = []
+    for amplitude in ("0", "1e-12"):
+        words = ["-p", "gravity=9.81", "--amplitude", amplitude, "--stop", "0.05", "-o", f"{amplitude}.h5"]
+        assert hfsa("run", "sdelta_hfsa", *words)[0] == 0
+        heights.append(read_run(f"{amplitude}.h5")[0]["robot.platform.position[3]"])
+    assert heights[0].min() < -1e-4
+    assert np.abs(heights[0] - heights[1]).max() < 1e-11
+    code, out, _ = hfsa("compare", "mass_on_spring", "--over", "damping=1,2", "--amplitude", "0", "--stop", "0.1",
+                        "-j", "1", "--json")  # fmt: skip
+    assert (code, [run["groups"][0]["peak"] for run in strict(out)["runs"]]) == (0, [0, 0])
+    words = ["--amplitude", "0", "-p", "robot.level=auto", "--tolerance", "0.1", "--stop", "0.01", "-o", "auto.h5"]
+    assert hfsa("run", "sdelta_shaker", *words)[0] == 0  # judged by the scene's own amplitude
+    assert not np.any(read_run("auto.h5")[0]["robot.platform.position[3]"])
+    assert hfsa("sweep", "mass_on_spring", "--amplitude", "0")[0] == 2
+    assert hfsa("run", "mass_on_spring", "--amplitude", "-1")[0] == 2
+
+
+@pytest.mark.parametrize("method", ["stepped", "linear"])
+def test_a_sweep_of_one_frequency(hfsa, method):
+    """|H| of 1 kg on 1e4 N/m and 5 N.s/m: at the low end, or where both ends are one."""
+
+    def gain(f):
+        s = 2j * np.pi * f
+        return abs((1e4) / (s**2 + 5 * s + 1e4))
+
+    words = ["sweep", "mass_on_spring", "-p", "damping=5", "--method", method]
+    for more, f in (
+        (["--from", "5", "--points", "1"], 5.0),
+        (["--from", "5", "--to", "50", "--points", "1", "--grid", "log"], 5.0),
+        (["--from", "12", "--to", "12", "--points", "1"], 12.0),
+        (["--from", "12", "--to", "12"], 12.0),
+    ):
+        code, out, _ = hfsa(*words, *more, "-j", "1", "-o", "one.h5")
+        assert (code, out) == (0, "one.h5: 1 done\n")
+        bode = read("one.h5")
+        assert bode.frequency.tolist() == [f]
+        assert np.abs(bode.response[0, 0, 0]) == pytest.approx(gain(f), rel=1e-2)
+        assert hfsa("bode", "one.h5")[0] == 0
+    code, _, err = hfsa(*words, "--from", "12", "--to", "12", "--points", "5")
+    assert code == 2
+    assert "--points 5: from 12 to 12 Hz there is one" in err
+
+
+def test_levels_are_judged_at_the_one_frequency_that_is_asked_for(hfsa):
+    """At 1 Hz the robot is as good as rigid, at 15 Hz it is not."""
+    words = ["sweep", "sdelta_shaker", "-p", "robot.level=auto", "--tolerance", "0.02", "--method", "linear", "--json"]
+    words += ["--input", "command.position[3]", "--signal", "platform.position[3]"]
+    for frequency, level in (("1", "rigid"), ("15", "cartesian")):
+        code, out, _ = hfsa(*words, "--from", frequency, "--to", frequency)
+        assert (code, strict(out)["levels"]["robot"]["level"]) == (0, level)
+
+
 @pytest.mark.parametrize("word", ["--output", "-o"])
 @pytest.mark.parametrize(
     "verb",

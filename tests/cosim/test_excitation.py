@@ -16,10 +16,18 @@ def test_logarithmic_grid_keeps_its_ends():
     assert np.allclose(grid[1:] / grid[:-1], grid[1] / grid[0])
 
 
-@pytest.mark.parametrize(("low", "high", "points"), [(0, 1, 3), (2, 1, 3), (1, np.inf, 3), (1, 2, 1)])
+@pytest.mark.parametrize(("low", "high", "points"), [(0, 1, 3), (2, 1, 3), (1, np.inf, 3), (0, 0, 1), (1, 2, 0)])
 def test_a_grid_that_cannot_be_is_refused(low, high, points):
     with pytest.raises(ValueError, match="expected"):
         logarithmic(low, high, points)
+
+
+def test_one_point_is_the_lowest_frequency():
+    assert logarithmic(3.0, 50.0, 1).tolist() == [3.0]
+    assert logarithmic(7.3, 7.3, 40).tolist() == [7.3]
+    f = np.geomspace(3, 50, 400)
+    assert along_response(f, 1 / (1 - (f / 20) ** 2 + 0.02j * f / 20), 1).tolist() == [3.0]
+    assert along_response([7.3], [[1 + 2j]], 40).tolist() == [7.3]
 
 
 @pytest.mark.parametrize("points", [12, 30])
