@@ -65,6 +65,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
     scene, choices = with_levels(scene, library, **asked)
     scene, order = with_computed_order(scene, loaded.order, **asked)
     driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)} if excited else {}
+    variables = _checked(driven[excited] if excited else fused(scene.system, scene.fuse), scene.step_size)
     with judge(scene, driven, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, offered(loaded.order), frequency)
     if excited and drive.amplitude == 0:
@@ -72,10 +73,6 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
         driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)}
     system = driven[excited] if excited else fused(scene.system, scene.fuse)
     files = build.files_for(system, scene.algorithm)
-    variables = _variables(files)
-    check(system, variables)
-    check_sample_times(system, variables, {}, scene.step_size)
-    check_resolved(system, variables, scene.step_size)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
         warn(sentence)
@@ -137,6 +134,15 @@ def _driven(scene: Scene, excited: str, frequency: float | None) -> System:
         if c.name != build.LOCK_IN
     ]
     return System(components, [c for c in system.connections if not c.end.startswith(f"{build.LOCK_IN}.")])
+
+
+def _checked(system: System, step_size: float) -> dict[str, dict[str, Connector]]:
+    """Return the variables of a system's FMUs; `StructureError` where wiring, ticks or sources do not fit a step [s]."""
+    variables = _variables(build.build(system))
+    check(system, variables)
+    check_sample_times(system, variables, {}, step_size)
+    check_resolved(system, variables, step_size)
+    return variables
 
 
 def _variables(files: Mapping[str, Path]) -> dict[str, dict[str, Connector]]:

@@ -70,7 +70,7 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
     assert set(numbers) == {
         "stiffness_S", "stiffness_C", "mass_C", "frequency_matrix_C", "natural_frequencies_hz", "modal_screws_C",
         "eigenstiffness", "eigenpitch", "translational_stiffness", "torsional_stiffness", "kappa", "kappa_t", "kappa_r",
-        "motor_angles", "limb_lengths", "jacobian", "units",
+        "motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian", "units",
     }  # fmt: skip
     assert set(numbers["units"]) == set(numbers) - {"units"}
     assert numbers["units"]["stiffness_S"] == "N.m/rad, N; N, N/m"
@@ -99,15 +99,13 @@ def test_an_analysis_says_which_arguments_it_takes(hfsa):
         code, _, err = hfsa("analyze", "rrr_stage", "-p", f"{name}=1")
         assert code == 2
         assert f"rrr_stage: {name} is an argument of its FMU, which its analysis does not take" in err
-        assert "kinematics, causality, elongation, voltage" in err
+        assert "kinematics" in err
+        assert "voltage" in err
     code, out, _ = hfsa("list", "rrr_stage", "--json")
     (entry,) = strict(out)["components"]
-    assert {a["name"]: a["taken_by"] for a in entry["arguments"]} == {
-        "kinematics": ["the FMU", "analyze"],
-        "causality": ["the FMU", "analyze"],
-        "elongation": ["analyze"],
-        "voltage": ["analyze"],
-    }
+    taken_by = {a["name"]: a["taken_by"] for a in entry["arguments"]}
+    assert taken_by["kinematics"] == taken_by["causality"] == taken_by["stack.stiffness"] == ["the FMU", "analyze"]
+    assert taken_by["elongation"] == taken_by["voltage"] == ["analyze"]
     answers = [
         hfsa("analyze", "c_drive", *words)[1] for words in ((), ("--level", "ideal"), ("-p", "level=rigid_shaft"))
     ]
@@ -140,7 +138,8 @@ def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
 
 def test_sweep_then_bode(hfsa):
     code, out, err = hfsa(*SWEEP, "--points", "4", "-o", "swept.h5")
-    assert (code, out, err) == (0, "swept.h5: 4 done\n", "")
+    assert (code, err) == (0, "")
+    assert out.startswith("swept.h5: 4 done\n  algorithm gauss_seidel_linear: response within ")
     bode = read("swept.h5")
     assert (bode.frequency[0], bode.frequency[-1]) == (5, 50)
     assert np.abs(bode.frequency / 15.9 - 1).min() < 0.01  # one of four points hits the resonance
