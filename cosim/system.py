@@ -89,6 +89,12 @@ class Connector:
         """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only kind a connection carries."""
         return self.type in ("Real", "Float64")
 
+    @property
+    def changes_at_events(self) -> bool:
+        """Whether it changes at events only, as numbers that are not real do at best."""
+        is_smooth = self.type.startswith(("Real", "Float"))
+        return self.variability == "discrete" or (self.variability == "continuous" and not is_smooth)
+
 
 @dataclass(frozen=True)
 class Analysis:

@@ -1,6 +1,7 @@
 """What an FMU says of itself: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
 
 import zipfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,7 +35,8 @@ class Description:
 
     Attributes:
         file: the `.fmu` file.
-        interface: which one.
+        interface: which one; `is_co_simulation_only` where the file offers no other than Co-Simulation, which need not
+            declare states.
         name: name of the model; `identifier` names the binary, `token` is its instantiation token (FMI 2: guid).
         version: 2 or 3.
         variables: every variable by name.
@@ -64,6 +66,27 @@ class Description:
     output_derivative_order: int
     event_indicators: int
     awaits_steps: bool
+    is_co_simulation_only: bool = False
+
+    def undeclared(self, outputs: Iterable[str]) -> str:
+        """Return what is a sign of dynamics that it does not declare behind its outputs, and why; empty where none is.
+
+        That is a clock; a variable that changes at events, where no `sample_time` is the clock and the variable no
+        sampled state; an output of Co-Simulation alone that declares neither an input nor a state to follow.
+        """
+        ours = {*self.sampled_states, *(f"{NEXT}{name}" for name in self.sampled_states)}
+        for name, v in self.variables.items():
+            if v.type.startswith("Clock"):
+                return f"its clock {name} ticks when it does not declare"
+            is_held = self.has_sample_time and (v.causality == "output" or name in ours)
+            if v.changes_at_events and v.causality in ("output", "local") and not is_held:
+                return f"its {v.causality} {name} is discrete, and no parameter {SAMPLE_TIME} declares when it changes"
+        has_input = any(v.causality == "input" for v in self.variables.values())
+        if self.is_co_simulation_only and has_input and not self.states and not self.has_sample_time:
+            for name in outputs:
+                if self.variables[name].dependencies == ():
+                    return f"its output {name} declares no input and no state that it follows"
+        return ""
 
     @property
     def is_sampled(self) -> bool:
@@ -134,6 +157,7 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
         can_interpolate=flags.get("canInterpolateInputs") in ("true", "1"),
         output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
         event_indicators=model.numberOfEventIndicators,
+        is_co_simulation_only=model.modelExchange is None,
         awaits_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
     )
 

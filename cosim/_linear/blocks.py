@@ -154,7 +154,8 @@ class Closed:
 class Blocks:
     """The FMUs of a system side by side: inputs, the fed ones first; outputs, the feeding ones first.
 
-    Raises `StructureError` for excited inputs and wanted outputs (full names) that are not what they should be.
+    Raises `StructureError` for excited inputs and wanted outputs (full names) that are not what they should be, and for
+    an FMU that has dynamics of which it declares nothing, so that its derivatives are not all there is to it.
 
     Attributes:
         instances: by component.
@@ -177,6 +178,13 @@ class Blocks:
                 if name in feeder:
                     raise StructureError(f"{name} is fed by {feeder[name]} and cannot be excited as well")
         self.inputs, self.outputs = [*feeder, *inputs], [*feeder.values(), *outputs]
+        for name, instance in self.instances.items():
+            description = instance.fmu.description
+            if description.has_derivatives and (sign := description.undeclared(_of(name, self.outputs))):
+                raise StructureError(
+                    f"{name} ({description.file.name}): {sign}. It has dynamics that it does not declare, which no "
+                    "derivative of it shows: it has no linear response, but a stepped sweep measures one"
+                )
         values = {name: _values(i, _of(name, self.outputs)) for name, i in self.instances.items()}
         self.states = tuple(f"{name}.{x}" for name, (states, _, _) in values.items() for x in states)
         self.sampled = tuple(f"{name}.{v}" for name, (_, *rest) in values.items() for part in rest for v in part)
