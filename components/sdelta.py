@@ -66,6 +66,10 @@ _MOVE = (1e-6, 1e-4, 1e-2)
 _FORCE, _TORQUE = 0.1, 0.01
 
 
+_DIGITS = 15
+"""Decimals of a slide [m] that are not rounding: at the symmetric posture it is 0."""
+
+
 class _Robot(NamedTuple):
     """Numbers of the robot at its posture, matrices with respect to C.
 
@@ -200,7 +204,7 @@ def analyze(
     robot = _robot(posture, stiffness, payload)
     kinematic = {
         "motor_angles": robot.kinematics.motor_angles,
-        "tube_slides": robot.kinematics.limbs.slide,
+        "tube_slides": np.round(robot.kinematics.limbs.slide, _DIGITS),
         "tube_angles": robot.kinematics.limbs.angle,
         "limb_lengths": robot.kinematics.limbs.length,
         "jacobian": robot.kinematics.jacobian(),

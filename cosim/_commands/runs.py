@@ -137,7 +137,7 @@ def _driven(scene: Scene, excited: str, frequency: float | None) -> System:
 
 
 def _checked(system: System, step_size: float) -> dict[str, dict[str, Connector]]:
-    """Return the variables of a system's FMUs; `StructureError` where wiring, ticks or sources do not fit a step [s]."""
+    """Return the variables of a system's FMUs; `StructureError` where wiring, ticks or sources do not fit."""
     variables = _variables(build.build(system))
     check(system, variables)
     check_sample_times(system, variables, {}, step_size)
