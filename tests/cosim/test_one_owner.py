@@ -22,7 +22,7 @@ def ran(opened, library):
     def run(name: str, seconds: float, signals: list[str], step_size: float | None = None, **arguments):
         scene = load_scene(name, {key.replace("__", "."): value for key, value in arguments.items()})
         step_size = step_size or scene.step_size
-        master = make_master(opened(build(scene.system)), scene.system, scene.algorithm, step_size, library)
+        master = make_master(opened(build(scene.system)), scene.system, "gauss_seidel", step_size, library)
         steps = round(seconds / step_size)
         recording = master.record(signals, rows=steps + 1)
         master.initialize()

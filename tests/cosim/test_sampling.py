@@ -60,7 +60,7 @@ def test_the_robot_settles_on_one_side_of_its_limit_and_not_on_the_other(opened,
     remains = {}
     for side in (0.97, 1.03):
         tick = side * found.longest
-        master = make_master(instances, scene.system, scene.algorithm, tick / 16, library)
+        master = make_master(instances, scene.system, "gauss_seidel", tick / 16, library)
         recording = master.record(scene.outputs, rows=16 * 400 + 1)
         master.initialize(starts={"controller.sample_time": tick, "reference.command.position[3]": 10e-6})
         master.advance(16 * 400)

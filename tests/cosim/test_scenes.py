@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from hfsa.components import sdelta
+from hfsa.components._sdelta_geometry import Posture
 from hfsa.cosim._load_scene import scenes
 from hfsa.cosim._scene_text import read_scene_text, scene_text
 from hfsa.cosim.build import build, instrument, load_scene
@@ -93,7 +95,7 @@ def test_the_rate_and_acceleration_reach_the_reference():
 def settled(opened, arguments: dict[str, object], name: str = "sdelta_hfsa", seconds: float = 3.0) -> Master:
     """The scene at rest under control, with the controller's own step."""
     scene = load_scene(name, arguments)
-    master = Master(opened(build(scene.system)), scene.system, scene.algorithm, 0.25e-3)
+    master = Master(opened(build(scene.system)), scene.system, "gauss_seidel", 0.25e-3)
     master.initialize()
     master.advance(round(seconds / 0.25e-3))
     return master
@@ -110,12 +112,21 @@ def test_control_carries_the_weight_by_feed_forward(opened):
 
 
 def test_control_begins_at_rest_in_any_posture(opened):
-    """Motors start at the posture's angles, so that nothing moves until something is commanded."""
+    """Motors count from the posture, so that nothing moves, not by a last digit, until something is commanded."""
     master = settled(opened, {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155"}, seconds=0.1)
     angles = [f"drive[{j}].motor[{i}].angle" for j in (1, 2, 3) for i in (1, 2)]
-    assert np.abs(master.read(angles)).max() > 0.1
-    outputs = load_scene("sdelta_hfsa").outputs
-    assert np.abs(master.read(list(outputs))).max() < 1e-12
+    assert not np.any(master.read([*angles, *load_scene("sdelta_hfsa").outputs]))
+
+
+def test_the_encoders_steps_are_those_of_the_absolute_angle(opened):
+    """What is shown at a posture, and the angle there, make whole steps."""
+    posture = {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155"}
+    master = settled(opened, {**posture, "encoder_resolution": 1e-3, "gravity": 9.81}, seconds=0.1)
+    numbers = sdelta.analyze(posture=Posture((10, 5, 8), (0.005, 0.003, 0.155)))
+    shown = master.read([f"drive[{j}].motor[{i}].angle" for j in (1, 2, 3) for i in (1, 2)])
+    steps = (shown + numbers["motor_angles"]) / 1e-3
+    assert steps == pytest.approx(np.round(steps), abs=1e-9)
+    assert np.abs(shown / 1e-3 - np.round(shown / 1e-3)).max() > 0.1
 
 
 def test_the_encoders_noise_is_heard_and_their_resolution_seen(opened):

@@ -5,6 +5,7 @@ import pytest
 
 from hfsa.controllers.stage_closed_loop import analyze
 from hfsa.cosim.build import build, load_scene
+from hfsa.cosim.step_judge import settled
 from hfsa.cosim.stepping import make_master
 from hfsa.cosim.system import StructureError
 
@@ -19,7 +20,9 @@ def course(opened, library):
 
     def run(seconds: float, scene: str = "stage_extremes", **arguments) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         loaded = load_scene(scene, arguments)
-        master = make_master(opened(build(loaded.system)), loaded.system, loaded.algorithm, loaded.step_size, library)
+        master = make_master(
+            opened(build(loaded.system)), loaded.system, settled(loaded)[0].algorithm, loaded.step_size, library
+        )
         steps = round(seconds / loaded.step_size)
         recording = master.record([ERROR, FORCE], rows=steps + 1)
         master.initialize()

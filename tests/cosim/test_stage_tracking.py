@@ -37,7 +37,7 @@ def track(opened, library):
     def run(seconds: float, files: dict[str, Path] | None = None, **arguments) -> Track:
         scene = load_scene("stage_tracking", arguments)
         instances = opened({**build(scene.system), **(files or {})})
-        master = make_master(instances, scene.system, scene.algorithm, scene.step_size, library)
+        master = make_master(instances, scene.system, "gauss_seidel", scene.step_size, library)
         steps, volts = round(seconds / scene.step_size), "voltage" in instances
         recording = master.record([*ERRORS, *([SATURATION] if volts else [])], rows=steps + 1)
         master.initialize()
