@@ -28,8 +28,8 @@ of S from the posture, world axes, as the robot's `platform`. `motor` and `encod
 angles count from the posture, as the poses do; the FMU's constants `axis[i].angle_at_posture` are the angles there.
 
 `exact` adds the posture inside and forms every difference from small numbers (`_sdelta_inverse`): without gravity its
-command for a motion of 1 pm is as exact, relative to its size, as for 1 mm, within some 1e-14; with gravity rounding of
-the holding torque, 1e-16 N.m, is left.
+command for a motion of 1 pm is as exact, relative to its size, as for 1 mm, within some 1e-13; with gravity rounding of
+the holding torque, some 1e-14 N.m, is left.
 
 Bode plot about rest at the posture, below the limit, `motor`: measured to command flat at -Kp M_rb, from the rate at
 -Kv M_rb, M_rb = M_th + T^T M T, from tick to tick where it is sampled; `delay` and the hold as in `pd`.
