@@ -224,16 +224,16 @@ def test_the_runs_of_a_comparison_keep_what_they_have_recorded(child, box, forei
 
 
 def test_processes_end_when_their_parent_is_killed(child, box, foreign, tmp_path):
-    """They close the files of their runs, and their temporary folders go away with them."""
+    """They close the files of their runs, and their temporary folders go away with them; the killed one's own stay."""
     scene = box(foreign[2], stop_time=60.0, behaviour=DAWDLE)
     it = child("compare", scene, "--over", "box.at=0,0.01", "-j", "2", "-o", "out/it.png")
     paths = [tmp_path / "out" / f"box_box.at={at}.h5" for at in ("0", "0.01")]
     it.wait_for(lambda: min(map(rows, paths)) > 20)
-    assert len(it.left()) > 0
+    before = it.left()
     it.end(signal.SIGKILL)
     it.wait_for_the_others()
     assert [status(path) for path in paths] == ["interrupted"] * 2
-    assert it.left() == []
+    assert len(it.left()) <= len(before) - len(paths)
 
 
 @pytest.mark.parametrize(
