@@ -26,11 +26,12 @@ from hfsa.cosim import build
 from hfsa.cosim._compiled import LOOPS, chosen_loop
 from hfsa.cosim._fuse import fused, with_fusion
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
+from hfsa.cosim.algorithm_choice import CANDIDATES
 from hfsa.cosim.algorithms import open_master
 from hfsa.cosim.instance import StepError, open_instances
 from hfsa.cosim.stability import Cycle, Mode
 from hfsa.cosim.step_limits import LIMITED
-from hfsa.cosim.system import Scene, StructureError, in_order, nearest
+from hfsa.cosim.system import AUTO, Scene, StructureError, in_order, nearest
 
 STEP_SIZE = "step_size"
 """Name of the communication step [s] among the arguments of a map."""
@@ -175,6 +176,8 @@ def _scene(
 ) -> Scene:
     """Return a scene as it is looked at."""
     scene = with_fusion(build.load_scene(name, arguments), fuse)
+    # one algorithm for all points, as each would choose another
+    algorithm = algorithm or (CANDIDATES[0] if scene.algorithm == AUTO else None)
     changes = {"step_size": step_size, "algorithm": algorithm, "system": in_order(scene.system, order)}
     return replace(scene, **{key: value for key, value in changes.items() if value is not None})
 

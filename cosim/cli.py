@@ -504,7 +504,7 @@ def stability(
         `step_size`. Maps the fastest growth over it, as HDF5 and as a picture, points next to the border and a sample
         of the others checked by simulation.
     algorithm
-        The only one to look at; all, and for a map the scene's, without.
+        The only one to look at; all without, and for a map the scene's, or gauss_seidel where that is `auto`.
     output
         With `--vary`: the map's file; `results/SCENE_stability.h5` without.
     """

@@ -27,7 +27,7 @@ from hfsa.cosim.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.stability import OSCILLATORY
 from hfsa.cosim.step_judge import settled
 from hfsa.cosim.step_limits import LIMITED, StepLimit, step_limits
-from hfsa.cosim.system import ALGORITHMS, StructureError
+from hfsa.cosim.system import ALGORITHMS, AUTO, StructureError
 
 CHOOSES = "chooses its steps"
 """What is said of an algorithm that no step is asked of."""
@@ -94,7 +94,7 @@ def stability_answer(
         axes,
         fuse=request.fuse,
         step_size=request.step_size,
-        algorithm=settled(loaded.scene)[0].algorithm,
+        algorithm=request.algorithm if request.algorithm != AUTO else None,
         order=_names(loaded),
         report=report,
     )
@@ -121,7 +121,7 @@ def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict
     scene, choice = settled(scene)
     system = fused(scene.system, scene.fuse)
     files = build.build(system)
-    asked = ALGORITHMS if algorithm is None else (algorithm,)
+    asked = ALGORITHMS if algorithm in (None, AUTO) else (algorithm,)
     limited = [name for name in asked if name in LIMITED]
     with open_instances(files) as instances:
         limits = []
