@@ -23,7 +23,7 @@ class Sweeper:
     def __init__(self, scene: Scene, inputs, outputs=None):
         self.scene, self.inputs, self.outputs = scene, list(inputs), list(outputs or scene.outputs)
         self.files = build.build(scene.system)
-        self.settings = Settings(step_size=scene.step_size, algorithm=scene.algorithm)
+        self.settings = Settings(step_size=scene.step_size, algorithm="gauss_seidel")
         self.benches = {}
         for name in self.inputs:
             system = build.instrument(scene, name, self.outputs)

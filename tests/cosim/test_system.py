@@ -219,7 +219,7 @@ def test_a_scene_written_by_hand():
         """
     )
     assert found.system["mass"].start == {"damping": 1}
-    assert (found.algorithm, found.band, found.source.part) == ("gauss_seidel", (1.0, 100.0), "sine_source")
+    assert (found.algorithm, found.band, found.source.part) == ("auto", (1.0, 100.0), "sine_source")
 
 
 def test_a_scene_with_a_motion_of_its_own_needs_neither_inputs_nor_amplitude():
@@ -253,7 +253,7 @@ def test_a_scene_that_makes_no_sense(change, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('algorithm = "gauss_seidel"', 'algoritm = "jacobi"', "own.toml has no key 'algoritm'; did you mean algorithm"),
+        ('algorithm = "auto"', 'algoritm = "jacobi"', "own.toml has no key 'algoritm'; did you mean algorithm"),
         ('part = "sdelta"', 'prt = "sdelta"', "component has no key 'prt'; did you mean part"),
         ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
         ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
