@@ -66,10 +66,6 @@ _MOVE = (1e-6, 1e-4, 1e-2)
 _FORCE, _TORQUE = 0.1, 0.01
 
 
-_DIGITS = 15
-"""Decimals of a slide [m] that are not rounding: at the symmetric posture it is 0."""
-
-
 class _Robot(NamedTuple):
     """Numbers of the robot at its posture, matrices with respect to C.
 
@@ -202,9 +198,11 @@ def analyze(
     one_of(level, ("rigid", "cartesian"), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     robot = _robot(posture, stiffness, payload)
+    limbs = robot.kinematics.limbs
+    is_rounding = np.abs(limbs.slide) < np.finfo(float).eps * limbs.length  # at the symmetric posture it is 0
     kinematic = {
         "motor_angles": robot.kinematics.motor_angles,
-        "tube_slides": np.round(robot.kinematics.limbs.slide, _DIGITS),
+        "tube_slides": np.where(is_rounding, 0.0, limbs.slide),
         "tube_angles": robot.kinematics.limbs.angle,
         "limb_lengths": robot.kinematics.limbs.length,
         "jacobian": robot.kinematics.jacobian(),
