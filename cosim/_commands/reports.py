@@ -38,6 +38,8 @@ _KINDS = {
 
 FMU, ANALYSIS = "the FMU", "analyze"
 """What takes an argument of a part."""
+_TAKERS = (None, [FMU, ANALYSIS], [FMU], [ANALYSIS])
+"""Who takes arguments, in the order in which they are listed."""
 
 
 # Parts and scenes -----------------------------------------------------------------------------------------------------
@@ -89,6 +91,11 @@ def _part_entry(part: Part) -> dict[str, Any]:
         model = part.model()
         for key, kinds in _KINDS.items():
             entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
+        # what an analysis takes may be a parameter of the FMU
+        own = {parameter["name"]: parameter for parameter in entry["parameters"]}
+        for name, parameter in own.items():
+            parameter["taken_by"] = [FMU, ANALYSIS] if name in part.analysis_arguments else [FMU]
+        entry["arguments"] = [argument for argument in entry["arguments"] if argument["name"] not in own]
     return entry
 
 
@@ -152,7 +159,8 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
     if not in_full:
         return
     heading = None
-    for item in (*entry["arguments"], *({"taken_by": [FMU], **p} for p in entry.get("parameters", []))):
+    items = [*entry["arguments"], *entry.get("parameters", [])]
+    for item in sorted(items, key=lambda item: _TAKERS.index(item.get("taken_by"))):
         takers = item.get("taken_by", []) if entry.get("has_analysis") and not entry["is_analysis"] else []
         if takers and takers != heading:
             yield f"      {' and '.join(takers)} take" if len(takers) > 1 else f"      {takers[0]} alone takes"
