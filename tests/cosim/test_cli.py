@@ -424,7 +424,7 @@ WRONG = {
     "verb": (["sweeep"], 'Did you mean "sweep"'),
     "option": (["sweep", "mass_on_spring", "--metod", "linear"], "--method"),
     "method": (["sweep", "mass_on_spring", "--method", "multisine"], "stepped"),
-    "points": (["sweep", "mass_on_spring", "--points", "1"], "2"),
+    "points": (["sweep", "mass_on_spring", "--points", "0"], "1"),
     "nothing": (["sweep"], "SCENE"),
 }
 
