@@ -6,7 +6,8 @@ damping in every mode. Loads along the axis of the module and about it act alone
 it by 4.27e-6 rad/N, a torque about the same axis turns it by 1.71e-4 rad/(N.m) and shifts it by 4.27e-6 m/(N.m): both
 meet resonances at 62.82 and 2569.8 Hz. All are 34 dB high where they are alone, and the other entries are zero.
 
-The load goes straight from the source to the stage and is held for a step H, which costs 180 H f degrees, a lead under
+The load goes straight from the source to the stage. `auto` lets it move over a step, which costs 0.002 % of a response;
+held for a step H it costs 180 H f degrees, a lead under
 `gauss_seidel` and a lag under `jacobi`: 0.47 degrees at the end of the band, twice the highest mode, and 1e-4 dB.
 Nothing is fed back, so that no step is unstable: for a lower band `--to 520 --step 5e-6` is as exact.
 """

@@ -18,8 +18,9 @@ though 7.5 degrees behind at 10 Hz; `feed_forward=elastic` within 0.05 dB of 1 u
 is continuous. Horizontal position: `ctc` 0.7 dB at 10 Hz and 7.4 dB at 46 Hz, near the first mode of free motors.
 
 Steps of 0.25 ms / n, n = 1, 2, ..., are stable under all three algorithms with the default control. The error is of the
-first order in the step: at the default, 50 us under `gauss_seidel`, each motion's response to its own command is off by
-0.28 dB and 0.95 degrees at most, a small cross response by more; twice the response at half the step less that at the
+first order in the step: at 50 us under `gauss_seidel` each motion's response to its own command is off by 0.28 dB and
+0.95 degrees at most at the symmetric posture, a small cross response by 30 % (`pd`) and 223 % (`ctc`), so that `auto`
+takes `gauss_seidel_linear`, 0.014 and 0.035 %; twice the response at half the step less that at the
 whole step is within 0.011 dB and 0.06 degrees everywhere. Without control, the drives free, the flexible modes become
 unstable at steps of 62.8 us (`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`), while the rigid motion
 is neutral under `jacobi` and grows by 0.058 1/s per us of step under the other two.

@@ -9,6 +9,7 @@ resonance of the shifts, 37 and 51 m/s2 at 919 Hz; from 2 kHz on it is 5 and 7 m
 centre, but 20 mm off along x the y axis shows its resonance, 77 m/s2 at 2384 Hz. With `stage=jacobian` the elongations
 are excited themselves, and the estimate is -omega^2 times the Jacobian's entry.
 
+`auto` takes `gauss_seidel_linear`, within 0.013 %. The figures of held inputs, `gauss_seidel`, are these.
 An acceleration is the difference of the stacks' force and the stage's, and held inputs put these half a step apart: a
 mode of omega_n is off by H omega_n^2 / (2 omega) radians, 1.5 degrees at 100 Hz, 0.7 at 200 Hz and 0.3 at 500
 Hz with the step of 1 us. The sensor goes first and holds what it gets, a lag of 180 H f degrees, 0.54 at 3 kHz, which

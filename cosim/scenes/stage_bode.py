@@ -11,9 +11,11 @@ resistance holds back charge from a stack that is squeezed, which stiffens and d
 
 A force is passed on twice, from the source to a stack and on to the stage, and each time held for a step: `jacobi` lags
 by a whole step, 7.5 degrees at 2 kHz, and `gauss_seidel` would lead by as much with the stacks first. The stage goes
-first here, so that a stack leads by half a step and the stage lags by half: the error is of the second order, and the
+first here, so that a stack leads by half a step and the stage lags by half: the error is of the second order, and a
 step of 10 us costs 0.006 dB and 0.15 degrees up to 2 kHz, 0.021 dB and 0.22 degrees up to 3 kHz. What is fed back, the
 charge of a stack that is squeezed, makes steps above 64.8 us (`jacobi`) and 188 us (`gauss_seidel`) unstable.
+
+With the step of 5 us `auto` takes `gauss_seidel_quadratic`, and no response errs by a tenth of a per cent.
 
 The amplifiers give 0.1 A. At 2 kHz that is an amplitude of 9.65 V, not the 5.7 V that a stack takes which moves freely:
 between its resonances the stage gives way against the voltage. Limits are seen at the end of a step, so that one is
