@@ -111,8 +111,9 @@ def test_hidden_dynamics_have_no_linear_response(fmu, version, case):
     # of its stability nothing is known either
     system = System([Component("p", str(file))])
     with open_instances({"p": file}) as instances:
-        with pytest.raises(StructureError, match="does not declare"):
-            Cycle(system, instances)
+        if "output y declares" not in words:  # which is asked of outputs that lead somewhere
+            with pytest.raises(StructureError, match="does not declare"):
+                Cycle(system, instances)
         with pytest.raises(StructureError, match="does not declare"):
             linearize(system, instances, [], ["p.y"])
 
