@@ -30,12 +30,14 @@ def test_a_process_that_dies_takes_only_its_own_task_with_it():
 
 
 def test_who_stops_waiting_ends_what_runs(tmp_path):
-    pool, told = "__import__('hfsa.cosim._pool', fromlist=['is_stopping'])", tmp_path / "told"
+    pool, begun, told = "__import__('hfsa.cosim._pool', fromlist=['is_stopping'])", tmp_path / "begun", tmp_path / "told"
     sleep = f"all(__import__('time').sleep(0.01) is None for _ in iter({pool}.is_stopping, True))"
-    wait = f"{sleep} and open({str(told)!r}, 'w').close()"
+    wait = f"open({str(begun)!r}, 'w').close() or {sleep} and open({str(told)!r}, 'w').close()"
     begin = time.monotonic()
     with contextlib.closing(_pool.results(eval, ["1", wait, wait], 2)) as results:
         next(results)
+        while not begun.exists():  # a task that has not begun is never told
+            time.sleep(0.01)
     assert told.exists()
     assert time.monotonic() - begin < 60  # it came back at all: the tasks wait for ever
     assert not _pool.is_stopping()

@@ -354,8 +354,8 @@ def test_a_signal_in_the_middle_of_writing_spoils_nothing(child, tmp_path):
         assert it.end(signal.SIGTERM if number % 2 else signal.SIGINT) == (0, "")
         assert status(path) == "interrupted"
         values, _ = read_run(path)
-        written = {name: int(np.isfinite(v).sum()) for name, v in values.items() if name != "time"}
-        assert len(set(written.values())) == 1
-        assert np.array_equal(values["box.y"][: written["box.y"] - 2], np.arange(written["box.y"] - 2.0))
+        (written,) = {int(np.isfinite(v).sum()) for name, v in values.items() if name != "time"}
+        whole = max(0, written - 2)  # the last write is of three rows, of which each next one replaces two
+        assert np.array_equal(values["box.y"][:whole], np.arange(float(whole)))
         path.unlink()
         it.temporary.rmdir()
