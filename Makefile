@@ -58,4 +58,4 @@ lock:
 	echo ziglang | uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 - -o requirements-zig.lock
 
 clean:
-	rm -rf .venv build fmus/built cosim/_step_*
+	rm -rf .venv build fmus/built cosim/masters/native/_step_*

@@ -1,4 +1,4 @@
-"""Compile the stepping loop where a C compiler is found; otherwise `hfsa` does so at first use: cosim/_compiled.py."""
+"""Compile the stepping loop where a C compiler is found; elsewhere, and at first use: cosim/assembly/native_loop.py."""
 
 import hashlib
 from pathlib import Path
@@ -6,13 +6,14 @@ from pathlib import Path
 from setuptools import Extension, setup
 
 ROOT = Path(__file__).parent
-SOURCES = sorted((ROOT / "cosim/runtime").glob("*.[ch]"))
+SOURCES = sorted((ROOT / "cosim/masters/native").glob("*.[ch]"))
 KEY = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:12]
 PATHS = [file.relative_to(ROOT).as_posix() for file in SOURCES]
 
-# Plain C, loaded with ctypes: cosim/stepping.py looks for it by this name, and never takes one of other sources.
+# Plain C, loaded with ctypes: cosim/masters/native/stepping.py looks for it by this name, and never takes one of other
+# sources.
 LOOP = Extension(
-    f"hfsa.cosim._step_{KEY}",
+    f"hfsa.cosim.masters.native._step_{KEY}",
     [path for path in PATHS if path.endswith(".c")],
     depends=[path for path in PATHS if path.endswith(".h")],
     extra_compile_args=["-O2", "-std=c99", "-fvisibility=hidden", "-ffp-contract=off"],

@@ -21,9 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.components._beam_kinds import KindName
-from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, Normalised, compliant_module
-from hfsa.components._mobility import Freedom, mobility
+from hfsa.components._mechanics.beam_kinds import KindName
+from hfsa.components._mechanics.beam_module import (
+    ALUMINIUM,
+    NORMALISED,
+    Dimensions,
+    Material,
+    Normalised,
+    compliant_module,
+)
+from hfsa.components._mechanics.mobility import Freedom, mobility
 
 NO_CLEAR_SEPARATION = "no clear separation"
 """Instead of a number of freedoms."""

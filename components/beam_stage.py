@@ -28,12 +28,22 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from hfsa.components._beam_kinds import KindName
-from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._beam_spring import DAMPING_RATIO, displacement_outputs, spring
-from hfsa.components._model import Model
-from hfsa.components._modes import modal_damping, modes
-from hfsa.components._rigid_body import ACCELERATION, DISC, POSE, TWIST, WRENCH, Body, declared, mass_matrix, put_out
+from hfsa.components._mechanics.beam_kinds import KindName
+from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
+from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
+from hfsa.components._mechanics.modes import modal_damping, modes
+from hfsa.components._mechanics.rigid_body import (
+    ACCELERATION,
+    DISC,
+    POSE,
+    TWIST,
+    WRENCH,
+    Body,
+    declared,
+    mass_matrix,
+    put_out,
+)
+from hfsa.components._modelling.model import Model
 
 
 def beam_stage(

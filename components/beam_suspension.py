@@ -32,15 +32,25 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from hfsa.components._beam_assembly import at_point
-from hfsa.components._beam_kinds import KindName
-from hfsa.components._beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._beam_spring import DAMPING_RATIO, displacement_outputs, spring
-from hfsa.components._body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
-from hfsa.components._facts import Known
-from hfsa.components._model import Model, ModelError
-from hfsa.components._modes import modal_damping, modes
-from hfsa.components._rigid_body import DISC, POSE, TWIST, WRENCH, Body, Triple, declared, mass_matrix, put_out
+from hfsa.components._mechanics.beam_assembly import at_point
+from hfsa.components._mechanics.beam_kinds import KindName
+from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
+from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
+from hfsa.components._mechanics.body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
+from hfsa.components._mechanics.modes import modal_damping, modes
+from hfsa.components._mechanics.rigid_body import (
+    DISC,
+    POSE,
+    TWIST,
+    WRENCH,
+    Body,
+    Triple,
+    declared,
+    mass_matrix,
+    put_out,
+)
+from hfsa.components._modelling.facts import Known
+from hfsa.components._modelling.model import Model, ModelError
 
 FACTS = {
     BODY_MASS: Known("platform.mass"),

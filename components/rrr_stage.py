@@ -42,15 +42,21 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components import _rrr_hinge as hinge
-from hfsa.components._facts import Known
-from hfsa.components._model import Model, ModelError, one_of
-from hfsa.components._modes import modes
-from hfsa.components._pzt import PULL_FROM_ROUNDING, STROKE_IN_USE, TOKIN, Stack
-from hfsa.components._rrr_dynamics import Mechanism
-from hfsa.components._rrr_facts import DAMPING_TIME, KINEMATICS, STACK_COUPLING, STACK_STIFFNESS, STACK_VOLTAGE
-from hfsa.components._rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics import rrr_hinge as hinge
+from hfsa.components._mechanics.modes import modes
+from hfsa.components._mechanics.pzt import PULL_FROM_ROUNDING, STROKE_IN_USE, TOKIN, Stack
+from hfsa.components._mechanics.rrr_dynamics import Mechanism
+from hfsa.components._mechanics.rrr_facts import (
+    DAMPING_TIME,
+    KINEMATICS,
+    STACK_COUPLING,
+    STACK_STIFFNESS,
+    STACK_VOLTAGE,
+)
+from hfsa.components._mechanics.rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
+from hfsa.components._modelling.facts import Known
+from hfsa.components._modelling.model import Model, ModelError, one_of
 
 Level = Literal["jacobian", "constant_jacobian", "exact"]
 Causality = Literal["source", "force"]

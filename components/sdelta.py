@@ -39,17 +39,17 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components._elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._facts import Known
-from hfsa.components._model import Model, one_of
-from hfsa.components._modes import frequency_matrix, modal_damping, modes
-from hfsa.components._screws import shift, unit_screw
-from hfsa.components._sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
-from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics, by_drive, show_tubes
-from hfsa.components._sdelta_stiffness import PRESETS, Preset, limb_stiffness
-from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._mechanics.elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
+from hfsa.components._mechanics.screws import shift, unit_screw
+from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
+from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, show_tubes
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
+from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._modelling.facts import Known
+from hfsa.components._modelling.model import Model, one_of
 
 FACTS = {
     POSTURE: Known("posture"),

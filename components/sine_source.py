@@ -10,8 +10,8 @@ without ramp and amplitude. There is no input, so there is no Bode plot: it draw
 
 import casadi as ca
 
-from hfsa.components._model import Model
-from hfsa.components._units import rate_unit
+from hfsa.components._modelling.model import Model
+from hfsa.components._modelling.units import rate_unit
 
 
 def sine_source(*, unit: str = "1") -> Model:

@@ -45,14 +45,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.components import _tba_design as designs
-from hfsa.components import _tba_limbs as limbs
-from hfsa.components._model import Model, ModelError, one_of
-from hfsa.components._noise import white_noise
-from hfsa.components._study import Study, slopes
-from hfsa.components._tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
-from hfsa.components._tba_design import DESIGNS, Formulas, KOutRule, Shape
-from hfsa.components._tba_study import design_study
+from hfsa.components._mechanics import tba_design as designs
+from hfsa.components._mechanics import tba_limbs as limbs
+from hfsa.components._mechanics.tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
+from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, KOutRule, Shape
+from hfsa.components._mechanics.tba_study import design_study
+from hfsa.components._modelling.model import Model, ModelError, one_of
+from hfsa.components._modelling.noise import white_noise
+from hfsa.components._modelling.study import Study, slopes
 
 Level = Literal["static", "planar", "spatial", "nonlinear"]
 DesignName = Literal["mems", "optimum", "rapid_prototype"]

@@ -13,7 +13,7 @@ from typing import Literal
 
 import casadi as ca
 
-from hfsa.components._model import Model, ModelError, one_of
+from hfsa.components._modelling.model import Model, ModelError, one_of
 
 Level = Literal["continuous", "sampled"]
 

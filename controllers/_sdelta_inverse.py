@@ -20,11 +20,11 @@ from typing import Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components._model import one_of
-from hfsa.components._screws import expm1, log1p, shift
-from hfsa.components._sdelta_geometry import Posture, tube_motion
-from hfsa.components._sdelta_inertia import Inertia, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive
+from hfsa.components._mechanics.screws import expm1, log1p, shift
+from hfsa.components._mechanics.sdelta_geometry import Posture, tube_motion
+from hfsa.components._mechanics.sdelta_inertia import Inertia, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive
+from hfsa.components._modelling.model import one_of
 from hfsa.components.c_drive import inertia
 
 RobotModel = Literal["linear", "exact"]

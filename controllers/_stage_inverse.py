@@ -10,9 +10,9 @@ from typing import Literal
 
 import casadi as ca
 
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components._model import one_of
-from hfsa.components._rrr_kinematics import Links, elongations, links
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics.rrr_kinematics import Links, elongations, links
+from hfsa.components._modelling.model import one_of
 
 StageModel = Literal["exact", "constant_jacobian"]
 

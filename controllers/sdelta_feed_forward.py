@@ -28,16 +28,16 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from hfsa.components._facts import Known
-from hfsa.components._model import Model, one_of
-from hfsa.components._modes import modes
-from hfsa.components._screws import shift
-from hfsa.components._sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
-from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics, show_motors
-from hfsa.components._sdelta_stiffness import PRESETS, Preset
-from hfsa.components._sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._mechanics.modes import modes
+from hfsa.components._mechanics.screws import shift
+from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, show_motors
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
+from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._modelling.facts import Known
+from hfsa.components._modelling.model import Model, one_of
 from hfsa.controllers._sdelta_inverse import DRIVE_INERTIA
 
 FACTS = {

@@ -33,8 +33,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from hfsa.components._model import ModelError, one_of
-from hfsa.components._rrr_kinematics import LinkSet
+from hfsa.components._mechanics.rrr_kinematics import LinkSet
+from hfsa.components._modelling.model import ModelError, one_of
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
 

@@ -1,6 +1,6 @@
 """The command `hfsa`: parses, nothing else.
 
-Every verb hands its words on and returns an exit code (`_commands/shell.py`). What a verb needs is imported inside it,
+Every verb hands its words on and returns an exit code (`_commands/_shell.py`). What a verb needs is imported inside it,
 so that `hfsa --help` is there at once.
 """
 
@@ -12,8 +12,8 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
-from hfsa.cosim._commands import shell
-from hfsa.cosim._commands.options import (
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import (
     DESIGN_STUDY,
     Algorithm,
     Arguments,
@@ -54,11 +54,11 @@ def list_(name: str | None = None, /, *, json: Json = False) -> int:
     name
         A part or scene to show in full, with its arguments and parameters.
     """
-    from hfsa.cosim._commands.reports import listing, listing_text
+    from hfsa.cosim.commands._reports import listing, listing_text
 
     data = listing(name)
-    shell.answer(data, listing_text(data), json)
-    return shell.DONE
+    _shell.answer(data, listing_text(data), json)
+    return _shell.DONE
 
 
 @app.command
@@ -95,23 +95,23 @@ def analyze(
     output
         With `--map`: its file; `results/NAME_map.h5` without.
     """
-    from hfsa.components._parts import part_named, studied
-    from hfsa.cosim._commands.numbers import numbers_text
-    from hfsa.cosim._commands.studies import Request, study_answer
-    from hfsa.cosim._models import parts
+    from hfsa.components._modelling.parts import part_named, studied
+    from hfsa.cosim.assembly.models import parts
+    from hfsa.cosim.commands._numbers import numbers_text
+    from hfsa.cosim.commands._studies import Request, study_answer
 
-    values = shell.part_arguments(level, parameter)
+    values = _shell.part_arguments(level, parameter)
     request = Request(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
         study = studied(name, parts()).design_study(**values)
         data, text, is_found = study_answer(study, request, name, values)
-        shell.answer(data, text, json)
-        return shell.DONE if is_found else shell.PROBLEMS
+        _shell.answer(data, text, json)
+        return _shell.DONE if is_found else _shell.PROBLEMS
     part = part_named(name, parts())
     numbers = part.analysis(**values)
     units = {key: part.units[key] for key in numbers if key in part.units}
-    shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
-    return shell.DONE
+    _shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
+    return _shell.DONE
 
 
 @app.command
@@ -138,12 +138,12 @@ def export(
     output
         Folder; `fmus/built` in a checkout, else the working folder. An FMU of the same name there is replaced.
     """
-    from hfsa.cosim._fuse import models_to_export
-    from hfsa.cosim._storage.target import check_fmu
+    from hfsa.cosim.assembly.fuse import models_to_export
+    from hfsa.cosim.results.target import check_fmu
     from hfsa.fmus.export import export as export_model
     from hfsa.fmus.export import file_of
 
-    values = shell.part_arguments(level, parameter)
+    values = _shell.part_arguments(level, parameter)
     models = models_to_export(name, values.pop("level", None), values, fuse or ())
     folder = output or _export_folder()
     versions: tuple[Literal[2, 3], ...] = (fmi,) if fmi else (2, 3)
@@ -151,8 +151,8 @@ def export(
         for version in versions:
             check_fmu(file_of(model, folder, version))
     files = [file for model in models for file in export_model(model, folder, versions)]
-    shell.answer({"files": files}, "\n".join(map(str, files)), json)
-    return shell.DONE
+    _shell.answer({"files": files}, "\n".join(map(str, files)), json)
+    return _shell.DONE
 
 
 @app.command
@@ -164,7 +164,7 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     files
         FMU files.
     """
-    from hfsa.cosim.system import StructureError
+    from hfsa.cosim.systems.system import StructureError
     from hfsa.fmus.check import examine
 
     if missing := [str(file) for file in files if not file.is_file()]:
@@ -174,10 +174,10 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     for file, report in reports.items():
         lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]
         for warning in report.warnings:
-            shell.warn(f"{file}: {warning}")
+            _shell.warn(f"{file}: {warning}")
     data = [{"file": f, "problems": r.problems, "warnings": r.warnings} for f, r in reports.items()]
-    shell.answer(data, "\n".join(lines), json)
-    return shell.PROBLEMS if any(report.problems for report in reports.values()) else shell.DONE
+    _shell.answer(data, "\n".join(lines), json)
+    return _shell.PROBLEMS if any(report.problems for report in reports.values()) else _shell.DONE
 
 
 @app.command
@@ -229,17 +229,17 @@ def run(
     output
         Results file; `results/SCENE_run.h5` without.
     """
-    from hfsa.cosim._commands.measure import load
-    from hfsa.cosim._commands.reports import run_report
-    from hfsa.cosim._commands.runs import Drive, run_scene
-    from hfsa.cosim._storage.target import check_new
+    from hfsa.cosim.commands._reports import run_report
+    from hfsa.cosim.experiments.run import Drive, run_scene
+    from hfsa.cosim.experiments.sweep import load
+    from hfsa.cosim.results.target import check_new
 
     path = output or _results_file(scene, "_run")
     check_new(path, force)
     changes = {"step_size": step, "stop_time": stop, "algorithm": algorithm, "tolerance": tolerance}
-    values, signals = shell.named_values(parameter), signal or ()
+    values, signals = _shell.named_values(parameter), signal or ()
     loaded = load(scene, values, fuse or (), loops, order, file=output, signals=signals, **changes)
-    with shell.progress("run") as show:
+    with _shell.progress("run") as show:
         show(0.0, "building FMUs")
         written = run_scene(
             loaded,
@@ -248,13 +248,13 @@ def run(
             loop=loop,
             verified=verify,
             force=force,
-            warn=shell.warn,
+            warn=_shell.warn,
             report=lambda part: show(part, ""),
         )
     found = run_report(path)
     written.check(path)
-    shell.answer(*found, json)
-    return shell.DONE
+    _shell.answer(*found, json)
+    return _shell.DONE
 
 
 @app.command
@@ -312,19 +312,19 @@ def compare(
     output
         Figure; its ending says the format. `results/SCENE_compare.png` without. A picture that is there is replaced.
     """
-    from hfsa.cosim._commands.compare import compare as compare_runs
-    from hfsa.cosim._commands.compare import parse_over
-    from hfsa.cosim._commands.comparison_text import comparison_data, comparison_text
-    from hfsa.cosim._commands.runs import Drive
-    from hfsa.cosim._comparison_figure import comparison_figure, save
-    from hfsa.cosim._storage.target import check_picture
+    from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
+    from hfsa.cosim.experiments.compare import compare as compare_runs
+    from hfsa.cosim.experiments.compare import parse_over
+    from hfsa.cosim.experiments.run import Drive
+    from hfsa.cosim.figures.comparison import comparison_figure, save
+    from hfsa.cosim.results.target import check_picture
 
     path = output or Path("results", f"{Path(scene).stem}_compare.png")
     check_picture(path)
-    with shell.progress("compare") as show:
+    with _shell.progress("compare") as show:
         compared = compare_runs(
             scene,
-            shell.named_values(parameter),
+            _shell.named_values(parameter),
             parse_over(over),
             path.parent,
             drive=Drive(input, frequency, amplitude),
@@ -332,7 +332,7 @@ def compare(
             jobs=jobs,
             verified=verify,
             force=force,
-            warn=shell.warn,
+            warn=_shell.warn,
             report=show,
             file=output,
             signals=signal or (),
@@ -346,12 +346,12 @@ def compare(
         )
     outcomes = [run.outcome for run in compared.runs]
     save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
-    shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
+    _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
     failed = [outcome for outcome in outcomes if outcome.failure]
     if len(failed) == len(outcomes):
-        return shell.SIMULATION_FAILED
+        return _shell.SIMULATION_FAILED
     unverified = [outcome for outcome in outcomes if verify and not outcome.errors]
-    return shell.PROBLEMS if failed or unverified else shell.DONE
+    return _shell.PROBLEMS if failed or unverified else _shell.DONE
 
 
 @app.command
@@ -428,26 +428,26 @@ def sweep(
         Results file; without, `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
         `results/SCENE_open_loop.h5`.
     """
-    from hfsa.cosim._commands.measure import Request, Settings, check_file, load, sweep_scene
-    from hfsa.cosim._commands.reports import sweep_report
+    from hfsa.cosim.commands._reports import sweep_report
+    from hfsa.cosim.experiments.sweep import Request, Settings, check_file, load, sweep_scene
 
     changes = {"step_size": step, "algorithm": algorithm, "tolerance": tolerance}
     if open_loop is not None:
-        from hfsa.cosim._commands.loops import sweep_loop
-        from hfsa.cosim._storage.target import check_new
-        from hfsa.cosim.system import StructureError
+        from hfsa.cosim.experiments.open_loop import sweep_loop
+        from hfsa.cosim.results.target import check_new
+        from hfsa.cosim.systems.system import StructureError
 
         if method != "linear" or input or signal or resume:
             raise StructureError("--open-loop takes --method linear, and no --input, --signal and --resume")
         path = output or _results_file(scene, "_open_loop")
         check_new(path, force)
-        loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
+        loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
         band = {"low": low, "high": high, "points": points, "grid": grid}
-        shell.answer(*sweep_loop(loaded, open_loop, path, force=force, warn=shell.warn, **band), json)
-        return shell.DONE
+        _shell.answer(*sweep_loop(loaded, open_loop, path, force=force, warn=_shell.warn, **band), json)
+        return _shell.DONE
     path = output or _results_file(scene, "" if method == "stepped" else f"_{method}")
     check_file(path, resume=resume, force=force)
-    loaded = load(scene, shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
+    loaded = load(scene, _shell.named_values(parameter), fuse or (), loops, order, file=output, **changes)
     settings = Settings(
         method=method,
         algorithm=loaded.scene.algorithm,
@@ -457,7 +457,7 @@ def sweep(
         settling_time=settling_time,
     )
     request = Request(settings, input or (), signal or (), low, high, points, grid, amplitude, jobs, loop)
-    with shell.progress("sweep") as show:
+    with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         written = sweep_scene(
             loaded,
@@ -465,13 +465,13 @@ def sweep(
             path,
             resume=resume,
             force=force,
-            warn=shell.warn,
+            warn=_shell.warn,
             report=lambda p: show(p.work, f"{p.done} of {p.points} points"),
         )
     data, text, is_complete = sweep_report(path)
     written.check(path)
-    shell.answer(data, text, json)
-    return shell.DONE if is_complete else shell.PROBLEMS
+    _shell.answer(data, text, json)
+    return _shell.DONE if is_complete else _shell.PROBLEMS
 
 
 @app.command
@@ -508,13 +508,13 @@ def stability(
     output
         With `--vary`: the map's file; `results/SCENE_stability.h5` without.
     """
-    from hfsa.cosim._commands.stability import Request, stability_answer
+    from hfsa.cosim.commands._stability import Request, stability_answer
 
     request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
-    with shell.progress("stability") as show:
-        data, text, is_sound = stability_answer(scene, shell.named_values(parameter), request, show, shell.warn)
-    shell.answer(data, text, json)
-    return shell.DONE if is_sound else shell.PROBLEMS
+    with _shell.progress("stability") as show:
+        data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
+    _shell.answer(data, text, json)
+    return _shell.DONE if is_sound else _shell.PROBLEMS
 
 
 @app.command
@@ -541,9 +541,9 @@ def bode(
         Picture file; its ending says the format. The first results file with the ending `.png` without. A picture that
         is there is replaced.
     """
-    from hfsa.cosim._storage.target import check_picture
-    from hfsa.cosim.plots import bode_figure, save
-    from hfsa.cosim.results import read
+    from hfsa.cosim.figures.bode import bode_figure, save
+    from hfsa.cosim.results.files import read
+    from hfsa.cosim.results.target import check_picture
 
     sweeps = [read(path) for path in files]
     if output is not None:
@@ -551,8 +551,8 @@ def bode(
     path = output or files[0].with_suffix(".png")
     check_picture(path)
     save(bode_figure(sweeps, signal or (), input or ()), path)
-    shell.answer({"file": path}, str(path), json)
-    return shell.DONE
+    _shell.answer({"file": path}, str(path), json)
+    return _shell.DONE
 
 
 def main(tokens: list[str] | None = None) -> int:
@@ -563,11 +563,11 @@ def main(tokens: list[str] | None = None) -> int:
     def verb() -> int:
         """Parse and run; a wrong word has been told by then."""
         try:
-            return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or shell.DONE
+            return app(tokens, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
         except CycloptsError:
-            return shell.USAGE
+            return _shell.USAGE
 
-    return shell.run(verb)
+    return _shell.run(verb)
 
 
 def _results_file(scene: str, ending: str) -> Path:

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from hfsa.components._functions import Functions
+from hfsa.components._modelling.functions import Functions
 from hfsa.fmus._variables import Role, Variable
 
 KNOWNS = ((Role.TIME,), (Role.STATE,), (Role.SAMPLED_STATE,), (Role.INPUT,), (Role.PARAMETER,))

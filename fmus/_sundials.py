@@ -10,7 +10,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from hfsa.fmus._errors import ExportError
+from hfsa.fmus.errors import ExportError
 
 LIBRARIES = ("cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "sunnonlinsolnewton")
 """Names of the libraries behind `libsundials_`, but for the one that all need: core, or generic before SUNDIALS 7."""

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import casadi as ca
 
-from hfsa.components._functions import ARGUMENTS, Functions, functions
-from hfsa.components._model import Model
-from hfsa.fmus._errors import ExportError
+from hfsa.components._modelling.functions import ARGUMENTS, Functions, functions
+from hfsa.components._modelling.model import Model
 from hfsa.fmus._variables import Role, Variable, solver_of, variables
+from hfsa.fmus.errors import ExportError
 
 RUNTIME = Path(__file__).parent / "runtime"
 

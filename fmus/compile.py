@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hfsa.fmus._binary import HEADERS
-from hfsa.fmus._errors import ExportError
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import RUNTIME, Sources
+from hfsa.fmus.errors import ExportError
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """Never -ffast-math: it would switch off the checks for NaN, and gradual underflow in the whole host process."""

@@ -13,14 +13,14 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from hfsa.components._model import Model
+from hfsa.components._modelling.model import Model
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus._documentation import documentation
-from hfsa.fmus._errors import ExportError
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import check
 from hfsa.fmus.compile import compile_library, source_files
+from hfsa.fmus.errors import ExportError
 from hfsa.fmus.model_description import Version, build_description, model_description
 
 _LICENSE = Path(__file__).parent / "runtime" / "LICENSE"

@@ -11,9 +11,9 @@ from typing import Literal
 
 from lxml import etree
 
-from hfsa.components._model import Model
-from hfsa.components._units import BASE
-from hfsa.components._units import unit as parse_unit
+from hfsa.components._modelling.model import Model
+from hfsa.components._modelling.units import BASE
+from hfsa.components._modelling.units import unit as parse_unit
 from hfsa.fmus._dependencies import Dependency, dependencies
 from hfsa.fmus._experiment import default_experiment
 from hfsa.fmus._sundials import LIBRARIES

@@ -18,8 +18,8 @@ from unittest.mock import patch
 import casadi as ca
 import numpy as np
 
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components._rrr_kinematics import NOMINAL
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics.rrr_kinematics import NOMINAL
 
 MASSES = {
     "PLATFORM_MASS": 0.13227224996,

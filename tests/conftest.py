@@ -19,8 +19,8 @@ from published import entries, numbers
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._model import Model
-from hfsa.components._parts import find
+from hfsa.components._modelling.model import Model
+from hfsa.components._modelling.parts import find
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.export import export
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from hfsa.components._model import Model
-from hfsa.cosim.system import Component, Connection, System
+from hfsa.components._modelling.model import Model
+from hfsa.cosim.systems.system import Component, Connection, System
 
 
 def linear() -> Model:

@@ -26,8 +26,8 @@ import published_probes
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._parts import find, part_named
-from hfsa.components._units import unit as parse_unit
+from hfsa.components._modelling.parts import find, part_named
+from hfsa.components._modelling.units import unit as parse_unit
 
 Text = str | list[str] | list[list[str]]
 """Numbers as they are printed: one, a row or a matrix."""

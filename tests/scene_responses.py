@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.cosim import build
-from hfsa.cosim._rig import Rig, Settings, Task
-from hfsa.cosim._storage.records import Point, Status
-from hfsa.cosim.instance import Instance
-from hfsa.cosim.linearize import linear_response
-from hfsa.cosim.stability import Cycle
-from hfsa.cosim.sweep import Bench
-from hfsa.cosim.system import Scene
+from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.assembly import build
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.linearize import linear_response
+from hfsa.cosim.measurement.rig import Rig, Settings, Task
+from hfsa.cosim.measurement.sweep import Bench
+from hfsa.cosim.results.records import Point, Status
+from hfsa.cosim.systems.system import Scene
 
 Opened = Callable[[dict[str, Path]], dict[str, Instance]]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import expm
 
-from hfsa.components._model import Model
-from hfsa.cosim.system import Component, Connection, System
+from hfsa.components._modelling.model import Model
+from hfsa.cosim.systems.system import Component, Connection, System
 
 DAMPING, STIFFNESS = 0.5, 100.0
 """Of a mass of 1 kg [N.s/m], [N/m]."""

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Self
 
-from hfsa.cosim.instance import Call
+from hfsa.cosim.fmi.co_simulation import Call
 
 
 class Work:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hfsa.cosim.actions.action import Group, Transfer, Work
-from hfsa.cosim.instance import Instance, StepError
+from hfsa.cosim.fmi.co_simulation import Instance, StepError
 
 TOLERANCE = 1e-10
 """Largest last change but one of a value on a loop, relative to the value or its nominal."""

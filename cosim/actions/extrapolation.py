@@ -23,7 +23,7 @@ import numpy as np
 
 from hfsa.cosim.actions.action import Work
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.instance import Call
+from hfsa.cosim.fmi.co_simulation import Call
 
 # weights of b, h0, h1, h2 in d1 H and d2 H^2
 _HELD = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))

@@ -3,7 +3,7 @@
 `Gains` are the derivatives of what controllers command with respect to what a plant puts out, for the plant to follow
 within the step; `Rates` say what outputs change by at the communication point; `Lines` are the slopes of an instance's
 inputs: to where the instance that feeds them has stepped already, else at the rate that its output has, without what a
-plant follows itself. The law is that of `linearized_feedback.py`.
+plant follows itself. The law is that of `masters/linearized_feedback.py`.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim._feedback_loops import Loop
 from hfsa.cosim.actions.action import Group, Work
 from hfsa.cosim.actions.extrapolation import Remember
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.instance import Call
-from hfsa.cosim.system import Connector
+from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.systems.feedback_loops import Loop
+from hfsa.cosim.systems.system import Connector
 
 
 class Gains(Work):

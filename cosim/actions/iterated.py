@@ -31,8 +31,8 @@ from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop, product
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.instance import Call, StepError
-from hfsa.cosim.system import StructureError
+from hfsa.cosim.fmi.co_simulation import Call, StepError
+from hfsa.cosim.systems.system import StructureError
 
 TOLERANCE = 1e-10
 """Largest last change of a value, relative to the value or its nominal."""

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hfsa.cosim.divergence import DivergenceError, Scale
-from hfsa.cosim.instance import StepError
-from hfsa.cosim.system import Connector
+from hfsa.cosim.actions.divergence import DivergenceError, Scale
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.systems.system import Connector
 
 
 class Watch:

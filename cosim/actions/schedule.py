@@ -7,7 +7,7 @@ from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
-from hfsa.cosim.instance import Call
+from hfsa.cosim.fmi.co_simulation import Call
 
 Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
 """What an action runs."""

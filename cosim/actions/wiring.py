@@ -11,12 +11,12 @@ from itertools import groupby
 
 import numpy as np
 
-from hfsa.cosim._fmi.description import SAMPLE_TIME
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.feedthrough import feedthrough, spelt
-from hfsa.cosim.instance import Instance
-from hfsa.cosim.system import Connection, Connector, StructureError, System, check
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.fmi.description import SAMPLE_TIME
+from hfsa.cosim.systems.feedthrough import feedthrough, spelt
+from hfsa.cosim.systems.system import Connection, Connector, StructureError, System, check
 
 
 class Wiring:

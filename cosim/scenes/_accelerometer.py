@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hfsa.cosim.system import Component
+from hfsa.cosim.systems.system import Component
 
 Level = Literal["static", "planar", "spatial", "nonlinear"]
 Design = Literal["mems", "optimum", "rapid_prototype"]

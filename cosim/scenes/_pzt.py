@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hfsa.cosim.scenes._given import given
-from hfsa.cosim.system import Analysis, Component
+from hfsa.cosim.systems.system import Analysis, Component
 
 
 @dataclass(frozen=True)

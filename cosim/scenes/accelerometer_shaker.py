@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer
 from hfsa.cosim.scenes._scale import READING
-from hfsa.cosim.system import Scene, StructureError, System
+from hfsa.cosim.systems.system import Scene, StructureError, System
 
 
 class _Test(NamedTuple):

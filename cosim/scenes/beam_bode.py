@@ -14,7 +14,7 @@ Nothing is fed back, so that no step is unstable: for a lower band `--to 520 --s
 
 from hfsa.cosim.scenes._payload import Payload, module
 from hfsa.cosim.scenes._scale import beam_pose
-from hfsa.cosim.system import Component, Scene, System
+from hfsa.cosim.systems.system import Component, Scene, System
 
 DISC = Payload()
 

@@ -4,7 +4,7 @@ One resonance at 15.9 Hz, 46 dB high with the default damping, and -40 dB per de
 first scene of your own.
 """
 
-from hfsa.cosim.system import Component, Scene, System
+from hfsa.cosim.systems.system import Component, Scene, System
 
 
 def mass_on_spring(*, damping: float = 0.5) -> Scene:

@@ -1,7 +1,7 @@
 /* The constant side: what the generated file tells the runtime about one model.
 
    A function takes five columns, t, x, z, u, p, and for derivatives further columns behind them, as
-   components/_functions.py says. Every pointer it is given is valid, also the one of an empty column and the one of
+   components/_modelling/functions.py says. Every pointer it is given is valid, also the one of an empty column and the one of
    time. */
 
 #ifndef HFSA_MODEL_H

@@ -20,11 +20,11 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from hfsa.components._model import Kind
-from hfsa.cosim._models import parts
-from hfsa.fmus._errors import ExportError
+from hfsa.components._modelling.model import Kind
+from hfsa.cosim.assembly.models import parts
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.compile import compile_library
+from hfsa.fmus.errors import ExportError
 
 TOLERANCE, STEP, ORDER = "solver.relative_tolerance", "solver.maximum_step", "solver.maximum_order"
 POINTS, ROUNDS = 20, 3

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hfsa.components._beam_assembly import at_point
-from hfsa.components._beam_kinds import KINDS
-from hfsa.components._beam_module import compliant_module
-from hfsa.components._mobility import Mobility, mobility
+from hfsa.components._mechanics.beam_assembly import at_point
+from hfsa.components._mechanics.beam_kinds import KINDS
+from hfsa.components._mechanics.beam_module import compliant_module
+from hfsa.components._mechanics.mobility import Mobility, mobility
 
 EXPECTED = {
     "three_beam": ("RTT", 150, -0.5),

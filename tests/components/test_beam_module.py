@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import hfsa.components
-from hfsa.components._beam import LENGTH_POWERS, beam, of_length
-from hfsa.components._beam_assembly import at_point, ring, side_by_side
-from hfsa.components._beam_kinds import KINDS
-from hfsa.components._beam_module import Dimensions, Material, Normalised, compliant_module
-from hfsa.components._elastostatics import eigenscrews
-from hfsa.components._model import ModelError
-from hfsa.components._parts import find
-from hfsa.components._screws import GAMMA, skew
+from hfsa.components._mechanics.beam import LENGTH_POWERS, beam, of_length
+from hfsa.components._mechanics.beam_assembly import at_point, ring, side_by_side
+from hfsa.components._mechanics.beam_kinds import KINDS
+from hfsa.components._mechanics.beam_module import Dimensions, Material, Normalised, compliant_module
+from hfsa.components._mechanics.elastostatics import eigenscrews
+from hfsa.components._mechanics.screws import GAMMA, skew
+from hfsa.components._modelling.model import ModelError
+from hfsa.components._modelling.parts import find
 from hfsa.components.beam_module import analyze
 
 PART = find([hfsa.components])["beam_module"]

@@ -6,12 +6,12 @@ import pytest
 
 import hfsa.components
 from hfsa.components import beam_stage as stage
-from hfsa.components._beam_kinds import KINDS
-from hfsa.components._functions import functions
-from hfsa.components._linearize import linearize
-from hfsa.components._model import Kind, Model, ModelError
-from hfsa.components._parts import find
-from hfsa.components._rigid_body import Body
+from hfsa.components._mechanics.beam_kinds import KINDS
+from hfsa.components._mechanics.rigid_body import Body
+from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.linearize import linearize
+from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.parts import find
 from hfsa.components.beam_suspension import analyze, beam_suspension
 from hfsa.components.rigid_body import rigid_body
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfsa.components._linearize import linearize
+from hfsa.components._modelling.linearize import linearize
 from hfsa.components.mass_on_spring import mass_on_spring
 
 

@@ -3,7 +3,7 @@
 import casadi as ca
 import pytest
 
-from hfsa.components._model import Kind, Model, ModelError, expand
+from hfsa.components._modelling.model import Kind, Model, ModelError, expand
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import pytest
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._model import Model, ModelError
-from hfsa.components._parts import Part, find, part_named, read_arguments
-from hfsa.components._units import BASE, unit
+from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components._modelling.parts import Part, find, part_named, read_arguments
+from hfsa.components._modelling.units import BASE, unit
 
 PARTS = find([hfsa.components, hfsa.controllers])
 

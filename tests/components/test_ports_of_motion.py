@@ -7,8 +7,8 @@ from conftest import PARTS, VARIANTS
 from hypothesis import given, settings
 from random_postures import postures
 
-from hfsa.components._model import Kind, Model
-from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._modelling.model import Kind, Model
 
 PLACES = {"m", "rad"}
 MOTION = {f"{place}{per}" for place in PLACES for per in ("", "/s", "/s2", "/s3")}

@@ -4,9 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components import _rrr_hinge as hinge
-from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, Links, corner_motion, elongations, legs
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics import rrr_hinge as hinge
+from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, Links, corner_motion, elongations, legs
 
 SETS = pytest.mark.parametrize("geometry", [NOMINAL, CALIBRATED], ids=["nominal", "calibrated"])
 LEVEL = pytest.mark.parametrize("level", ["constant_jacobian", "exact"])

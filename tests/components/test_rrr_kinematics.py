@@ -4,8 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from hfsa.components._model import ModelError
-from hfsa.components._rrr_kinematics import (
+from hfsa.components._mechanics.rrr_kinematics import (
     CALIBRATED,
     NOMINAL,
     OFFSETS,
@@ -16,6 +15,7 @@ from hfsa.components._rrr_kinematics import (
     legs,
     links,
 )
+from hfsa.components._modelling.model import ModelError
 
 UM = 1e-6
 SETS = pytest.mark.parametrize("geometry", [NOMINAL, CALIBRATED], ids=["nominal", "calibrated"])

@@ -10,8 +10,8 @@ import pytest
 from appendix_d2 import MASSES, bases, length, our_model, rate, values, with_its_masses
 from published import entry, half_units, numbers
 
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components import _rrr_hinge as hinge
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics import rrr_hinge as hinge
 
 CLOSE = 3e-9
 """Of the largest number: D.2 prints ten digits and was made with masses that are told from them."""

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from hfsa.components._screws import GAMMA, axis, expm1, exponential, log1p, numbers, shift, skew, unit_screw
+from hfsa.components._mechanics.screws import GAMMA, axis, expm1, exponential, log1p, numbers, shift, skew, unit_screw
 
 vectors = st.tuples(*[st.floats(-1, 1) for _ in range(3)]).map(np.array)
 few = settings(max_examples=50)

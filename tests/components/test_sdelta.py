@@ -4,15 +4,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from hfsa.components import _sdelta_stiffness
-from hfsa.components._functions import functions
-from hfsa.components._linearize import linearize
-from hfsa.components._model import Kind, Model, ModelError
-from hfsa.components._screws import shift
-from hfsa.components._sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics
-from hfsa.components._sdelta_stiffness import Springs
+from hfsa.components._mechanics import sdelta_stiffness
+from hfsa.components._mechanics.screws import shift
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import Springs
+from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.linearize import linearize
+from hfsa.components._modelling.model import Kind, Model, ModelError
 from hfsa.components.sdelta import analyze, sdelta
 
 A = Posture((10, 5, 8), (0.005, 0.003, 0.155))
@@ -186,10 +186,10 @@ def test_cartesian_tends_to_rigid_as_the_stiffness_grows(monkeypatch):
     to_pose = Kinematics.at(A).tubes_to_pose()
     exact = rigid.from_pose(s, POSE, to_pose)
     np.testing.assert_allclose(exact, np.eye(6), atol=1e-12)
-    rod = _sdelta_stiffness.PRESETS["ch4"].rod
+    rod = sdelta_stiffness.PRESETS["ch4"].rod
     errors = []
     for factor in (1e2, 1e3, 1e4):
-        monkeypatch.setitem(_sdelta_stiffness.PRESETS, "ch4", Springs(factor * rod))
+        monkeypatch.setitem(sdelta_stiffness.PRESETS, "ch4", Springs(factor * rod))
         cartesian = Response(sdelta(posture=A))
         errors.append(np.abs(cartesian.from_pose(s, POSE, to_pose) - exact).max())
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)

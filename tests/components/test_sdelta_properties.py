@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
-from hfsa.components._elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._model import ModelError
-from hfsa.components._modes import frequency_matrix, modal_damping, modes
-from hfsa.components._screws import GAMMA, exponential, numbers, shift
-from hfsa.components._sdelta_geometry import C_AXES, INWARDS, JOINTS, MIDDLES, SYMMETRIC, UP, Posture
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics, direct_kinematics
-from hfsa.components._sdelta_stiffness import PRESETS, Springs, limb_stiffness, spring_forces, stiffness
+from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
+from hfsa.components._mechanics.screws import GAMMA, exponential, numbers, shift
+from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, JOINTS, MIDDLES, SYMMETRIC, UP, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Springs, limb_stiffness, spring_forces, stiffness
+from hfsa.components._modelling.model import ModelError
 
 ZERO = np.zeros(3)
 few = settings(max_examples=30)

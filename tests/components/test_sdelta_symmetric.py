@@ -6,12 +6,12 @@ The numbers themselves are among the published ones (`test_published.py`).
 import numpy as np
 import pytest
 
-from hfsa.components._elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._screws import axis, shift
-from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVE_MATRIX, Kinematics
-from hfsa.components._sdelta_stiffness import PRESETS, limb_stiffness, stiffness
+from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._mechanics.screws import axis, shift
+from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import DRIVE_MATRIX, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, limb_stiffness, stiffness
 from hfsa.components.sdelta import analyze
 
 PRESET = pytest.mark.parametrize("preset", sorted(PRESETS))

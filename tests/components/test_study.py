@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import hfsa.components
-from hfsa.components import _tba_design as designs
-from hfsa.components._model import ModelError
-from hfsa.components._parts import Part, find, studied
-from hfsa.components._study import Response, Study, Variable, bounds, optimum, response_map, slopes
+from hfsa.components._mechanics import tba_design as designs
+from hfsa.components._modelling.model import ModelError
+from hfsa.components._modelling.parts import Part, find, studied
+from hfsa.components._modelling.study import Response, Study, Variable, bounds, optimum, response_map, slopes
 
 PARTS = find([hfsa.components])
 PART = PARTS["tba_accelerometer"]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from hfsa.components import _tba_limbs as limbs
-from hfsa.components._tba_design import DESIGNS, Formulas, coriolis, formulas
+from hfsa.components._mechanics import tba_limbs as limbs
+from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, coriolis, formulas
 
 DESIGN = pytest.mark.parametrize("design", DESIGNS)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hfsa.components._units import BASE, rate_unit, unit
+from hfsa.components._modelling.units import BASE, rate_unit, unit
 
 
 def exponents(name: str) -> dict[str, int]:

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hfsa.components._functions import functions
-from hfsa.components._linearize import linearize
-from hfsa.components._model import Kind, ModelError
-from hfsa.components._sdelta_geometry import Posture
+from hfsa.components._mechanics.sdelta_geometry import Posture
+from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.linearize import linearize
+from hfsa.components._modelling.model import Kind, ModelError
 from hfsa.components.sdelta import sdelta
 from hfsa.controllers.pd import pd
 from hfsa.controllers.sdelta_tuning import analyze
@@ -110,7 +110,7 @@ def test_tuning_follows_its_law():
 
 def test_the_holding_torque_balances_the_robots_reaction():
     """J_C^T of the weight's reaction on the tubes plus the motors' torque is nothing, also away from symmetry."""
-    from hfsa.components._sdelta_kinematics import DRIVES_MATRIX
+    from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX
 
     posture = Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))
     model = sdelta(posture=posture, level="rigid")

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hfsa.components._linearize import linearize
-from hfsa.components._model import ModelError
-from hfsa.components._sdelta_geometry import Posture
-from hfsa.components._sdelta_kinematics import Kinematics
-from hfsa.components._sdelta_stiffness import PRESETS, Springs
+from hfsa.components._mechanics.sdelta_geometry import Posture
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Springs
+from hfsa.components._modelling.linearize import linearize
+from hfsa.components._modelling.model import ModelError
 from hfsa.components.sdelta import analyze
 from hfsa.controllers import sdelta_tuning
 from hfsa.controllers.sdelta_feed_forward import sdelta_feed_forward
@@ -74,8 +74,8 @@ def test_bode_sentence():
 def test_the_weight_lifts_the_nominal_pose_by_the_sag():
     model = sdelta_feed_forward()
     model.set_start("gravity", 9.81)
-    from hfsa.components._functions import functions
-    from hfsa.components._model import Kind
+    from hfsa.components._modelling.functions import functions
+    from hfsa.components._modelling.model import Kind
 
     columns = [[q.start for q in model.of(kind)] for kind in (Kind.STATE, Kind.INPUT, Kind.PARAMETER)]
     found = np.array(functions(model).out(0.0, columns[0], [], *columns[1:])).ravel()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from sksundae.cvode import CVODE
 
-from hfsa.components._functions import functions
+from hfsa.components._modelling.functions import functions
 from hfsa.components.rrr_stage import rrr_stage
 from hfsa.controllers.stage_closed_loop import analyze
 

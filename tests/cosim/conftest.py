@@ -9,10 +9,10 @@ import pytest
 from foreign_fmu import foreign_fmu
 from spring_loop import controller, plant, sampled_controller
 
-from hfsa.cosim._compiled import stepping_library
+from hfsa.cosim.assembly.native_loop import stepping_library
 from hfsa.cosim.cli import main
-from hfsa.cosim.instance import Fmu, Instance, Instances, StepError, open_instances
-from hfsa.cosim.stepping import make_master
+from hfsa.cosim.fmi.co_simulation import Fmu, Instance, Instances, StepError, open_instances
+from hfsa.cosim.masters.native.stepping import make_master
 
 Open = Callable[..., Instance]
 

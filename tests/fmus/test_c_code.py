@@ -7,11 +7,11 @@ import sys
 import casadi as ca
 import pytest
 
-from hfsa.components._model import Model, ModelError
-from hfsa.fmus._errors import ExportError
+from hfsa.components._modelling.model import Model, ModelError
 from hfsa.fmus._variables import Role
 from hfsa.fmus.c_code import RUNTIME, generate
 from hfsa.fmus.compile import CVODE, source_files
+from hfsa.fmus.errors import ExportError
 
 
 def test_the_runtime_holds_no_generated_line_and_the_model_no_other(models, model_name):

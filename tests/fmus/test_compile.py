@@ -11,9 +11,9 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from hfsa.fmus._errors import ExportError
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.compile import FLAGS, compile_library, compiler, source_files
+from hfsa.fmus.errors import ExportError
 
 
 def standard_functions() -> set[str]:

@@ -9,12 +9,12 @@ import fmpy
 import numpy as np
 import pytest
 
-from hfsa.components._model import Model
-from hfsa.fmus._errors import ExportError
+from hfsa.components._modelling.model import Model
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.check import check
 from hfsa.fmus.compile import CVODE, compile_library, source_files
+from hfsa.fmus.errors import ExportError
 from hfsa.fmus.export import export
 
 

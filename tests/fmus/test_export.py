@@ -15,12 +15,12 @@ from fmpy.model_description import read_build_description, read_model_descriptio
 from fmpy.simulation import instantiate_fmu
 
 import hfsa.fmus.export as room
-from hfsa.components._model import Model
+from hfsa.components._modelling.model import Model
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus._binary import binary_path
-from hfsa.fmus._errors import ExportError
 from hfsa.fmus.check import examine
 from hfsa.fmus.compile import compiler
+from hfsa.fmus.errors import ExportError
 from hfsa.fmus.export import export
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])

@@ -17,8 +17,8 @@ from fmpy.simulation import instantiate_fmu
 from lxml import etree
 from scipy.linalg import expm
 
-from hfsa.components._functions import functions
-from hfsa.components._model import Kind, Model
+from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.model import Kind, Model
 from hfsa.components.sine_source import sine_source
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])

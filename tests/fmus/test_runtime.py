@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hfsa.components._functions import functions
+from hfsa.components._modelling.functions import functions
 
 
 def test_outputs_follow_inputs_without_a_step(instance, version):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hfsa.components._functions import functions
+from hfsa.components._modelling.functions import functions
 
 KNOWNS = ("time", "state", "sampled_state", "input", "parameter")
 UNKNOWNS = ("derivative", "output", "next", "sampled_output")

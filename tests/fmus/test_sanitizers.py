@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.fmus._errors import ExportError
 from hfsa.fmus._sundials import Sundials, sundials
 from hfsa.fmus.c_code import RUNTIME, generate
 from hfsa.fmus.compile import FLAGS, compiler, source_files
+from hfsa.fmus.errors import ExportError
 
 HARNESS = Path(__file__).parent / "harness"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-strict-prototypes")

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from hfsa.components import tba_accelerometer
-from hfsa.components._linearize import linearize
-from hfsa.components._tba_design import DESIGNS
+from hfsa.components._mechanics.tba_design import DESIGNS
+from hfsa.components._modelling.linearize import linearize
 
 
 def accelerometer_design(design: str) -> dict[str, Any]:

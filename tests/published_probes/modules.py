@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from hfsa.components import beam_module
-from hfsa.components._beam import LENGTH_POWERS, beam
-from hfsa.components._beam_assembly import one_on_another, ring, side_by_side
-from hfsa.components._beam_module import Dimensions, Material
+from hfsa.components._mechanics.beam import LENGTH_POWERS, beam
+from hfsa.components._mechanics.beam_assembly import one_on_another, ring, side_by_side
+from hfsa.components._mechanics.beam_module import Dimensions, Material
 
 _RADIUS, _TILT = 0.6, np.pi / 4
 _E, _G = 69e9, 26e9

@@ -4,14 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.components import _sdelta_stiffness, sdelta
-from hfsa.components._elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._modes import modal_damping
-from hfsa.components._screws import axis, shift
-from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC
-from hfsa.components._sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._sdelta_kinematics import DRIVES_MATRIX, Kinematics
-from hfsa.components._sdelta_stiffness import PRESETS, limb_stiffness, stiffness
+from hfsa.components import sdelta
+from hfsa.components._mechanics import sdelta_stiffness
+from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._mechanics.modes import modal_damping
+from hfsa.components._mechanics.screws import axis, shift
+from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, limb_stiffness, stiffness
 
 
 def sdelta_geometry() -> dict[str, Any]:
@@ -32,7 +33,7 @@ def sdelta_springs(preset: str) -> dict[str, Any]:
     return {
         "rod": springs.rod,
         "shaft": springs.shaft,
-        "shaft_alone": _sdelta_stiffness._SHAFT,
+        "shaft_alone": sdelta_stiffness._SHAFT,
         "slide": slide,
         "turn": turn,
         "by_rod": [slide / springs.rod, turn / springs.rod],

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from hfsa.components import sdelta
-from hfsa.components._modes import frequency_matrix, modes
-from hfsa.components._screws import axis, shift, skew
-from hfsa.components._sdelta_geometry import PLATFORM_RADIUS, Posture
-from hfsa.components._sdelta_inertia import CUBE, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics
-from hfsa.components._sdelta_stiffness import PRESETS, stiffness
+from hfsa.components._mechanics.modes import frequency_matrix, modes
+from hfsa.components._mechanics.screws import axis, shift, skew
+from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, stiffness
 
 _EXAMPLE = (0.005, 0.003, 0.155)
 """Position of S in the example [m]."""

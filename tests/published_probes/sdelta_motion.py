@@ -9,12 +9,12 @@ import scipy.linalg
 from scipy.optimize import brentq
 
 from hfsa.components import c_drive, sdelta
-from hfsa.components._functions import functions
-from hfsa.components._linearize import linearize
-from hfsa.components._model import Kind
-from hfsa.components._sdelta_geometry import SYMMETRIC
-from hfsa.components._sdelta_inertia import CUBE, with_payload
-from hfsa.components._sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC
+from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.linearize import linearize
+from hfsa.components._modelling.model import Kind
 from hfsa.controllers import sdelta_tuning
 
 _POSE = [f"platform/{kind}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import brentq
 
-from hfsa.components import _pzt as stack
-from hfsa.components import _rrr_dynamics as dynamics
-from hfsa.components import _rrr_hinge as hinge
 from hfsa.components import rrr_stage
-from hfsa.components._modes import modes
-from hfsa.components._rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
+from hfsa.components._mechanics import pzt as stack
+from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics import rrr_hinge as hinge
+from hfsa.components._mechanics.modes import modes
+from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 
 _PRINTED_HINGE = 40.8963
 """K_b of table D.3 [N.m/rad]."""

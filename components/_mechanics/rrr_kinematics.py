@@ -1,0 +1,246 @@
+"""Kinematics of the planar 3-RRR stage: three cranks, turned by stacks, carry a platform on three couplers.
+
+Frame: origin at the centre of the platform at rest, X through C2, counter-clockwise positive. Leg i = 1, 2, 3 lies at
+the polar angle o_i = 120, 0, -120 degrees: fixed hinge A_i, crank A_i B_i, coupler B_i C_i, corner C_i of the platform.
+Stack i pushes on an arm R0 of its crank and turns it clockwise, by dtheta_i = -l_i / R0. With the pose q = (x, y, yaw)
+
+    C_i = (x, y) + Rot(yaw) C_i0,   B_i = A_i + Rot(dtheta_i) (B_i0 - A_i),   |C_i - B_i| = L_BC
+
+gives l(q) in closed form, and about rest q ~ J0 l. Every stack turns the platform clockwise: the last row of J0 is
+negative.
+
+Source: thesis of 2000 on the 3-RRR stage, whose equation numbers are cited; the constraint is written anew here,
+because its expansion in (2.14) to (2.16) is wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._modelling.model import ModelError, one_of
+
+Kinematics = Literal["nominal", "calibrated", "measured"]
+LinkSet = Literal["nominal", "calibrated"]
+"""Parameter sets with links; `measured` is a Jacobian alone."""
+
+OFFSETS = 2 * np.pi * np.array([1, 0, -1]) / 3
+"""o_i: polar angles of the legs, shape (3,) [rad]."""
+
+_ITERATIONS = 20
+_CONVERGED = 1e-14
+"""Newton's last step, relative to the size of the coordinates [m, rad]."""
+
+
+@dataclass(frozen=True)
+class Links:
+    """Lengths and angles of the links at rest; shapes (3, 2) hold one point per leg.
+
+    Attributes:
+        crank: L_AB [m].
+        coupler: L_BC [m].
+        radius: R, from the centre of the platform to a corner [m].
+        psi1: direction from A2 to C2 [rad].
+        psi2: angle of triangle A B C at C [rad].
+        arm: R0, arm of the stack on the crank [m].
+    """
+
+    crank: float
+    coupler: float
+    radius: float
+    psi1: float
+    psi2: float
+    arm: float = 3.5e-3
+
+    @property
+    def psi(self) -> float:
+        """Direction from B2 to C2 [rad]."""
+        return self.psi1 + self.psi2
+
+    @property
+    def psi3(self) -> float:
+        """Angle from a crank to its coupler [rad]."""
+        return self.psi2 + np.arcsin(self.coupler * np.sin(self.psi2) / self.crank)
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """C_i0: corners of the platform [m]."""
+        return self.radius * _directions(OFFSETS)
+
+    @cached_property
+    def crank_ends(self) -> np.ndarray:
+        """B_i0: hinges between cranks and couplers [m]."""
+        return self.corners - self.coupler * _directions(self.psi + OFFSETS)
+
+    @cached_property
+    def base_hinges(self) -> np.ndarray:
+        """A_i: fixed hinges [m]."""
+        return self.crank_ends - self.crank * _directions(self.psi - self.psi3 + OFFSETS)
+
+    @property
+    def cranks(self) -> np.ndarray:
+        """A_i B_i at rest [m]."""
+        return self.crank_ends - self.base_hinges
+
+    @property
+    def couplers(self) -> np.ndarray:
+        """B_i C_i at rest [m]."""
+        return self.corners - self.crank_ends
+
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """J0, elongations to pose about rest, shape (3, 3) [m/m, m/m, rad/m] (eqs 2.21, 2.22)."""
+        along = _directions(self.psi + OFFSETS)
+        rows = np.column_stack([along, np.full(3, self.radius * np.sin(self.psi))])
+        return -self.crank * np.sin(self.psi3) / self.arm * np.linalg.inv(rows)
+
+
+NOMINAL = Links(17.720e-3, 11e-3, 29.546e-3, 1.1733, 0.81569)
+"""Dimensions as designed (eq 2.1)."""
+CALIBRATED = Links(16.3333e-3, 10.7105e-3, 31.2969e-3, 1.0951, 0.3366)
+"""Dimensions that fit the measured pose at l = (12, 0, 12) um (sec. 2.5); over 0 to 12 um up to 11.06 um off, at
+l = (0, 12, 12) um."""
+
+_MEASURED = np.array(
+    [
+        [1.610797127, -1.298942876, -0.164324634],
+        [-0.6056938677, -1.42884239, 1.37702048],
+        [-32.69206385, -28.30203574, -20.19743117],
+    ]
+)
+"""J in the axes of the measurement [m/m, m/m, rad/m] (app. A)."""
+
+
+class Legs(NamedTuple):
+    """Turns of the links from rest at a pose, columns of three [rad]: `crank` dtheta_i, `coupler` dalpha_i."""
+
+    crank: ca.SX
+    coupler: ca.SX
+
+
+def links(kinematics: str) -> Links:
+    """Return the links of a parameter set; `ModelError` for `measured`, which is a Jacobian without links."""
+    if kinematics == "measured":
+        raise ModelError(
+            "rrr_stage: kinematics 'measured' is a Jacobian without links and has level jacobian only; "
+            "the other levels take nominal or calibrated"
+        )
+    sets = {"nominal": NOMINAL, "calibrated": CALIBRATED}
+    return sets[one_of(kinematics, sets, "rrr_stage: kinematics")]
+
+
+def jacobian(kinematics: str) -> np.ndarray:
+    """Return J0 of a parameter set, shape (3, 3); the measured one turned by psi - 60 deg into the stage's axes."""
+    if kinematics != "measured":
+        return links(kinematics).jacobian
+    turn = NOMINAL.psi - np.pi / 3
+    to_stage = np.eye(3)
+    to_stage[:2, :2] = _rotation(turn)
+    return to_stage @ _MEASURED
+
+
+def corner_motion(geometry: Links, pose: ca.SX) -> ca.SX:
+    """Return the displacements of the corners C_i from rest at a pose (3, 1), columns of shape (2, 3) [m]."""
+    sine, less_one = ca.sin(pose[2]), _cosine_less_one(pose[2])
+    turn = ca.vertcat(ca.horzcat(less_one, -sine), ca.horzcat(sine, less_one))
+    return ca.repmat(pose[:2], 1, 3) + turn @ ca.DM(geometry.corners.T)
+
+
+def legs(geometry: Links, pose: ca.SX) -> Legs:
+    """Return the turns of cranks and couplers at a pose (3, 1); not a number where a leg cannot reach.
+
+    Every difference from rest is formed before it is added to anything, so that the turns at rest are exactly zero.
+    """
+    moved = corner_motion(geometry, pose)
+    diagonals = geometry.corners - geometry.base_hinges
+    crank = ca.vertcat(*[_crank(geometry, diagonal, moved[:, i]) for i, diagonal in enumerate(diagonals)])
+    return Legs(crank, coupler_turns(geometry, coupler_motion(geometry, pose, crank)))
+
+
+def coupler_motion(geometry: Links, pose: ca.SX, crank: ca.SX) -> ca.SX:
+    """Return the changes of the B_i C_i from rest at a pose and turns of the cranks, columns of shape (2, 3) [m]."""
+    at_B = ca.horzcat(*[_swing(rest, crank[i]) for i, rest in enumerate(geometry.cranks)])
+    return corner_motion(geometry, pose) - at_B
+
+
+def coupler_turns(geometry: Links, change: ca.SX) -> ca.SX:
+    """Return the turns dalpha_i of the couplers from the changes of the B_i C_i, shape (3, 1) [rad]."""
+    return ca.vertcat(*[_turn(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
+
+
+def elongations(geometry: Links, pose: ca.SX) -> ca.SX:
+    """Return the elongations l_i that a pose (3, 1) demands, shape (3, 1) [m]."""
+    return -geometry.arm * legs(geometry, pose).crank
+
+
+def forward(geometry: Links, elongation: Sequence[float]) -> np.ndarray:
+    """Return the pose at these elongations [m], shape (3,) [m, m, rad]; `ModelError` if no pose has them."""
+    pose = ca.SX.sym("pose", 3)
+    wanted = np.asarray(elongation, dtype=float)
+    residual = elongations(geometry, pose) - ca.DM(wanted)
+    failure = f"rrr_stage: no pose has the elongations {elongation} m; the stacks reach 0 to 12e-6 m"
+    return newton(pose, residual, geometry.jacobian @ wanted, failure)
+
+
+def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) -> np.ndarray:
+    """Return the root of `residual` (n, 1) in `unknowns` (n, 1) near `start` (n,); `ModelError` `failure` if none."""
+    step = ca.Function("step", [unknowns], [ca.solve(ca.jacobian(residual, unknowns), residual)])
+    value = np.asarray(start, dtype=float)
+    for _ in range(_ITERATIONS):
+        change = np.array(step(value)).ravel()
+        value = value - change
+        if not np.all(np.isfinite(value)):
+            break
+        if np.abs(change).max() <= _CONVERGED * max(1.0, np.abs(value).max()):
+            return value
+    raise ModelError(failure)
+
+
+def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
+    """Return a constant vector (2,) turned by an angle, shape (2, 1); at zero it is the vector to the last bit."""
+    return ca.DM(vector) + _swing(vector, angle)
+
+
+def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
+    """Change of a constant vector (2,) that turns by an angle, shape (2, 1); at zero it is zero to the last bit."""
+    return _cosine_less_one(angle) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+
+
+def _cosine_less_one(angle: ca.SX) -> ca.SX:
+    """cos(angle) - 1 with all digits, however small the angle."""
+    return -2 * ca.sin(angle / 2) ** 2
+
+
+def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
+    """Turn of a crank whose A C vector goes from `rest` (2,) to `rest + moved`: turn of A C less growth of angle A."""
+    crank, coupler = geometry.crank, geometry.coupler
+    length = np.linalg.norm(rest)
+    growth = 2 * ca.dot(ca.DM(rest), moved) + ca.sumsqr(moved)
+    now = ca.sqrt(length**2 + growth)
+    cosine = (crank**2 + length**2 - coupler**2) / (2 * crank * length)
+    change = growth / (now + length) * (1 - (crank**2 - coupler**2) / (now * length)) / (2 * crank)
+    square = 1 - cosine**2
+    less = change * (2 * cosine + change)
+    sine = np.sqrt(square)
+    growth_of_sine = -less / (ca.sqrt(square - less) + sine)
+    widening = ca.atan2(growth_of_sine * cosine - change * sine, 1 + growth_of_sine * sine + change * cosine)
+    return _turn(rest, moved) - widening
+
+
+def _turn(rest: np.ndarray, moved: ca.SX) -> ca.SX:
+    """Angle from `rest` (2,) to `rest + moved`."""
+    across = rest[0] * moved[1] - rest[1] * moved[0]
+    return ca.atan2(across, rest @ rest + ca.dot(ca.DM(rest), moved))
+
+
+def _directions(angles: np.ndarray) -> np.ndarray:
+    """Unit vectors at angles, (n, 2)."""
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _rotation(angle: float) -> np.ndarray:
+    """Rotation by an angle, (2, 2)."""
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

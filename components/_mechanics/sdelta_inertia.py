@@ -1,0 +1,112 @@
+"""Inertia of the SDelta's moving platform with its payload.
+
+The thesis prints the sum of the platform and a steel cube of 3 kg; the platform alone follows by taking the cube off.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hfsa.components._mechanics.screws import skew
+from hfsa.components._modelling.follows import follows
+from hfsa.components._modelling.model import ModelError
+
+_CUBE_MASS = 3.0
+_CUBE_EDGE = 0.072
+_CUBE_HEIGHT = 0.04225
+"""Centre of the cube above S: half its edge on a plate of 12.5 mm (inferred from eq 4.31) [m]."""
+
+_TOTAL_MASS = 4.4857
+"""Platform and cube [kg] (eq 4.31)."""
+_TOTAL_HEIGHT = _CUBE_MASS * _CUBE_HEIGHT / _TOTAL_MASS
+_TOTAL_INERTIA = (0.0089432, 0.0089432, 0.0117172)
+"""Platform and cube about their centre of mass, platform axes [kg.m2] (inferred from eqs 4.33 to 4.37)."""
+
+
+class Inertia(NamedTuple):
+    """A rigid body in the platform's axes.
+
+    Attributes:
+        mass: [kg].
+        center: centre of mass from S, shape (3,) [m].
+        tensor: moments of inertia about the centre of mass, shape (3, 3) [kg.m2].
+    """
+
+    mass: float
+    center: np.ndarray
+    tensor: np.ndarray
+
+    def about(self, point: np.ndarray) -> np.ndarray:
+        """Return the moments of inertia about a point given from S, shape (3, 3) [kg.m2]."""
+        arm = skew(self.center - point)
+        return self.tensor - self.mass * arm @ arm
+
+    def matrix(self, Q: np.ndarray) -> np.ndarray:
+        """Return the mass matrix about the centre of mass at attitude `Q`, blkdiag(Q I Q^T, m 1), shape (6, 6)."""
+        M = self.mass * np.eye(6)
+        M[:3, :3] = Q @ self.tensor @ Q.T
+        return M
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What the platform carries; by default the thesis' steel cube of 3 kg.
+
+    Where only the mass is given, it is a steel cube of that mass, in the middle of the platform as the thesis' is:
+    center and inertia follow from the mass unless they are given too.
+
+    Attributes:
+        mass: [kg]; 0 for the platform alone.
+        center: centre of mass from S in the platform's axes [m]; that of the cube.
+        inertia: moments of inertia about the payload's centre of mass, along the platform's axes [kg.m2]; the cube's.
+
+    Raises:
+        ModelError: a negative mass or inertia, an inertia no body can have, or values that are not finite.
+    """
+
+    mass: float = _CUBE_MASS
+    center: tuple[float, float, float] = follows("mass")
+    inertia: tuple[float, float, float] = follows("mass")
+
+    def __post_init__(self):
+        if not (np.isfinite(self.mass) and self.mass >= 0):
+            raise ModelError(f"payload.mass is {self.mass} kg, expected 0 or more")
+        edge = _CUBE_EDGE * float(np.cbrt(self.mass / _CUBE_MASS))
+        if self.center is None:
+            object.__setattr__(self, "center", (0.0, 0.0, _CUBE_HEIGHT + (edge - _CUBE_EDGE) / 2))
+        if self.inertia is None:
+            object.__setattr__(self, "inertia", (self.mass * edge**2 / 6,) * 3)
+        for name, values in (("center", self.center), ("inertia", self.inertia)):
+            if len(values) != 3 or not np.all(np.isfinite(values)):
+                raise ModelError(f"payload.{name} is {values}, expected three finite numbers")
+        if min(self.inertia) < 0:
+            raise ModelError(f"payload.inertia is {self.inertia} kg.m2, expected 0 or more")
+        if 2 * max(self.inertia) > sum(self.inertia) * (1 + 1e-9):
+            raise ModelError(f"payload.inertia is {self.inertia} kg.m2, but no moment can exceed the sum of the others")
+        if self.mass == 0 and any(self.inertia):
+            raise ModelError(f"payload.inertia is {self.inertia} kg.m2 with no mass, expected 0,0,0")
+
+    @property
+    def body(self) -> Inertia:
+        """The payload as a rigid body."""
+        return Inertia(self.mass, np.array(self.center), np.diag(self.inertia))
+
+
+CUBE = Payload()
+"""The thesis' specimen: a steel cube of 72 mm in the middle of the platform."""
+
+
+def with_payload(payload: Payload) -> Inertia:
+    """Return the platform and its payload as one rigid body."""
+    bodies = (_platform(), payload.body)
+    mass = sum(body.mass for body in bodies)
+    center = sum((body.mass * body.center for body in bodies), np.zeros(3)) / mass
+    return Inertia(mass, center, sum((body.about(center) for body in bodies), np.zeros((3, 3))))
+
+
+def _platform() -> Inertia:
+    """Return the platform alone: its centre of mass is S."""
+    total = Inertia(_TOTAL_MASS, np.array([0.0, 0.0, _TOTAL_HEIGHT]), np.diag(_TOTAL_INERTIA))
+    S = np.zeros(3)
+    return Inertia(_TOTAL_MASS - _CUBE_MASS, S, total.about(S) - CUBE.body.about(S))

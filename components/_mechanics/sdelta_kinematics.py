@@ -1,0 +1,170 @@
+"""Differential and direct kinematics of the SDelta robot.
+
+    N dx = L dq,    dq = [du_1, dphi_1, ... du_3, dphi_3],    L = diag(1, l_1, 1, l_2, 1, l_3)
+    dq = J_L dtheta,    dx = T dtheta,    T = N^-1 L J_L
+
+Row by row, N dx is the displacement of the joint S_j along the C axis e_c and along e_n = e_c x e_l, across the limb.
+The rows are [p x e; e] with p = S_j minus the reference point (eq 3.17, where the sign of p x e is misprinted). Motors
+are ordered L1, R1, L2, R2, L3, R3; the difference of a pair slides its tube, their sum turns it.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._mechanics.screws import exponential, numbers
+from hfsa.components._mechanics.sdelta_geometry import (
+    C_AXES,
+    INWARDS,
+    JOINTS,
+    PLATFORM_RADIUS,
+    SYMMETRIC,
+    UP,
+    Limbs,
+    Posture,
+    angles,
+    limbs_at,
+)
+from hfsa.components._modelling.model import Model, ModelError
+
+SCREW_PITCH = 0.060
+"""Travel of a nut per turn of its motor [m] (from eqs 3.26c and 3.55)."""
+GEAR_REDUCTION = 6.0
+"""Motor turns per turn of a tube (eq 3.54)."""
+DRIVE_MATRIX = np.array(
+    [
+        [SCREW_PITCH / (4 * np.pi), -SCREW_PITCH / (4 * np.pi)],
+        [1 / (2 * GEAR_REDUCTION), 1 / (2 * GEAR_REDUCTION)],
+    ]
+)
+"""J_C of one C-drive, [du; dphi] = J_C [dtheta_L; dtheta_R], shape (2, 2) [m/rad, 1] (eq 3.13)."""
+DRIVES_MATRIX = np.kron(np.eye(3), DRIVE_MATRIX)
+"""J_L of all three C-drives, shape (6, 6)."""
+HOME = limbs_at(SYMMETRIC.matrix, np.array(SYMMETRIC.position))
+"""Limbs at the symmetric posture, where all motor angles are zero."""
+
+CONDITION_LIMIT = 1e4
+"""Largest `Kinematics.condition_number` of a posture that counts as regular."""
+
+# Makes lengths of rotations, so that matrices of mixed units have a condition number.
+_LENGTHS = np.repeat([PLATFORM_RADIUS, 1.0], 3)
+_ORIGIN = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """First-order kinematics at one pose.
+
+    Attributes:
+        Q: attitude of the platform, shape (3, 3).
+        position: position of S, shape (3,) [m].
+        limbs: coordinates of the limbs.
+    """
+
+    Q: np.ndarray
+    position: np.ndarray
+    limbs: Limbs
+
+    @classmethod
+    def at(cls, posture: Posture) -> "Kinematics":
+        """Return the kinematics at a posture; `ModelError` with the condition number where it is singular."""
+        return cls.of(posture.matrix, np.array(posture.position))
+
+    @classmethod
+    def of(cls, Q: np.ndarray, position: np.ndarray) -> "Kinematics":
+        """Return the kinematics at attitude `Q` and position of S; errors as in `at`."""
+        kinematics = cls(Q, position, limbs_at(Q, position))
+        condition = kinematics.condition_number
+        if not condition <= CONDITION_LIMIT:
+            raise ModelError(
+                f"posture with rotation {_text(angles(Q))} deg and position {_text(position)} m is singular: condition "
+                f"number {condition:.3g} from platform to tubes, expected at most {CONDITION_LIMIT:g}"
+            )
+        return kinematics
+
+    @property
+    def lever(self) -> np.ndarray:
+        """Diagonal of L, shape (6,) [1 and m]."""
+        return _pairs(np.ones(3), self.limbs.length)
+
+    def rows(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
+        """Return N about the reference point S + `offset` (world axes) [m], shape (6, 6) (eq 3.17)."""
+        p = JOINTS @ self.Q.T - offset
+        across = np.outer(np.cos(self.limbs.angle), UP) - np.sin(self.limbs.angle)[:, None] * INWARDS
+        N = np.empty((6, 6))
+        N[0::2] = np.hstack([np.cross(p, C_AXES), C_AXES])
+        N[1::2] = np.hstack([np.cross(p, across), across])
+        return N
+
+    def tubes_to_pose(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
+        """Return N^-1 L, tubes [u_1, phi_1, ...] to the pose of the reference point S + `offset`, shape (6, 6)."""
+        return np.linalg.solve(self.rows(offset), np.diag(self.lever))
+
+    def jacobian(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
+        """Return T, motor angles to the pose of the reference point S + `offset`, shape (6, 6)."""
+        return self.tubes_to_pose(offset) @ DRIVES_MATRIX
+
+    @property
+    def condition_number(self) -> float:
+        """Condition number of L^-1 N at S, with rotations of platform and tubes weighted by the platform's radius.
+
+        Infinite where the platform can move while the tubes stand still, and where a limb has no length.
+        """
+        if self.limbs.length.min() == 0:
+            return np.inf
+        tubes = np.tile([1.0, PLATFORM_RADIUS], 3) / self.lever
+        return float(np.linalg.cond(tubes[:, None] * self.rows() / _LENGTHS))
+
+    @property
+    def motor_angles(self) -> np.ndarray:
+        """Motor angles, zero at the symmetric posture, shape (6,) [rad]."""
+        return np.linalg.solve(DRIVES_MATRIX, _pairs(self.limbs.slide - HOME.slide, self.limbs.angle - HOME.angle))
+
+
+def show_tubes(m: Model, kinematics: Kinematics) -> None:
+    """Declare the constants of a part whose `drive[j]` count from the posture: where the tubes are there."""
+    limbs = kinematics.limbs
+    m.constant("drive[1..3].slide_at_posture", limbs.slide.tolist(), "m", "Slide of the tube at the posture")
+    m.constant("drive[1..3].angle_at_posture", limbs.angle.tolist(), "rad", "Angle of the tube at the posture")
+
+
+def show_motors(m: Model, kinematics: Kinematics, terminal: str) -> None:
+    """Declare the constants of a part whose motors `terminal[i]` count from the posture: their angles there."""
+    angles_there = kinematics.motor_angles.tolist()
+    m.constant(f"{terminal}[1..6].angle_at_posture", angles_there, "rad", "Motor angle at the posture, 0 if symmetric")
+
+
+def by_drive(slide: ca.SX | np.ndarray, angle: ca.SX | np.ndarray) -> ca.SX:
+    """Return the column [slide_1, angle_1, slide_2, ...], shape (6, 1), of two columns of three."""
+    return ca.vec(ca.horzcat(ca.SX(slide), ca.SX(angle)).T)
+
+
+def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[np.ndarray, np.ndarray]:
+    """Return attitude (3, 3) and position of S (3,) of the rigid robot at motor angles (6,) [rad].
+
+    Newton's method from the posture `start`; `ModelError` where it meets a singular posture or does not converge.
+    """
+    wanted = DRIVES_MATRIX @ np.asarray(motors, dtype=float)
+    now = Kinematics.at(start)
+    for _ in range(50):
+        missing = wanted - DRIVES_MATRIX @ now.motor_angles
+        step = now.tubes_to_pose() @ missing
+        size = np.abs(step * _LENGTHS).max()
+        # A step beyond the platform's own size says nothing but its direction.
+        step /= max(1.0, 2 * size / PLATFORM_RADIUS)
+        now = Kinematics.of(numbers(exponential(ca.SX(step[:3]))) @ now.Q, now.position + step[3:])
+        # Convergence is quadratic: after a step this small, the error left is rounding.
+        if size < 1e-10:
+            return now.Q, now.position
+    raise ModelError(f"direct kinematics: no pose found for the motor angles {_text(motors)} rad")
+
+
+def _pairs(slide: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Two numbers of each drive, one drive after the other, (6,)."""
+    return np.column_stack([slide, angle]).ravel()
+
+
+def _text(values: np.ndarray) -> str:
+    """A column of numbers as a message shows it."""
+    return f"({', '.join(f'{value + 0.0:.9g}' for value in values)})"

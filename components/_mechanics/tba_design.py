@@ -1,0 +1,243 @@
+"""The triangular biaxial accelerometer by its dimensions: masses, stiffnesses and natural frequencies at home.
+
+    h = sqrt(6) (s - a) / 12                                                   length of a link, two to each limb
+    k_in  = E w tm^3 / l                                                       a leg on its two feet
+    k_xft = G w tm (w^2 + tm^2) / (12 l),  k_xlt = G w c' (w^2 + c'^2) / (12 e),  c' = c / sqrt(2)
+    k_out = 1 / (2 / k_xft - 1 / k_xlt)                                        rule `minus`; `plus`: springs in series
+    M_in  = m_pm + 3/2 m_bar + 9/2 m_leg + 6 I_legz / h^2                      K_in  = 6 k_in / h^2       (eq 92)
+    M_out = m_pm + 3/4 m_bar + 15/4 m_leg + 3 (I_legx + I_legy) / h^2 + 3/2 I_barx / h^2,  K_out = 6 k_out / h^2
+    Gamma = m_pm + 3/2 m_bar + 6 m_leg                                         what a moving base drives
+
+Every function takes numbers as well as CasADi expressions, so that sensitivities are exact and an optimiser can use
+the same formulas: `symbols()` is a `Shape` of symbols, `formulas(shape)` what follows from it.
+
+Source: technical report of 2016 on the accelerometer, eqs 89 to 93, tables 1 to 3. Corrected here: the last member of
+(90) lacks a factor 2 in k_in, has 12 E for G / 12 in k_out, and drops the polar terms w^2 + t^2; table 2 prints b =
+4000 um but computes with b + c; table 3 prints s = 24.96 for 249.6 mm and E = 1.275e11 for 1.275e9 Pa. The rule `minus`
+is the source's and gives its K_out; two springs in series would add, 32 % softer. Gamma is not in the source.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+import casadi as ca
+
+from hfsa.components._modelling.model import ModelError, one_of
+
+KOutRule = Literal["minus", "plus"]
+
+Number = Any
+"""A float or a CasADi expression."""
+
+
+class Shape(NamedTuple):
+    """Dimensions [m] and material by the source's letters, numbers or CasADi expressions.
+
+    Attributes:
+        a: side of the triangular proof mass.
+        s: side of the triangle of the frame.
+        e: length of a leg.
+        b: length of a bar.
+        c: width of a leg across its corner; c / sqrt(2) is its thickness.
+        d: width of a bar.
+        tm: thickness of a foot, the flexure at a leg's end.
+        l: length of a foot.
+        w: thickness of the whole, out of plane.
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio.
+        rho: density [kg/m3].
+    """
+
+    a: Number
+    s: Number
+    e: Number
+    b: Number
+    c: Number
+    d: Number
+    tm: Number
+    l: Number  # noqa: E741  the source's letter
+    w: Number
+    E: Number
+    nu: Number
+    rho: Number
+
+
+DIMENSIONS = Shape._fields[:9]
+"""Names of the lengths."""
+
+
+class Design(NamedTuple):
+    """A published design.
+
+    Attributes:
+        shape: its dimensions and material.
+        damping_ratio: in the plane and out of it (assumed).
+        stiffness: K along x, y, z by finite elements [N/m], where the formulas are not good enough.
+    """
+
+    shape: Shape
+    damping_ratio: tuple[float, float]
+    stiffness: tuple[float, float, float] | None = None
+
+
+def _silicon(*micrometres: float) -> Shape:
+    """Return a shape in silicon of dimensions in the order of `Shape` [um]."""
+    return Shape(*[1e-6 * x for x in micrometres], E=1.618e11, nu=0.222, rho=2330.0)
+
+
+DESIGNS: Mapping[str, Design] = {
+    "mems": Design(_silicon(3333, 10398, 700, 1400, 200, 210, 20, 210, 300), (0.005, 0.02)),
+    "optimum": Design(
+        _silicon(12000, 28383, 2931.5, 4749.22, 749.22, 207.47, 30, 94.051, 300),
+        (0.005, 0.02),
+        (1530.3, 1531.5, 12333.0),
+    ),
+    "rapid_prototype": Design(
+        Shape(
+            80e-3, 249.6e-3, 16.79e-3, 35.12e-3, 8.72e-3, 5.04e-3, 2e-3, 5.04e-3, 13e-3, E=1.275e9, nu=0.3, rho=1150.0
+        ),
+        (0.03, 0.03),
+    ),
+}
+"""Designs of tables 1, 2 and 3."""
+
+
+class Bodies(NamedTuple):
+    """Masses [kg], moments of inertia [kg.m2] of a leg about its own axes and of a bar about x, link length [m]."""
+
+    proof_mass: Number
+    bar: Number
+    leg: Number
+    bar_x: Number
+    leg_x: Number
+    leg_y: Number
+    leg_z: Number
+    link: Number
+
+
+class Formulas(NamedTuple):
+    """What follows from a shape.
+
+    Attributes:
+        bodies: masses, moments of inertia and the length of a link.
+        k_in, k_out: stiffness of a leg with its two feet, bending in the plane and twisting [N.m/rad].
+        M_in, M_out: generalized masses, in the plane and out of it [kg].
+        K_in, K_out: stiffnesses [N/m].
+        driven_mass: Gamma [kg].
+    """
+
+    bodies: Bodies
+    k_in: Number
+    k_out: Number
+    M_in: Number
+    M_out: Number
+    K_in: Number
+    K_out: Number
+    driven_mass: Number
+
+    @property
+    def f_in(self) -> Number:
+        """Natural frequency in the plane, twofold [Hz]."""
+        return (self.K_in / self.M_in) ** 0.5 / (2 * math.pi)
+
+    @property
+    def f_out(self) -> Number:
+        """Natural frequency out of the plane [Hz]."""
+        return (self.K_out / self.M_out) ** 0.5 / (2 * math.pi)
+
+
+def symbols() -> Shape:
+    """Return a shape of CasADi symbols."""
+    return Shape(*[ca.SX.sym(name) for name in Shape._fields])
+
+
+def formulas(shape: Shape, rule: str = "minus") -> Formulas:
+    """Return what follows from a shape; `rule` joins the twists of feet and leg to k_out."""
+    bodies = _bodies(shape)
+    k_in, k_out = shape.E * shape.w * shape.tm**3 / shape.l, _twist(shape, rule)
+    _, bar, leg, bar_x, leg_x, leg_y, leg_z, h = bodies
+    return Formulas(
+        bodies,
+        k_in,
+        k_out,
+        M_in=bodies.proof_mass + 3 / 2 * bar + 9 / 2 * leg + 6 * leg_z / h**2,
+        M_out=bodies.proof_mass + 3 / 4 * bar + 15 / 4 * leg + (3 * (leg_x + leg_y) + 3 / 2 * bar_x) / h**2,
+        K_in=6 * k_in / h**2,
+        K_out=6 * k_out / h**2,
+        driven_mass=bodies.proof_mass + 3 / 2 * bar + 6 * leg,
+    )
+
+
+def coriolis(bodies: Bodies) -> tuple[Number, Number]:
+    """Return c1, c2 [kg/m], the velocity terms at home (eq 93).
+
+    The force is C q', C = [[c1 x' - c2 y', -c2 x' - c1 y', 0], [-c2 x' - c1 y', c2 y' - c1 x', 0], [0, 0, 0]].
+    """
+    scale, h = 3 * math.sqrt(2), bodies.link
+    c1 = scale * (bodies.bar + 2 * bodies.leg) / (8 * h)
+    return c1, scale * (bodies.bar + bodies.leg) / (8 * h) + scale * bodies.leg_z / (2 * h**3)
+
+
+def twists(shape: Shape) -> tuple[Number, Number]:
+    """Return k_xft of a foot and k_xlt of a leg [N.m/rad]."""
+    modulus, across = shape.E / (2 * (1 + shape.nu)), shape.c / math.sqrt(2)
+    foot = modulus * shape.w * shape.tm * (shape.w**2 + shape.tm**2) / (12 * shape.l)
+    return foot, modulus * shape.w * across * (shape.w**2 + across**2) / (12 * shape.e)
+
+
+def possible(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
+    """Return a shape of numbers that can be built.
+
+    Args:
+        shape: what to check.
+        rule: as in `formulas`.
+        usual: shape of the published design, named in messages as what would be right.
+        owner: who asks, the beginning of messages.
+
+    Raises:
+        ModelError: a length, modulus or density not above 0, a Poisson's ratio outside -1 to 0.5, a frame that is not
+            larger than the proof mass, or legs too soft for rule `minus`.
+    """
+    for name, value, right in zip(Shape._fields, shape, usual, strict=True):
+        unit = {"E": "Pa", "nu": "1", "rho": "kg/m3"}.get(name, "m")
+        low, high = (-1.0, 0.5) if name == "nu" else (0.0, math.inf)
+        if not (low < value < high):
+            span = f"between {low:g} and {high:g}" if name == "nu" else "above 0"
+            raise ModelError(
+                f"{owner}: dimensions.{name} is {value:g} {unit}, expected a number {span}; the design has {right:g}"
+            )
+    if shape.s <= shape.a:
+        raise ModelError(
+            f"{owner}: dimensions.s is {shape.s:g} m, but the frame must be larger than the proof mass, whose side "
+            f"dimensions.a is {shape.a:g} m; the design has s = {usual.s:g}, a = {usual.a:g}"
+        )
+    if _twist(shape, rule) <= 0:
+        raise ModelError(
+            f"{owner}: the legs twist more easily than their feet, for which k_out_rule=minus gives a negative "
+            "stiffness; take k_out_rule=plus, thinner or longer feet (tm, l), or thicker or shorter legs (c, e)"
+        )
+    return shape
+
+
+def _bodies(shape: Shape) -> Bodies:
+    """Cuboids of the source (eq 89), the proof mass an equilateral triangle."""
+    a, s, e, b, c, d, _, _, w, _, _, rho = shape
+    bar, leg = rho * b * d * w, rho * e * c * w / math.sqrt(2)
+    return Bodies(
+        proof_mass=math.sqrt(3) / 4 * rho * a**2 * w,
+        bar=bar,
+        leg=leg,
+        bar_x=bar * (d**2 + w**2) / 12,
+        leg_x=leg * (e**2 + w**2) / 12,
+        leg_y=leg * (w**2 + c**2) / 12,
+        leg_z=leg * (e**2 + c**2) / 12,
+        link=math.sqrt(6) * (s - a) / 12,
+    )
+
+
+def _twist(shape: Shape, rule: str) -> Number:
+    """k_out [N.m/rad]."""
+    one_of(rule, ("minus", "plus"), "tba_accelerometer: k_out_rule")
+    foot, leg = twists(shape)
+    return 1 / (2 / foot + (-1 / leg if rule == "minus" else 1 / leg))

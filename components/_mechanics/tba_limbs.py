@@ -1,0 +1,166 @@
+"""Mechanics of the triangular accelerometer's sixteen bodies by twist-shaping matrices, away from home too.
+
+The proof mass is carried without rotation by three limbs, 120 degrees apart. In its own frame limb i is a chain of two
+links of length h at angles a1, a2, tilted by b:
+
+    x_i = h (cos a1 + cos a2),  y_i = h (sin a1 + sin a2) - sqrt(2) h,  z = h (sin a1 + sin a2) sin b
+    (a1', a2', b') = R Q_i^T q',    t = (omega; v) = T(f, g, p, r) (a1', a2', b')
+
+Q_i turns limb i's frame into the sensor's. A body's twist t takes the shares f, g of the links' motion and p, r of
+their rotation: bar 1, 0, 0, 0; lower legs 1/2, 0, 1, 0; upper legs 1, 1/2, 0, 1. With T_k = T R Q_i^T of every body,
+
+    M = sum T_k^T M_k T_k,    c = M' q' - 1/2 d(q'^T M q')/dq,    Gamma^T = sum m_k T_k,v,    n = dV/dq
+    V = sum over limbs [k_in ((a1 - 3 pi/4)^2 + (a2 - pi/4)^2) + 2 k_out b^2]
+
+Every leg keeps the axes of inertia that it has at home, and (b', 0, a') for its angular velocity, as in the source. c
+follows from the kinetic energy (Lagrange) and n from V, so that energy is kept exactly.
+
+Source: technical report of 2016 on the accelerometer, secs 2 and 3. Its own velocity terms, by Kane, are c and those of
+a gyroscope, T_k^T (omega x I omega): they vanish at home and do no work, but belong to axes of inertia that turn, and
+are left out. Not in the source: the closed inverse, V, and Gamma away from home.
+"""
+
+import math
+from typing import NamedTuple
+
+import casadi as ca
+
+from hfsa.components._mechanics.tba_design import Bodies
+
+
+def _turn(angle: float) -> ca.DM:
+    """Rotation about Z, shape (3, 3)."""
+    c, s = math.cos(angle), math.sin(angle)
+    return ca.DM([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+_TURNS = (_turn(0), _turn(2 * math.pi / 3), _turn(-2 * math.pi / 3))
+"""Q_i."""
+_LOWER, _UPPER = _turn(math.pi / 4), _turn(-math.pi / 4)
+"""From the axes of a lower and of an upper leg to the limb's frame."""
+_HOME = ca.DM([3 * math.pi / 4, math.pi / 4, 0])
+"""a1, a2, b at home [rad]."""
+
+
+class Terms(NamedTuple):
+    """Terms of the equations of motion over displacement q and rate q' of the proof mass.
+
+    Attributes:
+        mass: M, shape (3, 3).
+        velocity: c, shape (3, 1).
+        driven: Gamma^T, momentum of all bodies by q', shape (3, 3).
+        elastic: n, shape (3, 1).
+    """
+
+    mass: ca.SX
+    velocity: ca.SX
+    driven: ca.SX
+    elastic: ca.SX
+
+
+def terms(bodies: Bodies, k_in: float, k_out: float, position: ca.SX, rate: ca.SX) -> Terms:
+    """Return the terms over the symbols of position and rate of the proof mass, each (3, 1) [m], [m/s].
+
+    `k_in`, `k_out` [N.m/rad] are those of one leg, bending in the plane and twisting.
+    """
+    limb = _limb_terms(bodies, k_in, k_out)
+    mass, velocity, driven, elastic = (ca.SX.zeros(3, n) for n in (3, 1, 3, 1))
+    for turn in _TURNS:
+        M, c, G, n = limb(turn.T @ position, turn.T @ rate)
+        mass += turn @ M @ turn.T
+        velocity += turn @ c
+        driven += turn @ G @ turn.T
+        elastic += turn @ n
+    carried = bodies.proof_mass * ca.DM.eye(3)
+    return Terms(ca.tril2symm(ca.tril(mass + carried)), velocity, driven + carried, elastic)
+
+
+def potential(link: float, k_in: float, k_out: float, position: ca.SX) -> ca.SX:
+    """Return V at a displacement of the proof mass [J]; `link` is h [m]."""
+    energy = ca.SX(0)
+    for turn in _TURNS:
+        lower, upper, tilt = ca.vertsplit(_bends(link, turn.T @ position))
+        energy += k_in * (lower**2 + upper**2) + 2 * k_out * tilt**2
+    return energy
+
+
+def cross_axis(link: float) -> float:
+    """Return y / x^2 [1/m] of the proof mass under a small force along x, from the third derivatives of V at home."""
+    q = ca.SX.sym("q", 3)
+    slope = ca.gradient(potential(link, 1.0, 0.0, q), q[:2])
+    stiffness = ca.jacobian(slope, q[:2])
+    values = ca.Function("at", [q], [stiffness[1, 1], ca.jacobian(stiffness[1, 0], q[0])])(0)
+    return -float(values[1]) / (2 * float(values[0]))
+
+
+def _limb_terms(bodies: Bodies, k_in: float, k_out: float) -> ca.Function:
+    """(position, rate) -> terms of one limb, all in its own frame: Lagrange over (a1, a2, b), carried over.
+
+    With z' = R v, the limb's M is R^T I R and its c is R^T (I R' v + I' z' - 1/2 d(z'^T I z')/dz).
+    """
+    position, v, z, z_rate = (ca.SX.sym(name, 3) for name in ("p", "v", "z", "z_rate"))
+    inertia, momentum = _inertia(bodies, z)
+    rates = _rates(bodies.link, z)
+    by_time = ca.jtimes(inertia @ z_rate, z, z_rate) - ca.gradient(z_rate.T @ inertia @ z_rate, z) / 2
+    velocity = rates.T @ (inertia @ ca.jtimes(rates @ v, z, z_rate) + by_time)
+    bends = _bends(bodies.link, position)
+    found = [
+        rates.T @ inertia @ rates,
+        ca.substitute(velocity, z_rate, rates @ v),
+        momentum @ rates,
+        rates.T @ (ca.DM([2 * k_in, 2 * k_in, 4 * k_out]) * bends),
+    ]
+    return ca.Function("limb", [position, v], ca.substitute(found, [z], [_HOME + bends]))
+
+
+def _bends(h: float, position: ca.SX) -> ca.SX:
+    """(a1, a2, b) less those of home [rad] at a displacement in the limb's frame, in closed form.
+
+    Near home too it is right to the last bit: no small angle is left over by two large ones.
+    """
+    x, y, z = ca.vertsplit(position)
+    Y = y + math.sqrt(2) * h
+    # a1 and a2 lie at phi +- acos(u): phi - pi/2, and the sine of acos(u) - pi/4.
+    turning, u = -ca.atan2(x, Y), ca.sqrt(x**2 + Y**2) / (2 * h)
+    sine = -(x**2 + y**2 + 2 * math.sqrt(2) * h * y) / (2 * math.sqrt(2) * h**2 * (u + ca.sqrt(1 - u**2)))
+    return ca.vertcat(turning + ca.asin(sine), turning - ca.asin(sine), ca.asin(z / Y))
+
+
+def _rates(h: float, z: ca.SX) -> ca.SX:
+    """R, from the proof mass's velocity in the limb's frame to (a1', a2', b'), shape (3, 3)."""
+    (c1, c2, cb), (s1, s2, sb) = (ca.vertsplit(function(z)) for function in (ca.cos, ca.sin))
+    apart, reach = h * ca.sin(z[0] - z[1]), h * cb * (s1 + s2)
+    return ca.vertcat(
+        ca.horzcat(-c2 / apart, -s2 / apart, 0),
+        ca.horzcat(c1 / apart, s1 / apart, 0),
+        ca.horzcat(0, -sb / reach, 1 / reach),
+    )
+
+
+def _inertia(bodies: Bodies, z: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Inertia of a limb's five bodies over (a1', a2', b') and their momentum by them, each (3, 3)."""
+    leg = ca.diag(ca.DM([bodies.leg_x, bodies.leg_y, bodies.leg_z]))
+    members = (
+        (bodies.bar, ca.diag(ca.DM([bodies.bar_x, 0, 0])), _shaping(bodies.link, z, 1, 0, 0, 0)),
+        (2 * bodies.leg, 2 * _LOWER @ leg @ _LOWER.T, _shaping(bodies.link, z, 1 / 2, 0, 1, 0)),
+        (2 * bodies.leg, 2 * _UPPER @ leg @ _UPPER.T, _shaping(bodies.link, z, 1, 1 / 2, 0, 1)),
+    )
+    inertia, momentum = ca.SX.zeros(3, 3), ca.SX.zeros(3, 3)
+    for mass, rotational, shaping in members:
+        spin, move = shaping[:3, :], shaping[3:, :]
+        inertia += spin.T @ rotational @ spin + mass * move.T @ move
+        momentum += mass * move
+    return inertia, momentum
+
+
+def _shaping(h: float, z: ca.SX, f: float, g: float, p: float, r: float) -> ca.SX:
+    """T, from (a1', a2', b') to the twist (omega; v) of a body, shape (6, 3)."""
+    (c1, c2, cb), (s1, s2, sb) = (ca.vertsplit(function(z)) for function in (ca.cos, ca.sin))
+    return ca.vertcat(
+        ca.horzcat(0, 0, 1),
+        ca.horzcat(0, 0, 0),
+        ca.horzcat(p, r, 0),
+        ca.horzcat(-f * h * s1, -g * h * s2, 0),
+        ca.horzcat(f * h * c1, g * h * c2, 0),
+        ca.horzcat(f * h * c1 * sb, g * h * c2 * sb, h * cb * (f * s1 + g * s2)),
+    )

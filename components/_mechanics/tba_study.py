@@ -1,0 +1,99 @@
+"""The design study of the triangular biaxial accelerometer: f3/f1 by its dimensions, as the formulas at home have it.
+
+    f3/f1 = f_out / f_in = sqrt(K_out M_in / (K_in M_out))
+
+With the rule `minus`, k_out = 1 / (2 / k_xft - 1 / k_xlt) has a pole where a leg twists as easily as its two feet
+together: f3/f1 has no largest value, and an optimiser goes there. With `plus` there is no pole. An optimum is therefore
+kept to what the published designs have in common (assumed): with `minus`, legs no softer in twist than one foot, k_xlt
+>= k_xft; and a leg that fits in its link with both feet, e + 2 l <= h.
+
+Source: technical report of 2016 on the accelerometer, sections on sensitivity and optimisation, table 2. Its bounds and
+its requirements on the dimensions are not known.
+"""
+
+import math
+
+from hfsa.components._mechanics import tba_design as designs
+from hfsa.components._mechanics.tba_design import DESIGNS, DIMENSIONS, Shape
+from hfsa.components._modelling.study import Response, Study, Variable
+
+_DESCRIPTIONS = {
+    "a": "Side of the proof mass",
+    "s": "Side of the frame",
+    "e": "Length of a leg",
+    "b": "Length of a bar",
+    "c": "Width of a leg across its corner",
+    "d": "Width of a bar",
+    "tm": "Thickness of a foot",
+    "l": "Length of a foot",
+    "w": "Thickness of the whole",
+}
+_OTHER_FEET = {"tm": 15.2e-6, "l": 59.5e-6}
+"""With which the formulas give table 2 its stiffness by finite elements [m]."""
+
+
+def design_study(shape: Shape, rule: str, title: str) -> Study:
+    """Return the study of a shape of numbers that can be built, of its dimensions in its material."""
+    p = Shape(*designs.symbols()[: len(DIMENSIONS)], *shape[len(DIMENSIONS) :])
+    found = designs.formulas(p, rule)
+    foot, leg = designs.twists(p)
+    conditions = {f"{name} above 0": getattr(p, name) / getattr(shape, name) for name in DIMENSIONS}
+    conditions["a frame larger than the proof mass (s > a)"] = 1 - p.a / p.s
+    requirements = {
+        "a leg and its two feet no longer than a link (e + 2 l <= h)": 1 - (p.e + 2 * p.l) / found.bodies.link
+    }
+    if rule == "minus":
+        conditions["legs that twist less easily than their feet (k_xlt > k_xft / 2)"] = 1 - foot / (2 * leg)
+        requirements["a leg no softer in twist than one foot (k_xlt >= k_xft)"] = 1 - foot / leg
+    return Study(
+        title,
+        {n: Variable(getattr(p, n), getattr(shape, n), "m", _DESCRIPTIONS[n]) for n in DIMENSIONS},
+        {
+            "frequency_ratio": Response(found.f_out / found.f_in, "1", "f3/f1, by the formulas"),
+            "f_in": Response(found.f_in, "Hz", "Natural frequency in the plane, by the formulas"),
+            "f_out": Response(found.f_out, "Hz", "Natural frequency out of the plane, by the formulas"),
+        },
+        conditions,
+        requirements,
+        _references(rule),
+        _remarks(rule),
+    )
+
+
+def _references(rule: str) -> dict[str, dict[str, float]]:
+    """Return the responses of the printed optimum, by the formulas and by the stiffness of its finite elements."""
+    design = DESIGNS["optimum"]
+    assert design.stiffness is not None
+    printed = designs.formulas(design.shape, rule)
+    by_elements = printed._replace(K_in=design.stiffness[0], K_out=design.stiffness[2])
+    other_feet = designs.formulas(design.shape._replace(**_OTHER_FEET), rule)
+    return {
+        "printed optimum (table 2), by the formulas": _responses(printed),
+        "printed optimum, stiffness by finite elements": _responses(by_elements),
+        "printed optimum with feet tm = 15.2 um, l = 59.5 um, by the formulas": _responses(other_feet),
+    }
+
+
+def _responses(found: designs.Formulas) -> dict[str, float]:
+    """Return what a study asks of a design, by name."""
+    values = {"frequency_ratio": found.f_out / found.f_in, "f_in": found.f_in, "f_out": found.f_out}
+    assert all(map(math.isfinite, values.values()))
+    return values
+
+
+def _remarks(rule: str) -> list[str]:
+    """Return what a reader of an optimum must know."""
+    remarks = [
+        "The source's bounds and requirements on its dimensions are not known; the bounds here are a choice. "
+        "An optimum is kept to legs that fit in their links with both feet (assumed; so are those of all tables).",
+        "The printed optimum does not follow from the printed formulas: 2.90 is printed for f3/f1 and rests on finite "
+        "elements alone. Feet with tm = 15.2 um, l = 59.5 um would give the formulas that stiffness, but contradict "
+        "the text, which has 30 and 94.051 um.",
+    ]
+    if rule == "minus":
+        remarks.append(
+            "With k_out_rule=minus, the source's, f3/f1 has no largest value: it grows without bound as k_xlt falls to "
+            "k_xft / 2. An optimum is kept to k_xlt >= k_xft (assumed). With k_out_rule=plus, springs in series, there "
+            "is no such pole."
+        )
+    return remarks

@@ -1,9 +1,0 @@
-"""Facts on which the parts around one SDelta robot must agree."""
-
-from hfsa.components._facts import Fact
-
-POSTURE = Fact("posture of the SDelta")
-PAYLOAD = Fact("payload of the SDelta")
-SPRINGS = Fact("stiffness of the SDelta")
-DAMPING_RATIO = Fact("damping ratio of the SDelta", "1")
-GRAVITY = Fact("gravity on the SDelta", "m/s2")

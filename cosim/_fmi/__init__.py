@@ -1,1 +1,0 @@
-"""FMU files and the calls of the standard, below `instance.py` and `model_exchange.py`."""

@@ -1,1 +1,0 @@
-"""The FMUs of a system as one equation, and its solution by CVODE or IDA: below `monolithic.py`."""

@@ -1,0 +1,79 @@
+"""Divergence: the scale of what is recorded, and the stop of a run that has left it.
+
+    scales = recorded_scales(scene, system, connectors, ["tracking.axis[1].error"])
+    recording.watch.limit(scales)          # from then on DivergenceError beyond a thousand times a scale
+
+A linear model goes on at any size, and an unstable loop grows until numbers overflow: long before that they mean
+nothing. The scale of an output is, in this order,
+
+    1. what the scene declares (`Scene.scale`): a travel, a force or torque limit
+    2. none where the FMU states both bounds: a run stops at these
+    3. the nominal value that the FMU states, or the scene's amplitude in that unit where it is larger
+
+Elsewhere only values that are not finite stop a run. Inputs, which somebody prescribes, are limited by 1 alone.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.system import Connector, Scene, System, connector
+
+FACTOR = 1000.0
+"""Times its scale, the value of a variable above which a run has no meaning."""
+
+_UNDECLARED = ", as the scene declares no scale for it"
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The size that a variable has in use: `size` in its `unit`, its `origin` and a `remark` on that in words."""
+
+    size: float
+    unit: str
+    origin: str
+    remark: str = ""
+
+    @property
+    def limit(self) -> float:
+        """Largest value with a meaning, in the unit."""
+        return FACTOR * self.size
+
+    def __str__(self) -> str:
+        return f"{self.origin} of {readable(self.size, self.unit)}{self.remark}"
+
+
+class DivergenceError(StepError):
+    """A run whose recorded values have left their scale; `signal` is the full name, `value` in the unit of `scale`."""
+
+    def __init__(self, signal: str, value: float, scale: Scale, time: float):
+        instance, _, variable = signal.partition(".")
+        message = f"{readable(value, scale.unit)}, more than {FACTOR:g} times {scale}"
+        super().__init__(instance, variable, "diverged", time, message)
+        self.signal, self.value, self.scale = signal, value, scale
+
+    def __reduce__(self):
+        return type(self), (self.signal, self.value, self.scale, self.time)
+
+
+def recorded_scales(
+    scene: Scene, system: System, connectors: Mapping[str, Mapping[str, Connector]], names: Iterable[str]
+) -> dict[str, Scale]:
+    """Return the scales of those variables (full names) that have one.
+
+    `system` is what runs of the scene, `connectors` holds the variables of each component's FMU by name.
+    `StructureError` where the scene declares the scale of a variable that does not exist.
+    """
+    declared = {name: connector(system, connectors, name) for name in scene.scale}
+    found = {}
+    for name in names:
+        variable = connector(system, connectors, name)
+        unit = variable.unit or "1"
+        if name in declared:
+            found[name] = Scale(scene.scale[name], unit, "the scene's scale")
+        elif variable.causality != "input" and variable.has_nominal and None in (variable.min, variable.max):
+            nominal, amplitude = abs(variable.nominal), scene.amplitude.get(unit, 0.0)
+            origin = "its nominal value" if nominal >= amplitude else "the scene's amplitude"
+            found[name] = Scale(max(nominal, amplitude), unit, origin, _UNDECLARED)
+    return found

@@ -1,0 +1,185 @@
+"""Algorithm `auto`: the cheapest way to step a system whose error is within the tolerance; and what to warn of.
+
+    choice = choose(question, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
+    for sentence in warnings(question, question.effect("gauss_seidel", 50e-6), tolerance=1e-3):
+        print(sentence)
+
+Tried are the algorithms of `CANDIDATES`, the cheapest first, until one is good enough: its responses err by less than
+the tolerance, and it is stable where the system is and unstable where the system is. Where none is, the one that errs
+least is taken, and the warning says which step would do. All is known from the linearised FMUs
+(`analysis/step_effect.py`) before anything runs.
+"""
+
+import math
+from collections.abc import Collection, Iterator
+
+from hfsa.cosim.analysis.sampling import sample_times, sampling_limit
+from hfsa.cosim.analysis.step_effect import Effect, Question
+from hfsa.cosim.analysis.step_limits import advice, fitting
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.results.records import AlgorithmChoice
+from hfsa.cosim.systems.system import StructureError
+
+CANDIDATES = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "quasi_newton")
+"""Algorithms that `auto` takes, the cheapest first."""
+
+_HALVINGS = 12
+"""Halved steps that are tried to show what a step hides, or until one is good enough."""
+
+NOT_KNOWN = (ValueError, ArithmeticError, StepError)
+"""Why nothing is known of a system: StructureError and LinAlgError are values that are wrong."""
+
+
+def choose(
+    question: Question, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
+) -> AlgorithmChoice:
+    """Return the algorithm for a step [s]; `offered` are those of `CANDIDATES` that may be taken.
+
+    `StructureError` where none is offered.
+    """
+    errors: dict[str, float] = {}
+    refusals: dict[str, str] = {}
+    for algorithm in CANDIDATES:
+        if algorithm not in offered:
+            continue
+        try:
+            errors[algorithm] = judged(question.effect(algorithm, step_size))
+        except NOT_KNOWN as error:
+            refusals[algorithm] = str(error)
+            continue
+        if errors[algorithm] <= tolerance:
+            break
+    if not errors:
+        raise StructureError("; ".join(refusals.values()))
+    best = min(errors, key=errors.__getitem__)
+    about = "response" if question.excitations else "modes"
+    return AlgorithmChoice(best, step_size, tolerance, about, errors, refusals)
+
+
+def judged(effect: Effect) -> float:
+    """Return the error of an effect; infinite where the steps change stability."""
+    return math.inf if effect.is_hidden or effect.is_made else effect.error
+
+
+def warnings(question: Question, effect: Effect, tolerance: float) -> list[str]:
+    """Return what is to be said of an algorithm and a step: of instability, else of responses that err too much."""
+    if effect.own:
+        return [_hidden(question, effect)] if effect.is_hidden else instability(question)
+    if effect.is_made:
+        sentence = advice(question.cycle, effect.algorithm, effect.step_size, _times(question))
+        return [sentence] if sentence else []
+    return [] if effect.error <= tolerance else [_inaccurate(question, effect, tolerance)]
+
+
+# Instability ----------------------------------------------------------------------------------------------------------
+
+
+def instability(question: Question) -> list[str]:
+    """Return what is to be said of a system that is unstable without communication steps; nothing of a stable one."""
+    if not question.cycle.exact.growth:
+        return []
+    return [f"{_growing(question)}; {_sampling(question) or 'no step and no algorithm makes it stable'}"]
+
+
+def _hidden(question: Question, effect: Effect) -> str:
+    """Return what to say of steps that make a system look stable that is not."""
+    hides = (
+        f"{_growing(question)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
+        "is not the motion of the system"
+    )
+    return "; ".join(filter(None, (hides, _sampling(question), _shown(question, effect))))
+
+
+def _growing(question: Question) -> str:
+    """Return that a system is unstable, and how fast."""
+    own = question.cycle.exact.growth
+    at = f" at {own.frequency:.4g} Hz" if own.frequency else ""
+    return f"the system itself is unstable: without communication steps a mode grows by {own.rate:.4g} 1/s{at}"
+
+
+def _sampling(question: Question) -> str:
+    """Return up to which sample time the system is stable; empty where nothing is sampled or that is not known."""
+    try:
+        found = sampling_limit(question.system, question.instances, question.outputs)
+    except NOT_KNOWN:
+        return ""
+    if found is None or math.isinf(found.longest):
+        return ""
+    if not found.longest:
+        return f"its sample time is {found.sample_time:.4g} s, and no other that was asked makes it stable"
+    return f"it is stable up to a sample time of {found.longest:.4g} s, its own is {found.sample_time:.4g} s"
+
+
+def _shown(question: Question, effect: Effect) -> str:
+    """Return which algorithm and which step show that the system is unstable."""
+    others = (algorithm for algorithm in CANDIDATES if algorithm != effect.algorithm)
+    algorithm = next((name for name in others if _is_seen(question, name, effect.step_size)), None)
+    steps = _shorter(question, effect.step_size)
+    shorter = next((step for step in steps if _is_seen(question, effect.algorithm, step)), None)
+    words = [*([algorithm] if algorithm else []), *([f"a step of {shorter:.4g} s"] if shorter else [])]
+    return f"{' or '.join(words)} shows it" if words else ""
+
+
+def _is_seen(question: Question, algorithm: str, step_size: float) -> bool:
+    """Whether an algorithm and a step [s] show that a system is unstable."""
+    effect = _effect(question, algorithm, step_size)
+    return effect is not None and not effect.is_hidden
+
+
+# Accuracy -------------------------------------------------------------------------------------------------------------
+
+
+def _inaccurate(question: Question, effect: Effect, tolerance: float) -> str:
+    """Return what to say of responses that err by more than the tolerance."""
+    step = f"{effect.algorithm} at a step of {effect.step_size:.4g} s"
+    limit = f"more than the tolerance of {100 * tolerance:.3g} %"
+    if not math.isfinite(effect.error):
+        return f"with {step} no frequency of the band is resolved, and responses err by {limit}; take a shorter step"
+    if effect.worst is None:
+        errs = f"with {step} the rate of a mode errs by {100 * effect.error:.3g} %, {limit}"
+    else:
+        output, excited, frequency = effect.worst
+        errs = (
+            f"with {step} the response of {output} to {excited} errs by {100 * effect.error:.3g} % at "
+            f"{frequency:.4g} Hz, {limit}"
+        )
+    would = [*_better(question, effect, tolerance), *_fine_enough(question, effect, tolerance)]
+    return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was asked would do"
+
+
+def _better(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
+    """Yield the cheapest other algorithm that is good enough at this step."""
+    for algorithm in CANDIDATES:
+        other = None if algorithm == effect.algorithm else _effect(question, algorithm, effect.step_size)
+        if other and judged(other) <= tolerance:
+            yield f"the algorithm {algorithm} ({100 * other.error:.2g} %)"
+            return
+
+
+def _fine_enough(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
+    """Yield the longest of halved steps that is good enough with the same algorithm."""
+    for shorter in _shorter(question, effect.step_size):
+        other = _effect(question, effect.algorithm, shorter)
+        if other and judged(other) <= tolerance:
+            yield f"a step of {shorter:.4g} s ({100 * other.error:.2g} %)"
+            return
+
+
+def _effect(question: Question, algorithm: str, step_size: float) -> Effect | None:
+    """Return the effect of an algorithm and a step [s]; `None` where it is not offered, or the step does not fit."""
+    try:
+        return question.effect(algorithm, step_size)
+    except NOT_KNOWN:
+        return None
+
+
+def _shorter(question: Question, step_size: float) -> Iterator[float]:
+    """Yield shorter steps [s] that fit the sample times, each about half of the one before."""
+    times = _times(question)
+    for n in range(1, _HALVINGS + 1):
+        yield fitting(step_size / 2**n, times)
+
+
+def _times(question: Question) -> Collection[float]:
+    """Return the sample times [s] of a question's system."""
+    return sample_times(question.system, question.instances, {}).values()

@@ -1,0 +1,221 @@
+"""One loop of a closed system opened: loop gain, sensitivity, and how much gain, phase and delay it still bears.
+
+    loop = open_loop(system, instances, find_connection(system, "controller.axis[1].command"))
+    L = loop.gain(frequency)                     # complex, the other loops closed
+    loop.margins()                               # gain, phase and delay margins, sensitivity peak
+
+The connection start -> end is cut at the operating point of the closed system. With T the response from the end to the
+start, L = -T, so that S = 1 / (1 + L) and the loop is on the verge of instability where L = -1.
+
+Where start or end belongs to a sampled FMU, T goes from sequence to sequence at its ticks: what enters at the end is
+held like the FMU's own output, or sampled like its own input. With one sample time L is exact up to half the sampling
+frequency. Between two continuous FMUs of a sampled system L is that of the fundamentals, good far below it.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.linearize import Linearization, linearize, upstream
+from hfsa.cosim.linear.sampled import SampledSystem
+from hfsa.cosim.systems.system import Connection, StructureError, System, nearest
+
+_POINTS_PER_DECADE = 200
+# Distances from a mode, in units of its half width: a resonance turns the phase by 180 degrees within a few.
+_AROUND = np.concatenate([-np.geomspace(30, 0.03, 40), [0.0], np.geomspace(0.03, 30, 40)])
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A crossing of the loop gain, at `frequency` [Hz].
+
+    `value` of a gain margin is the factor on L that reaches -1 there; of a phase margin the phase [rad] by which L may
+    turn clockwise, negative where it already has.
+    """
+
+    frequency: float
+    value: float
+
+
+@dataclass(frozen=True)
+class Margins:
+    """What a loop bears.
+
+    Attributes:
+        is_stable: whether the closed loop is; the margins mean little where it is not.
+        gain: gain margins, by frequency; `phase`: phase margins.
+        delay: shortest delay [s] that brings a crossing of gain 1 to -1; infinite where there is none.
+        sensitivity_peak: largest |S|, 1 or more for most loops, at `sensitivity_frequency` [Hz].
+    """
+
+    is_stable: bool
+    gain: tuple[Margin, ...]
+    phase: tuple[Margin, ...]
+    delay: float
+    sensitivity_peak: float
+    sensitivity_frequency: float
+
+
+class Loop:
+    """A loop opened at one connection.
+
+    Attributes:
+        connection: which.
+        is_stable: whether the system with the loop closed is.
+        highest: half the sampling frequency of a sampled system [Hz], else infinity.
+        operating_point: the closed system's equilibrium, by full name.
+    """
+
+    def __init__(self, connection: Connection, opened: Linearization, closed: Linearization, clock: str | None):
+        """`clock` is the sampled FMU at whose ticks L goes from sequence to sequence, if there is one."""
+        self.connection, self.operating_point = connection, opened.operating_point
+        poles = closed.poles
+        # a mode that neither grows nor decays, like rigid motion without a spring, is no instability
+        self.is_stable = bool(np.all(poles.real <= 1e-9 * np.abs(poles).max(initial=1.0)))
+        self._poles = np.concatenate([opened.poles, poles])
+        self._opened = opened
+        self._clock, self._is_held = clock, connection.start.partition(".")[0] == clock
+        times = [t.sample_time for t in opened.closed.ticking if clock in (None, t.component)]
+        self.highest = 0.5 / min(times) if times else math.inf
+        self._system = None
+        if clock is not None:
+            held = opened.closed.holding(clock, connection.end) if self._is_held else opened.closed
+            self._system = SampledSystem(held)
+
+    def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return L at frequencies [Hz], (n,)."""
+        frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
+        if self._system is None:
+            return -self._opened.response(frequency, [(0, -1, -1)])[:, 0, 0]
+        assert self._clock is not None
+        one = np.ones((1, 1))
+        values = [self._system.at_ticks(2 * np.pi * f, one, self._clock, after=self._is_held)[0, 0] for f in frequency]
+        return -np.array(values)
+
+    def sensitivity(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return S = 1 / (1 + L) at frequencies [Hz], (n,)."""
+        return 1 / (1 + self.gain(frequency))
+
+    def margins(self, low: float | None = None, high: float | None = None) -> Margins:
+        """Return all margins between two frequencies [Hz].
+
+        Without them from a hundredth of the lowest mode to half the sampling frequency of a sampled loop, to a hundred
+        times the highest mode of a continuous one. `StructureError` where the connection closes no loop.
+        """
+        f = self._grid(low, high)
+        L = self.gain(f)
+        if not np.any(L):
+            raise StructureError(f"{self.connection} closes no loop: its start does not follow its end")
+        gain, phase = self._gain_margins(f, L), self._phase_margins(f, L)
+        delays = [(m.value % (2 * np.pi)) / (2 * np.pi * m.frequency) for m in phase]
+        peak = self._sensitivity_peak(f, L)
+        return Margins(self.is_stable, gain, phase, min(delays, default=math.inf), *peak)
+
+    def _gain_margins(self, f: np.ndarray, L: NDArray[np.complex128]) -> tuple[Margin, ...]:
+        """Return where L crosses the negative real axis."""
+
+        def sine(frequency: float) -> float:
+            """Sine of the gain's phase, 0 where it crosses the real axis."""
+            value = self.gain(frequency)[0]
+            return value.imag / abs(value)
+
+        found = []
+        is_left, above = L.real < 0, L.imag > 0
+        for k in np.flatnonzero((is_left[1:] | is_left[:-1]) & (above[1:] != above[:-1])):
+            at = _root(sine, f[k], f[k + 1])
+            value = self.gain(at)[0]
+            # an undamped mode jumps over the axis; that is no crossing
+            if value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
+                found.append(Margin(at, float(-1 / value.real)))
+        # at half the sampling frequency a sequence has no phase but 0 and 180 degrees
+        if self._system and f[-1] == self.highest and L[-1].real < 0 and not any(m.frequency > f[-2] for m in found):
+            found.append(Margin(float(f[-1]), float(-1 / L[-1].real)))
+        return tuple(found)
+
+    def _phase_margins(self, f: np.ndarray, L: np.ndarray) -> tuple[Margin, ...]:
+        """Return where |L| crosses 1."""
+
+        def level(frequency: float) -> float:
+            """Logarithm of the gain's magnitude, 0 where it is 1."""
+            return float(np.log(np.abs(self.gain(frequency)[0])))
+
+        found = []
+        above = np.abs(L) > 1
+        for k in np.flatnonzero(above[1:] != above[:-1]):
+            at = _root(level, f[k], f[k + 1])
+            found.append(Margin(at, float(np.angle(-self.gain(at)[0]))))
+        return tuple(found)
+
+    def _sensitivity_peak(self, f: np.ndarray, L: np.ndarray) -> tuple[float, float]:
+        """Return the largest |S| and its frequency."""
+        k = int(np.argmin(np.abs(1 + L)))
+        bounds = f[max(k - 1, 0)], f[min(k + 1, len(f) - 1)]
+        best = minimize_scalar(lambda x: abs(1 + self.gain(x)[0]), bounds=bounds, options={"xatol": 1e-9 * f[k]})
+        # a minimum at an end of the grid is not found from inside
+        at = min((float(f[k]), float(best.x)), key=lambda x: abs(1 + self.gain(x)[0]))  # type: ignore[attr-defined]
+        return float(abs(self.sensitivity(at)[0])), at
+
+    def _grid(self, low: float | None, high: float | None) -> np.ndarray:
+        """Return frequencies close enough that no crossing hides between two of them."""
+        modes = np.abs(self._poles) / (2 * np.pi)
+        modes = modes[modes > 1e-6 * modes.max(initial=0.0)]
+        lowest, highest = modes.min(initial=min(self.highest, 1e6)), modes.max(initial=1.0)
+        first = 1e-2 * lowest if low is None else low
+        last = min(self.highest, high or math.inf)
+        last = last if math.isfinite(last) else 100 * highest
+        if not 0 < first < last:
+            raise StructureError(f"margins from {first:g} to {last:g} Hz, expected 0 < lowest < highest")
+        even = np.geomspace(first, last, max(2, round(_POINTS_PER_DECADE * math.log10(last / first))))
+        near = (np.abs(self._poles.imag)[:, None] + np.abs(self._poles.real)[:, None] * _AROUND).ravel() / (2 * np.pi)
+        f = np.unique(np.concatenate([even, near[(near > first) & (near < last)]]))
+        f[-1] = last
+        return f
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return the frequency [Hz] between two at which a function that changes sign there is zero."""
+    return float(brentq(function, low, high, xtol=1e-12 * low, rtol=1e-13))  # type: ignore[arg-type]
+
+
+def open_loop(
+    system: System,
+    instances: Mapping[str, Instance],
+    connection: Connection,
+    starts: Mapping[str, float] | None = None,
+) -> Loop:
+    """Return the loop that a connection closes, opened there.
+
+    Raises as `linearize`, and `StructureError` for a connection that closes no loop.
+    """
+    before = [component.name for component in upstream(system, [connection.start]).components]
+    if system.split(connection.end)[0] not in before:
+        raise StructureError(f"{connection} closes no loop: its start does not follow its end")
+    opened = linearize(system, instances, [], [], starts, opened=connection)
+    closed = linearize(system, instances, [], [connection.start], starts)
+    ends = (name.partition(".")[0] for name in (connection.start, connection.end))
+    clock = next((name for name in ends if instances[name].fmu.description.is_sampled), None)
+    return Loop(connection, opened, closed, clock)
+
+
+def find_connection(system: System, name: str) -> Connection:
+    """Return the connection called `start -> end`, or by one of its ends if that fits no other.
+
+    `StructureError` names the nearest ones, or those that fit.
+    """
+    start, arrow, end = (part.strip() for part in name.partition("->"))
+    if arrow:
+        fitting = [c for c in system.connections if (c.start, c.end) == (start, end)]
+    else:
+        fitting = [c for c in system.connections if start in (c.start, c.end)]
+    if not fitting:
+        known = map(str, system.connections) if arrow else [n for c in system.connections for n in (c.start, c.end)]
+        wanted = f"{start} -> {end}" if arrow else start
+        raise StructureError(f"no connection is called {wanted!r}{nearest(wanted, dict.fromkeys(known))}")
+    if len(fitting) > 1:
+        raise StructureError(f"{name} fits several connections: {', '.join(map(str, fitting))}; say which")
+    return fitting[0]

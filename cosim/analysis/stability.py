@@ -1,0 +1,339 @@
+"""What a co-simulation algorithm makes of a linear system: exact modes, stable steps and frequency response.
+
+    cycle = Cycle(system, instances, "gauss_seidel")
+    step = cycle.over(50e-6)
+    step.modes                        # what remains of each mode after one period of ticks, as rate and frequency
+    step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
+    cycle.stability_limits(20e-6, 1e-3, kind="oscillatory")
+
+The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium
+(`linear/cycle.py`); the product over one period, the least common multiple of step and sample times, is the one-step
+matrix. Its eigenvalues lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns
+at arg(lambda) / period.
+
+Oscillatory and aperiodic modes are told apart by what they turn at: at `OSCILLATORY` or more, or below it. The drift of
+a free body is aperiodic, and an algorithm may make it grow slowly at every step, while the modes of its springs, which
+oscillate, leave the unit circle at a step of their own. What decays without turning, however fast, is aperiodic too.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.blocks import Block, Blocks, block
+from hfsa.cosim.linear.cycle import Layout, Listen, Replace, Source, operations
+from hfsa.cosim.linear.feedback import FeedbackLayout, followed
+from hfsa.cosim.linear.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
+from hfsa.cosim.masters.master import Master, sampled_first
+from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim.systems.feedback_loops import feedback_loops
+from hfsa.cosim.systems.system import ALGORITHMS, StructureError, System, in_order
+
+OSCILLATORY = 1.0
+"""Frequency [Hz] from which on a mode is oscillatory; below it, aperiodic, it cannot be told from one at 0 Hz."""
+
+ROUNDING = 1e-8
+"""What rounding makes of a free body's double eigenvalue 1: so far from 1 two of them may be found."""
+
+Kind = Literal["aperiodic", "oscillatory", "all"]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One eigenvalue of the one-step matrix.
+
+    Attributes:
+        multiplier: by which it grows and turns in one period.
+        rate: at which it grows [1/s]; `frequency` [Hz] >= 0.
+        shape: its share in states and sampled values at the beginning of a period, by full name, in their units.
+    """
+
+    multiplier: complex
+    rate: float
+    frequency: float
+    shape: Mapping[str, complex]
+
+
+class OneStep:
+    """An algorithm with one step size.
+
+    Attributes:
+        step_size: [s]; `steps` of them until the ticks repeat, `period` [s].
+        matrix: one-step matrix over one period, of what one period hands on to the next.
+    """
+
+    def __init__(self, layout: Layout, step_size: float):
+        self._layout, self.step_size = layout, step_size
+        self._operations = operations(layout, step_size)
+        self.steps = len(self._operations)
+        self.period = self.steps * step_size
+        self._whole = whole = np.eye(layout.size)
+        whole[[*layout.now, *layout.next]] = 0.0
+        for _ in self._run(whole):
+            pass
+        kept = np.unique(np.concatenate([np.zeros(0, dtype=int), *self._written()]))
+        self._memory = 1
+        while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
+            kept = kept[~dead]  # written over before it is read: of no consequence
+            self._memory += 1
+        self._kept = kept
+        self.matrix = whole[np.ix_(kept, kept)]
+
+    def _written(self) -> list[np.ndarray]:
+        """Return the members that operations write; the others stay what they are, 0."""
+        operations = (operation for step in self._operations for operation in step)
+        return [operation.rows for operation in operations if isinstance(operation, Replace)]
+
+    @cached_property
+    def _multipliers(self) -> np.ndarray:
+        """Eigenvalues of `matrix` that are motion, not memory that is written over."""
+        multipliers = np.linalg.eigvals(self.matrix)
+        return multipliers[np.abs(multipliers) > FORGOTTEN]
+
+    @cached_property
+    def modes(self) -> list[Mode]:
+        """All modes, the fastest growing first, conjugates once."""
+        multipliers, vectors = np.linalg.eig(self.matrix)
+        values = {(component, name) for component, b in self._layout.blocks.items() for name in b.values}
+        places = {f"{c}.{n}": place for (c, n), place in self._layout.place.items() if (c, n) in values}
+        found = []
+        for multiplier, vector in zip(multipliers, vectors.T, strict=True):
+            if abs(multiplier) > FORGOTTEN and multiplier.imag >= 0:
+                rate, turn = np.log(abs(multiplier)) / self.period, np.angle(multiplier) / self.period
+                everything = self._whole[:, self._kept] @ vector / multiplier
+                shape = {name: complex(everything[place]) for name, place in places.items()}
+                found.append(Mode(complex(multiplier), float(rate), float(turn / (2 * np.pi)), shape))
+        return sorted(found, key=lambda mode: -mode.rate)
+
+    @property
+    def spectral_radius(self) -> float:
+        """Largest magnitude of an eigenvalue of `matrix`."""
+        return max((abs(mode.multiplier) for mode in self.modes), default=0.0)
+
+    def of(self, kind: Kind) -> list[Mode]:
+        """Return the modes that are aperiodic, oscillatory, or all."""
+        return [m for m in self.modes if kind == "all" or (m.frequency < OSCILLATORY) == (kind == "aperiodic")]
+
+    def growth(self, kind: Kind = "all") -> float:
+        """Return the largest rate [1/s] among modes of a kind, -inf if there is none."""
+        multipliers = self._multipliers
+        turning = np.abs(np.angle(multipliers)) / self.period >= 2 * np.pi * OSCILLATORY
+        counted = {"oscillatory": turning, "aperiodic": ~turning, "all": np.full_like(turning, True)}
+        counting = multipliers[counted[kind]]
+        return float(np.log(np.max(np.abs(counting))) / self.period) if len(counting) else -np.inf
+
+    def is_stable(self, kind: Kind = "all") -> bool:
+        """Whether no mode of a kind grows."""
+        return self.growth(kind) <= NEUTRAL + ROUNDING / self.period
+
+    def response(self, frequency: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return the complex amplitude of each observed signal in the end, (frequencies, signals).
+
+        The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` where there is no source, or
+        nothing is observed.
+        """
+        layout, observed = self._layout, self._layout.observation()
+        if layout.source is None or observed is None:
+            raise StructureError("a response takes a system with a source, and a lock-in amplifier or observed outputs")
+        omega = 2 * np.pi * np.asarray(frequency, float)
+        forced = np.zeros((layout.size, len(omega)), complex)
+        for _ in self._run(forced, omega):
+            pass
+        # what the excitation turns by in a period, everything does
+        turn, kept = np.exp(1j * omega * self.period), self._kept
+        v = np.zeros_like(forced)
+        left = turn[:, None, None] * np.eye(len(kept)) - self.matrix
+        v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
+        for _ in range(self._memory):  # what is written over follows what is kept
+            v = (self._whole @ v + forced) / turn
+        phase = np.exp(1j * omega * self.step_size)
+        samples = [
+            observed.matrix @ now[observed.columns] / phase ** (k + observed.points)
+            for k, now in enumerate(self._run(v, omega))
+        ]
+        return np.mean(samples, axis=0).T
+
+    def _run(self, v: np.ndarray, omega: np.ndarray | None = None) -> Iterator[np.ndarray]:
+        """Take vectors v, (size, m), through one period in place; yields them at each sample of what is observed.
+
+        Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; without, the source rests.
+        """
+        now, after = self._layout.now, self._layout.next
+        turn = 0.0
+        if omega is not None:
+            turn = np.exp(1j * omega * self.step_size)
+            v[now] = (1j * omega) ** np.arange(len(now))[:, None]
+        for step in self._operations:
+            v[after] = v[now] * turn
+            for operation in step:
+                match operation:
+                    case Replace(rows, columns, None):
+                        v[rows] = v[columns]
+                    case Replace(rows, columns, matrix):
+                        v[rows] = matrix @ v[columns]
+                    case Listen():
+                        yield v
+
+
+class Cycle:
+    """An algorithm's cycle of actions on a system linearised at its equilibrium.
+
+    `system` may hold a sine source and a lock-in amplifier, named by `source` and `lock_in`: they take part in
+    responses only. `starts` holds start values by full name. Raises `StructureError` as `linearize`.
+
+    Attributes:
+        operating_point: states, and sampled states and outputs, at the equilibrium by full name.
+        exact: the same system without communication steps, without inputs or outputs.
+        counting: the modes that must not grow: all, or oscillatory ones where some motion is free, which an algorithm
+            may make grow slowly at every step.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        instances: Mapping[str, Instance],
+        algorithm: str = ALGORITHMS[0],
+        *,
+        source: str | None = None,
+        lock_in: str | None = None,
+        starts: Mapping[str, float] | None = None,
+    ):
+        self._system, self._instances, self._algorithm = system, instances, algorithm
+        self._source, self._lock_in = Source(source) if source else None, lock_in
+        self._observed: tuple[tuple[str, str], ...] = ()
+        instruments = {source, lock_in}
+        components = [component for component in system.components if component.name not in instruments]
+        inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & instruments]
+        plain = System(components, inner)
+        every = Blocks(plain, instances, [], [])
+        self.operating_point = operating_point(plain, instances, every, starts or {})
+        self.counting: Kind = "oscillatory" if every.is_free else "all"
+        self.exact = Linearization(every.close(), self.operating_point)
+        self._arrange(self._linearized())
+
+    def excited(
+        self,
+        system: System,
+        instances: Mapping[str, Instance],
+        source: Source,
+        *,
+        lock_in: str | None = None,
+        observed: Sequence[str] = (),
+    ) -> "Cycle":
+        """Return the same with one component taken for a sinusoid.
+
+        Its response is that of a lock-in amplifier's signals, or of the `observed` outputs (full names). `system` is
+        this one, or this one with instruments, which `instances` then hold as well.
+        """
+        other = copy(self)
+        other._system, other._instances = system, instances
+        other._source, other._lock_in, other._observed = source, lock_in, tuple(map(system.split, observed))
+        other._arrange(other._linearized())
+        return other
+
+    def _linearized(self) -> dict[str, Block]:
+        """Return the FMUs, instruments left out, from inputs that are fed to outputs that feed or are observed."""
+        system = self._system
+        fed = [system.split(c.end) for c in system.connections]
+        shown = [*(system.split(c.start) for c in system.connections), *self._observed]
+        instruments = {self._source.component if self._source else None, self._lock_in}
+        return {
+            name: block(self._instances[name], _of(name, fed), _of(name, shown))
+            for name in (component.name for component in system.components)
+            if name not in instruments
+        }
+
+    def _arrange(self, blocks: Mapping[str, Block]) -> None:
+        """Find out where everything is when linearised FMUs step in the order of the system."""
+        self._blocks = blocks
+        observation = self._source, self._lock_in, self._observed
+        if self._algorithm == LINEARIZED_FEEDBACK:
+            self._layout = self._fed_back(*observation)
+        else:
+            master = Master(self._instances, self._system, self._algorithm)
+            self._layout = Layout(master.wiring, master.cycle, blocks, *observation)
+
+    def _fed_back(self, *observation: Any) -> Layout:
+        """Return the layout of linearised feedback, which the FMUs' blocks suffice for: no ports are asked of them."""
+        wiring = Master(self._instances, self._system).wiring
+        found = followed(feedback_loops(self._system, wiring.connectors), self._blocks)
+        loops = [o for o in found if self._is_a_part(o.plant) or o.gain in wiring.connectors[o.plant]]
+        if not loops:
+            raise StructureError(
+                f"{LINEARIZED_FEEDBACK}: there is nothing to feed back: no part has an output that comes back to it "
+                "through a continuous component without a state between"
+            )
+        return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *observation)
+
+    def _is_a_part(self, component: str) -> bool:
+        """Whether a component is made of parts, and can therefore be exported with ports."""
+        return not self._system[component].part.endswith(".fmu")
+
+    def with_algorithm(self, algorithm: str) -> "Cycle":
+        """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""
+        other = copy(self)
+        other._algorithm = algorithm
+        other._arrange(self._blocks)
+        return other
+
+    def in_order(self, names: Sequence[str]) -> "Cycle":
+        """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
+        other = copy(self)
+        other._system = in_order(self._system, names)
+        other._arrange(self._blocks)
+        return other
+
+    def over(self, step_size: float) -> OneStep:
+        """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""
+        return OneStep(self._layout, step_size)
+
+    def is_stable(self, step_size: float) -> bool:
+        """Whether no mode that counts grows at a step [s], and its passes lead to a result; errors as of `over`."""
+        return self.over(step_size).is_stable(self.counting) and self.converges(step_size)
+
+    def converges(self, step_size: float) -> bool:
+        """Whether the passes of a `fixed_point` step [s] lead to a result; other algorithms always come to one."""
+        return self.contraction(step_size) < 1
+
+    def contraction(self, step_size: float) -> float:
+        """Return by what each pass of a `fixed_point` step [s] multiplies the error in the end; 0 of other algorithms.
+
+        What ticks has done so before the passes.
+        """
+        for action in self._layout.cycle:
+            if isinstance(action, Converge) and action.method == "fixed_point":
+                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
+                gradient = self._layout.gradient(action, step_size, steps)
+                return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))
+        return 0.0
+
+    def stability_limits(
+        self, shortest: float, longest: float, *, kind: Kind = "all", points: int = 60, accuracy: float = 1e-6
+    ) -> list[float]:
+        """Return the steps [s] within a range at which stability of a kind of modes is lost or regained, ascending.
+
+        A loss need not be the last: the range is scanned at `points` steps, evenly spaced by ratio, and each change
+        bisected to a relative `accuracy`. For systems without ticks, whose step is free.
+        """
+        steps = np.geomspace(shortest, longest, points)
+        stable = [self.over(step).is_stable(kind) for step in steps]
+        limits = []
+        for (low, high), (was, now) in zip(pairwise(steps), pairwise(stable), strict=True):
+            while was != now and high - low > accuracy * high:
+                middle = (low + high) / 2
+                low, high = (middle, high) if self.over(middle).is_stable(kind) == was else (low, middle)
+            if was != now:
+                limits.append(float((low + high) / 2))
+        return limits
+
+
+def _of(component: str, variables: Sequence[tuple[str, str]]) -> list[str]:
+    """Return those variables (component, variable) that belong to a component."""
+    return [variable for owner, variable in variables if owner == component]

@@ -1,0 +1,99 @@
+"""From names to FMU files: scenes by name, their components as FMU files, wired to the instruments.
+
+    scene = load_scene("sdelta_shaker", {"damping": "0.02", "robot.stiffness": "ch3_rods"})
+    system = instrument(scene, "reference.command.position[3]", scene.outputs)
+    files = build(system)                         # {"reference": .../SDeltaReference.fmi2.fmu, ...}
+
+Here begins the roof: this file, what it is made of and what stands on it see both wings, nothing below does.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
+from hfsa.cosim.assembly.level_rules import check_levels
+from hfsa.cosim.assembly.load_scene import load_scene
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
+from hfsa.cosim.systems.feedback_loops import feedback_loops
+from hfsa.cosim.systems.system import (
+    DERIVATIVES,
+    Component,
+    Connection,
+    Scene,
+    StructureError,
+    System,
+    companions,
+    connector,
+)
+
+__all__ = ["LOCK_IN", "build", "files_for", "instrument", "load_scene"]
+
+LOCK_IN = "lock_in"
+"""Name of the lock-in amplifier among an instrumented system's components."""
+
+
+def build(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
+    """Return the FMU file of each component by name, exported where the cache does not hold it.
+
+    Raises `StructureError` for levels that do not fit together, `ModelError` and `ExportError` as `fmus.export`.
+    """
+    check_levels(system)
+    return {component.name: fmu_file(component, fmi) for component in system.components}
+
+
+def files_for(system: System, algorithm: str, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
+    """Return the FMU files of `build` as an algorithm takes them.
+
+    For `linearized_feedback` parts on its loops have ports for it; a finished `.fmu` stays without.
+    """
+    files = build(system, fmi)
+    if algorithm != LINEARIZED_FEEDBACK:
+        return files
+    loops = feedback_loops(system, {name: describe(file).variables for name, file in files.items()})
+    for name in {loop.plant for loop in loops}:
+        if not system[name].part.endswith(".fmu"):
+            pairs = dict.fromkeys((loop.input, loop.output) for loop in loops if loop.plant == name)
+            files[name] = fmu_file(system[name], fmi, tuple(pairs))
+    return files
+
+
+def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None, fmi: Literal[2, 3] = FMI) -> System:
+    """Return the scene's system with a sine source at one input and a lock-in amplifier at outputs (full names).
+
+    Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
+    the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
+    have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the
+    input's companions where the FMU has them.
+    """
+    outputs = scene.outputs if outputs is None else outputs
+    variables = {name: describe(file).variables for name, file in build(scene.system, fmi).items()}
+    component, variable = scene.system.split(excited)
+    found = connector(scene.system, variables, excited)
+    unit = found.unit or "1"
+    bias = scene.system[component].start.get(variable, found.start)
+    units = [connector(scene.system, variables, name).unit or "1" for name in outputs]
+    if unit not in scene.amplitude:
+        known = ", ".join(scene.amplitude) or "none"
+        raise StructureError(f"the scene has no amplitude for {excited} in {unit}; it has {known}")
+    source = dataclasses.replace(
+        scene.source,
+        arguments={**scene.source.arguments, "unit": unit},
+        start={"amplitude": scene.amplitude[unit], **({"offset": bias} if bias else {}), **scene.source.start},
+    )
+    lock_in = Component(LOCK_IN, "lock_in", None, {"units": units}, {"sample_time": scene.step_size})
+    fed = {connection.end for connection in scene.system.connections}
+    joined = [("value", excited)]
+    joined += [
+        (port, f"{component}.{companion}")
+        for port, companion in zip(DERIVATIVES, companions(variable), strict=True)
+        if companion in variables[component] and f"{component}.{companion}" not in fed
+    ]
+    connections = [
+        *(Connection(f"{source.name}.{port}", end) for port, end in joined),
+        *(Connection(f"{source.name}.{port}", f"{LOCK_IN}.{port}") for port in ("sine", "cosine")),
+        *(Connection(name, f"{LOCK_IN}.signal[{i}]") for i, name in enumerate(outputs, 1)),
+    ]
+    return System([source, *scene.system.components, lock_in], [*scene.system.connections, *connections])

@@ -1,0 +1,138 @@
+"""FMU files of components: exported where the cache does not hold them.
+
+The cache is `$HFSA_CACHE`, else `hfsa` in `$XDG_CACHE_HOME` or `~/.cache`. An FMU's folder there is named by a hash of
+all it is made from, and appears complete or not at all, so that several processes may build at once and any may be
+killed.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import shutil
+import sysconfig
+import tempfile
+import time
+from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Literal
+
+import hfsa.components
+import hfsa.controllers
+import hfsa.fmus
+from hfsa.components._modelling.feedback_ports import with_linear_feedback
+from hfsa.components._modelling.model import Model
+from hfsa.components._modelling.parts import SOLVER, read_arguments
+from hfsa.cosim.assembly.models import model_of, part_of
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.systems.system import Component, StructureError
+from hfsa.fmus._trial import death
+from hfsa.fmus.export import export
+
+FMI: Literal[2, 3] = 2
+"""Version of the FMUs a scene is built from; ours take derivatives of inputs in either (`fmus/README.md`)."""
+
+_ABANDONED = 86400.0
+"""Age [s] at which an unfinished folder in the cache is taken for one that nobody finishes."""
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache; it may not exist yet."""
+    own = os.environ.get("HFSA_CACHE")
+    return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hfsa"
+
+
+def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> Path:
+    """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it.
+
+    `feedback` are inputs that can be made to follow outputs, (input, output) each. A `.fmu` of another maker is first
+    tried in a process of its own: `StepError` where that does not survive it.
+    """
+    if component.part.endswith(".fmu"):
+        return _finished(component)
+    folder = cache_folder() / "fmus" / _key(component, fmi, feedback)
+    if not folder.is_dir():
+        _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
+    (file,) = folder.glob("*.fmu")
+    return file
+
+
+@cache
+def sources() -> str:
+    """Return a hash of the sources of the left wing."""
+    digest = hashlib.sha256()
+    for package in (hfsa.components, hfsa.controllers, hfsa.fmus):
+        for file in sorted(_files(package)):
+            digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:
+    """Return a hash of all that the FMU file depends on."""
+    words = [_ingredients(component), list(feedback), fmi, sources(), version("casadi"), sysconfig.get_platform()]
+    return hashlib.sha256(json.dumps([*words, os.environ.get("CC", "")]).encode()).hexdigest()[:32]
+
+
+def _ingredients(component: Component) -> list:
+    """Return in words what a component's model is made from."""
+    if component.members:
+        times = [member.start.get("sample_time") for member in component.members]
+        members = [[member.name, *_ingredients(member)] for member in component.members]
+        return [members, times, list(map(str, component.connections))]
+    part = part_of(component)
+    assert part.build is not None
+    structural = {name: value for name, value in component.arguments.items() if part.has_argument(name)}
+    if component.level is not None:
+        structural["level"] = component.level
+    read = read_arguments(part.name, part.build, structural)
+    rest = {name: value for name, value in component.arguments.items() if not part.has_argument(name)}
+    rest = {name: value if name == SOLVER else float(value) for name, value in rest.items()}
+    return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
+
+
+def _files(package: ModuleType) -> list[Path]:
+    """Return the sources of a package, of both languages."""
+    folders = [Path(folder) for folder in package.__path__]
+    return [f for folder in folders for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")]
+
+
+def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
+    """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    for left in folder.parent.glob(".unfinished-*"):
+        with contextlib.suppress(FileNotFoundError):  # its owner has just finished
+            if time.time() - left.stat().st_mtime > _ABANDONED:
+                shutil.rmtree(left, ignore_errors=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
+    try:
+        export(model, unfinished, (fmi,))
+        unfinished.rename(folder)
+    except OSError:
+        if not folder.is_dir():
+            raise
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _finished(component: Component) -> Path:
+    """Return a component's own file, which somebody else has made; errors as of `fmu_file`."""
+    file = Path(component.part).resolve()
+    if not file.is_file():
+        raise StructureError(f"{component.name}: there is no file {file}")
+    if component.arguments or component.level:
+        raise StructureError(f"{component.name}: {file.name} is a finished FMU; it takes start values, no arguments")
+    describe(file)  # what cannot be read is told so
+    if ending := _death(file, file.stat().st_mtime_ns):
+        message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
+        raise StepError(component.name, file.name, "cannot be run", None, message)
+    return file
+
+
+@cache
+def _death(file: Path, modified: int) -> str | None:  # noqa: ARG001 (another file under that name is tried again)
+    """Return how the process of its own that tries an FMU ended, `None` where that survived."""
+    return death(file)

@@ -1,0 +1,189 @@
+"""Scenes by name or from a file, with arguments as typed on a command line."""
+
+import dataclasses
+import importlib.util
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hfsa.cosim.scenes
+from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.parts import SOLVER, Part, find, part_named, read_arguments
+from hfsa.cosim.assembly.fmu_cache import fmu_file
+from hfsa.cosim.assembly.models import AUTO, parts
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.systems.scene_file import read_scene
+from hfsa.cosim.systems.system import Analysis, Component, Scene, StructureError, compact, expand, nearest
+
+_OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
+
+
+@cache
+def scenes() -> dict[str, Part]:
+    """Return the scenes of `cosim/scenes` by name; their `build` returns a `Scene`."""
+    return find([hfsa.cosim.scenes])
+
+
+def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
+    """Return a scene by name, or from the path of a `.py` or `.toml` file.
+
+    `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value, of one
+    component or of a range of them, `stack[1..3].maximum.force`. Values may be text as typed on a command line.
+    `StructureError` names what does not exist, and the nearest names.
+    """
+    arguments = dict(arguments or {})
+    if name.endswith(".toml"):
+        if not Path(name).is_file():
+            raise StructureError(f"there is no file {name}")
+        scene, own = read_scene(Path(name)), []
+    else:
+        part = scene_part(name)
+        given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
+        scene, own = written(part, given), list(part.arguments)
+    scene = _analyzed(scene)
+    for key, value in arguments.items():
+        components, argument = _split(key)
+        known = [*(c.name for c in scene.system.components), scene.source.name]
+        if not any(component in known for component in components):
+            raise StructureError(f"scene {name} has no argument {key!r}{_instead(scene, own, key)}")
+        for component in components:
+            if component not in known:
+                raise StructureError(f"scene {name} has no argument {key!r}: no component is called {component!r}")
+            scene = _with_argument(scene, component, argument, value)
+    return scene
+
+
+def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
+    """Return a scene as its function writes it, with analyses where start values are to come from them."""
+    assert part.build is not None
+    scene = part.build(**read_arguments(part.name, part.build, arguments))
+    assert isinstance(scene, Scene)
+    return scene
+
+
+def _split(key: str) -> tuple[list[str], str]:
+    """Return the components and the argument that a typed name means; none where it names no component's."""
+    match = _OF_COMPONENT.match(key)
+    return (expand(match[1]), match[2]) if match else ([], "")
+
+
+def _instead(scene: Scene, own: Sequence[str], key: str) -> str:
+    """Return what works in the place of an argument that a scene does not have, or the names most like it."""
+    everyone = [*scene.system.components, scene.source]
+
+    def of_parts(argument: str) -> list[str]:
+        """Full names of an argument that components have."""
+        return compact(f"{component.name}.{argument}" for component in everyone if _has_argument(component, argument))
+
+    if own_of_parts := of_parts(key):
+        return f", but components have it: -p {', -p '.join(f'{known}=VALUE' for known in own_of_parts)}"
+    return nearest(key, [*own, *(of_parts(_split(key)[1]) if _split(key)[1] else ())])
+
+
+def _has_argument(component: Component, argument: str) -> bool:
+    """Whether a part of ours has a level, an argument or a variable with a start value of this name."""
+    if component.part.endswith(".fmu"):
+        return False
+    part = part_named(component.part, parts())
+    if part.has_argument(argument) or argument == SOLVER:
+        return True
+    try:
+        model = _model_with(part, component, argument)
+    except ModelError:
+        return False
+    settable = {quantity.name for quantity in model if quantity.kind not in (Kind.OUTPUT, Kind.SAMPLED_OUTPUT)}
+    return set(expand(argument)) <= settable
+
+
+def scene_part(name: str) -> Part:
+    """Return the scene of a name, or that of a Python file, whose function is named as the file."""
+    if not name.endswith(".py"):
+        if name not in scenes():
+            raise StructureError(f"no scene is called {name!r}{nearest(name, scenes())}")
+        return scenes()[name]
+    file = Path(name)
+    specification = importlib.util.spec_from_file_location(file.stem, file)
+    if specification is None or specification.loader is None or not file.is_file():
+        raise StructureError(f"there is no file {name}")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    function = getattr(module, file.stem, None)
+    if function is None:
+        raise StructureError(f"{name} defines no function {file.stem}; a scene is a function named as its file")
+    return Part(file.stem, module, function, None)
+
+
+def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
+    """Return the scene with one level, structural argument or start value of a component changed."""
+    component = scene.source if name == scene.source.name else scene.system[name]
+    part = None if component.part.endswith(".fmu") else part_named(component.part, parts())
+    if argument == "level":
+        changed = dataclasses.replace(component, level=value)
+    elif part is not None and (part.has_argument(argument) or argument == SOLVER):
+        changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
+    else:
+        start = {**component.start, argument: _start_value(component, part, argument, value)}
+        computed = {member: of for member, of in component.computed.items() if member not in expand(argument)}
+        changed = dataclasses.replace(component, start=start, computed=computed)
+    if component is scene.source:
+        return dataclasses.replace(scene, source=changed)
+    components = [changed if c is component else c for c in scene.system.components]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> float:
+    """Return a start value that fits the variables `argument` stands for; errors name what is known, and the bounds."""
+    model = None if part is None else _model_with(part, component, argument)
+    known = describe(fmu_file(component)).variables if model is None else [quantity.name for quantity in model]
+    for member in expand(argument):
+        if member not in known:
+            names = [*known, *(part.arguments if part else ())]
+            raise StructureError(f"{component.name} has no argument {member!r}{nearest(member, names)}")
+    try:
+        number = float(value)
+    except ValueError:
+        raise StructureError(f"{component.name}.{argument} is {value!r}, expected a number") from None
+    if model is not None:
+        for member in expand(argument):
+            model.set_start(member, number)
+    return number
+
+
+def _model_with(part: Part, component: Component, argument: str) -> Model:
+    """Return the component's model; at level auto the highest that knows a variable, else the highest of all."""
+    if component.level != AUTO:
+        return part.model(component.level, **component.arguments)
+    models = [part.model(level, **component.arguments) for level in reversed(part.levels)]
+    names = set(expand(argument))
+    return next((model for model in models if names <= {quantity.name for quantity in model}), models[0])
+
+
+def _analyzed(scene: Scene) -> Scene:
+    """Return the scene with numbers for the start values that are to come from analyses."""
+
+    def numbers(component: Component) -> Component:
+        """The component with each `Analysis` among its start values worked out."""
+        analyses = {name: value for name, value in component.start.items() if isinstance(value, Analysis)}
+        start = {**component.start, **{name: analysis_value(value) for name, value in analyses.items()}}
+        computed = {member: value for name, value in analyses.items() for member in expand(name)}
+        return dataclasses.replace(component, start=start, computed=computed)
+
+    components = [numbers(component) for component in scene.system.components]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def analysis_value(wanted: Analysis) -> float | list[float]:
+    """Return the number, or the list of numbers, that an analysis gives for a key."""
+    result = part_named(wanted.part, parts()).analysis(**wanted.arguments)
+    name, _, members = wanted.key.partition("[")
+    if name not in result:
+        raise StructureError(f"the analysis of {wanted.part} has no result {name!r}{nearest(name, result)}")
+    values = np.asarray(result[name], dtype=float)
+    if members:
+        low, _, high = members.removesuffix("]").partition("..")
+        values = values[int(low) - 1 : int(high or low)]
+    return values.tolist()

@@ -1,0 +1,50 @@
+"""From a component of a system to its model: that of its part, found by name, or those of its members as one."""
+
+from functools import cache
+
+import hfsa.components
+import hfsa.controllers
+from hfsa.components._modelling.compose import compose
+from hfsa.components._modelling.model import Model
+from hfsa.components._modelling.parts import Part, find, part_named
+from hfsa.cosim.systems.system import Component, StructureError
+
+AUTO = "auto"
+"""The level of a component that is to be chosen by the scene's tolerance (`fidelity/levels.py`)."""
+
+
+@cache
+def parts() -> dict[str, Part]:
+    """Return all components and controllers by name."""
+    return find([hfsa.components, hfsa.controllers])
+
+
+def part_of(component: Component) -> Part:
+    """Return a component's part; `StructureError` where its level is still to be chosen."""
+    part = part_named(component.part, parts())
+    if component.level == AUTO:
+        raise StructureError(
+            f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
+            f"{', '.join(part.levels) or 'none'}"
+        )
+    return part
+
+
+def level_of(component: Component) -> str | None:
+    """Return the component's level, its part's default where it names none, `None` where the part has no levels."""
+    if component.part.endswith(".fmu"):
+        return None
+    default = part_named(component.part, parts()).arguments.get("level")
+    return component.level or component.arguments.get("level") or (default.default if default else None)
+
+
+def model_of(component: Component) -> Model:
+    """Return the model of a component: its part's, or those of its members as one, named after them."""
+    if component.members:
+        members = {member.name: model_of(member) for member in component.members}
+        for member in component.members:
+            if "sample_time" in member.start and "sample_time" in members[member.name]:
+                members[member.name].set_start("sample_time", member.start["sample_time"])
+        name = "".join(dict.fromkeys(model.name for model in members.values()))
+        return compose(name, members, [(c.start, c.end) for c in component.connections])
+    return part_of(component).model(component.level, **component.arguments)

@@ -1,0 +1,46 @@
+"""Where the stepping loop in C comes from: compiled at install, else at first use, by the compiler that FMUs get.
+
+It stands on the roof, as `assembly/fmu_cache.py` does, whose folder it uses: only there is the exporter's compiler in
+sight. The library appears in the cache complete or not at all, so that several processes may compile at once and any
+may be killed.
+"""
+
+import os
+import sysconfig
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from hfsa.cosim.assembly.fmu_cache import cache_folder
+from hfsa.cosim.masters.native.stepping import installed_library, library_name, sources
+from hfsa.fmus.compile import SUFFIX, compile_files
+from hfsa.fmus.errors import ExportError
+
+LOOPS = ("c", "python")
+"""The stepping loops; both do the same, bit for bit."""
+
+
+def stepping_library() -> Path:
+    """Return the library of the loop in C, compiled now where there is none; `ExportError` as `compile_files`."""
+    installed = installed_library()
+    if installed is not None:
+        return installed
+    library = cache_folder() / "loop" / f"{library_name()}-{sysconfig.get_platform()}{SUFFIX}"
+    if not library.is_file():
+        library.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=library.parent) as folder:
+            unfinished = Path(folder, library.name)
+            compile_files({file.name: file.read_text(encoding="utf-8") for file in sources()}, unfinished)
+            os.replace(unfinished, library)
+    return library
+
+
+def chosen_loop(loop: str, warn: Callable[[str], None]) -> Path | None:
+    """Return the library of the loop in C; `None` for the one in Python, after a warning where it was not chosen."""
+    if loop == "python":
+        return None
+    try:
+        return stepping_library()
+    except ExportError as error:
+        warn(f"the stepping loop runs in Python, several times slower than in C: {error}")
+        return None

@@ -1,0 +1,334 @@
+"""What the verbs answer, as data for JSON and as text to read: parts and scenes, finished work."""
+
+import textwrap
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.components._modelling.model import Kind, Quantity
+from hfsa.components._modelling.parts import Argument, Part
+from hfsa.cosim.assembly.load_scene import load_scene, scenes
+from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.measurement.limit_flags import Acting, acting, is_limit
+from hfsa.cosim.results.files import (
+    AlgorithmChoice,
+    Bode,
+    ErrorEstimate,
+    OrderChoice,
+    Status,
+    read,
+    read_algorithm,
+    read_choices,
+    read_errors,
+    read_order,
+    read_run,
+    read_status,
+)
+from hfsa.cosim.systems.system import StructureError, compact, nearest
+
+_KINDS = {
+    "inputs": (Kind.INPUT,),
+    "outputs": (Kind.OUTPUT, Kind.SAMPLED_OUTPUT),
+    "parameters": (Kind.PARAMETER,),
+}
+
+FMU, ANALYSIS = "the FMU", "analyze"
+"""What takes an argument of a part."""
+_TAKERS = (None, [FMU, ANALYSIS], [FMU], [ANALYSIS])
+"""Who takes arguments, in the order in which they are listed."""
+
+
+# Parts and scenes -----------------------------------------------------------------------------------------------------
+
+
+def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
+    """Return components, controllers and scenes with what they offer; one of them alone by its name.
+
+    `StructureError` for a name that is not there, with the nearest ones.
+    """
+    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": scenes()}
+    for part_name, part in parts().items():
+        groups[part.module.__name__.split(".")[1]][part_name] = part
+    known = dict.fromkeys(known for group in groups.values() for known in group)
+    if name is not None and name not in known:
+        raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
+    return {
+        group: [
+            _scene_entry(part) if group == "scenes" else _part_entry(part)
+            for part_name, part in found.items()
+            if name in (None, part_name)
+        ]
+        for group, found in groups.items()
+    }
+
+
+def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
+    """Return the listing for reading; a single entry in full."""
+    count = sum(map(len, data.values()))
+    blocks = []
+    for group, entries in data.items():
+        if entries or count > 1:
+            entry_lines = [line for entry in entries for line in _entry_lines(entry, in_full=count == 1)]
+            blocks.append("\n".join([group, *(entry_lines or ["  none"])]))
+    return "\n\n".join(blocks)
+
+
+def _part_entry(part: Part) -> dict[str, Any]:
+    """Return what a part offers, as plain data."""
+    entry = {
+        "name": part.name,
+        "description": part.doc,
+        "is_analysis": part.build is None,
+        "has_analysis": part.analyze is not None,
+        "levels": list(part.levels),
+        "arguments": _part_arguments(part),
+    }
+    if part.build is not None:
+        model = part.model()
+        for key, kinds in _KINDS.items():
+            entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
+        # what an analysis takes may be a parameter of the FMU
+        own = {parameter["name"]: parameter for parameter in entry["parameters"]}
+        for name, parameter in own.items():
+            parameter["taken_by"] = [FMU, ANALYSIS] if name in part.analysis_arguments else [FMU]
+        entry["arguments"] = [argument for argument in entry["arguments"] if argument["name"] not in own]
+    return entry
+
+
+def _scene_entry(part: Part) -> dict[str, Any]:
+    """Return what a scene holds, as plain data."""
+    scene = load_scene(part.name)
+    return {
+        "name": part.name,
+        "description": part.doc,
+        "arguments": _entries(part.arguments),
+        "components": [
+            {"name": c.name, "part": c.part, "level": c.level, "arguments": dict(c.arguments), "start": dict(c.start)}
+            for c in scene.system.components
+        ],
+        "inputs": list(scene.inputs),
+        "outputs": list(scene.outputs),
+        "band": list(scene.band),
+        "step_size": scene.step_size,
+        "algorithm": scene.algorithm,
+    }
+
+
+def _part_arguments(part: Part) -> list[dict[str, Any]]:
+    """Return the arguments of a part's FMU and of its analysis, but their level, and which of the two takes each."""
+    of_model = _entries(part.arguments if part.build is not None else {})
+    of_analysis = _entries(part.analysis_arguments)
+    both = [entry for entry in of_model if entry in of_analysis]
+    return [
+        *({**entry, "taken_by": [FMU, ANALYSIS]} for entry in both),
+        *({**entry, "taken_by": [FMU]} for entry in of_model if entry not in both),
+        *({**entry, "taken_by": [ANALYSIS]} for entry in of_analysis if entry not in both),
+    ]
+
+
+def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
+    """Return arguments but the level as plain data."""
+    return [
+        {"name": argument.name, "default": argument.default, "values": list(argument.values)}
+        for argument in arguments.values()
+        if argument.name != "level"
+    ]
+
+
+def _signal(quantity: Quantity) -> dict[str, Any]:
+    """Return a quantity as plain data; only parameters have a start to show."""
+    start = quantity.start if quantity.kind is Kind.PARAMETER else None
+    return {"name": quantity.name, "unit": quantity.unit, "description": quantity.description, "start": start}
+
+
+def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
+    """Yield the lines of an entry; all of its signals and arguments only in full."""
+    levels = f" ({', '.join(entry['levels'])})" if entry.get("levels") else ""
+    kind = " [analysis]" if entry.get("is_analysis") else ""
+    yield f"  {entry['name']}{levels}{kind}"
+    yield f"      {entry['description']}"
+    for key in ("inputs", "outputs"):
+        if entry.get(key):
+            names = [s if isinstance(s, str) else s["name"] for s in entry[key]]
+            label = "      in   " if key == "inputs" else "      out  "
+            yield textwrap.fill(", ".join(compact(names)), 118, initial_indent=label, subsequent_indent=" " * 11)
+    if not in_full:
+        return
+    heading = None
+    items = [*entry["arguments"], *entry.get("parameters", [])]
+    for item in sorted(items, key=lambda item: _TAKERS.index(item.get("taken_by"))):
+        takers = item.get("taken_by", []) if entry.get("has_analysis") and not entry["is_analysis"] else []
+        if takers and takers != heading:
+            yield f"      {' and '.join(takers)} take" if len(takers) > 1 else f"      {takers[0]} alone takes"
+            heading = takers
+        unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
+        value = item["default"] if "default" in item else item["start"]
+        choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
+        about = f"  {item['description']}" if item.get("description") else ""
+        yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
+
+
+def _words(value: Any) -> str:
+    """Return a value as it is typed on a command line."""
+    if isinstance(value, list | tuple):
+        return ",".join(map(_words, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# Finished work --------------------------------------------------------------------------------------------------------
+
+
+def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
+    """Return what became of a sweep, as data and as text, and whether every point was measured."""
+    bode = read(path)
+    counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
+    troubles = [
+        {
+            "input": bode.inputs[i].name,
+            "frequency": float(bode.frequency[k]),
+            "status": Status(bode.status[k, i]).name.lower(),
+            "message": bode.message[k, i],
+        }
+        for k, i in np.argwhere((bode.status != Status.DONE) | (bode.message != ""))
+    ]
+    data = {
+        "file": path,
+        "status": bode.attributes["status"],
+        "points": counts,
+        "frequency": [bode.frequency[0], bode.frequency[-1]],
+        "inputs": [signal.name for signal in bode.inputs],
+        "outputs": [signal.name for signal in bode.outputs],
+        "peaks": [_peak(bode, o, i) for o in range(len(bode.outputs)) for i in range(len(bode.inputs))],
+        "troubles": troubles,
+        "levels": _levels(path),
+        "order": order_data(read_order(path)),
+        "algorithm": bode.settings.get("algorithm"),
+        "choice": algorithm_data(choice := read_algorithm(path)),
+        "step_error": _largest_step_error(bode),
+    }
+    lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
+    lines += [
+        f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
+    ]
+    lines += [f"  {choice.sentence}"] if choice else []
+    return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
+
+
+def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
+    """Return where communication steps change a response most, of all points; `None` where that is not known."""
+    if np.isnan(bode.step_error).all():
+        return None
+    k, output, source = np.unravel_index(int(np.nanargmax(bode.step_error)), bode.step_error.shape)
+    return {
+        "output": bode.outputs[output].name,
+        "input": bode.inputs[source].name,
+        "frequency": float(bode.frequency[k]),
+        "relative": float(bode.step_error[k, output, source]),
+    }
+
+
+def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
+    """Return where an entry is largest."""
+    size = np.nan_to_num(np.abs(bode.response[:, output, source]))
+    k = int(np.argmax(size))
+    return {
+        "output": bode.outputs[output].name,
+        "input": bode.inputs[source].name,
+        "frequency": float(bode.frequency[k]),
+        "magnitude": float(size[k]),
+    }
+
+
+def run_report(path: Path) -> tuple[dict[str, Any], str]:
+    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted.
+
+    Of a run that failed, of what it recorded until then.
+    """
+    recorded, units = read_run(path)
+    status, message = read_status(path)
+    errors = read_errors(path)
+    reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
+    values = {name: v[reached] for name, v in recorded.items()}
+    limits = acting(values["time"], values)
+    data = {
+        "file": path,
+        "status": status,
+        "message": message,
+        "stop_time": float(values["time"].max(initial=0.0)),
+        "steps": max(len(values["time"]) - 1, 0),
+        "variables": [
+            {"name": name, "unit": units[name], **_bounds(v), **error_data(errors.get(name))}
+            for name, v in values.items()
+            if name != "time"
+        ],
+        "limits": limits_data(limits),
+        "levels": _levels(path),
+        "order": order_data(read_order(path)),
+        "choice": algorithm_data(choice := read_algorithm(path)),
+    }
+    lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps{f', {status}: {message}' if message else ''}"]
+    lines += [
+        f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}{_error_words(v)}"
+        for v in data["variables"]
+        if not is_limit(v["name"])
+    ]
+    for found in limits:
+        often = f"{100 * found.share:.3g} % of the time"
+        lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
+        lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
+    lines += [f"  {choice.sentence}"] if choice else []
+    return data, "\n".join(lines)
+
+
+def _bounds(values: NDArray[np.float64]) -> dict[str, float]:
+    """Return the bounds of what was recorded of a variable, and the last value; NaN where nothing was."""
+    if not len(values):
+        return dict.fromkeys(("minimum", "maximum", "last"), float("nan"))
+    return {"minimum": values.min(), "maximum": values.max(), "last": values[-1]}
+
+
+def error_data(error: ErrorEstimate | None) -> dict[str, float | None]:
+    """Return the error estimate of a variable for JSON; `None` where the run was not verified."""
+    if error is None:
+        return {"error_estimate": None, "relative_error": None}
+    return {"error_estimate": error.absolute, "relative_error": error.relative}
+
+
+def _error_words(variable: Mapping[str, Any]) -> str:
+    """Return the error estimate of a variable as the end of a line."""
+    if variable["error_estimate"] is None:
+        return ""
+    return f", error {variable['error_estimate']:.3g} {variable['unit']} ({100 * variable['relative_error']:.3g} %)"
+
+
+def _levels(path: Path) -> dict[str, dict[str, Any]]:
+    """Return how levels were chosen, by instance; empty where the scene named them all."""
+    return {name: {**asdict(choice), "error": choice.error} for name, choice in read_choices(path).items()}
+
+
+def order_data(choice: OrderChoice | None) -> dict[str, Any] | None:
+    """Return how the order of steps was computed, for JSON; `None` where it is the scene's."""
+    return None if choice is None else asdict(choice)
+
+
+def algorithm_data(choice: AlgorithmChoice | None) -> dict[str, Any] | None:
+    """Return which algorithm `auto` took, for JSON; `None` where one was named."""
+    return None if choice is None else {**asdict(choice), "error": choice.error}
+
+
+def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:
+    """Return limits that acted for JSON, times in s."""
+    return [
+        {
+            "signal": found.signal,
+            "kind": found.limit.word,
+            "first_time": found.first_time,
+            "share": found.share,
+            "lasting_since": found.lasting_since,
+        }
+        for found in limits
+    ]

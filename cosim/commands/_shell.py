@@ -1,0 +1,160 @@
+"""How a verb speaks: its answer on stdout, as text or JSON; progress, warnings and errors on stderr; an exit code.
+
+0 done    1 a check found problems or points failed    2 wrong usage    3 build failed    4 simulation failed
+130 interrupted    143 ended by SIGTERM    129 ended by SIGHUP
+"""
+
+import contextlib
+import errno
+import io
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim.results.interrupts import Interrupted, heard
+
+DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
+
+_CODES = {
+    "ModelError": USAGE,
+    "StructureError": USAGE,
+    "ResultsError": USAGE,
+    "ExportError": BUILD_FAILED,
+    "StepError": SIMULATION_FAILED,
+    "DivergenceError": SIMULATION_FAILED,
+}
+# A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
+_DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}
+
+_WIDEST = 10_000
+
+
+def run(verb: Callable[[], int | None]) -> int:
+    """Run a verb and return its exit code; our own errors become one line on stderr, others are bugs and fly."""
+    try:
+        with heard():
+            return verb() or DONE
+    except Interrupted as interruption:
+        warn(interruption.words)
+        return interruption.code
+    except KeyboardInterrupt:
+        warn("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # whoever read the answer has gone; nothing may be flushed to it at exit either
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except (ValueError, RuntimeError) as error:
+        code = _CODES.get(type(error).__name__)
+        if code is None:
+            raise
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
+            code = SIMULATION_FAILED
+        print(f"error: {error}", file=sys.stderr)
+        return code
+
+
+def warn(message: str) -> None:
+    """Print a line on stderr."""
+    print(f"hfsa: {message}", file=sys.stderr)
+
+
+def answer(data: Any, text: str, as_json: bool) -> None:
+    """Print the answer of a verb: `data` as JSON, or `text`."""
+    print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
+    sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
+
+
+def rendered(*tables: Any) -> str:
+    """Return the first table of rich's that is no wider than the terminal, else the last, as text.
+
+    Where there is no terminal, the first one, as wide as it needs to be.
+    """
+    from rich.console import Console
+    from rich.measure import Measurement
+
+    width = Console().width if sys.stdout.isatty() else _WIDEST
+    text = io.StringIO()
+    console = Console(file=text, width=width, markup=False, highlight=False, no_color=True)
+    wide = console.options.update(width=_WIDEST)
+    fitting = (t for t in tables if Measurement.get(console, wide, t).maximum <= width)
+    console.print(next(fitting, tables[-1]))
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines() if line.strip())
+
+
+def table(*headings: str) -> Any:
+    """Return an empty table of rich's with a line below its headings alone; columns of `>heading` are set right."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    empty = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for heading in headings:
+        empty.add_column(heading.removeprefix(">"), justify="right" if heading.startswith(">") else "left")
+    return empty
+
+
+def named_values(words: list[str] | None) -> dict[str, str]:
+    """Return NAME=VALUE words as a mapping; `StructureError` for a word without `=` and for a name given twice."""
+    from hfsa.cosim.systems.system import StructureError
+
+    values: dict[str, str] = {}
+    for word in words or ():
+        name, equals, value = word.partition("=")
+        if not (name and equals):
+            raise StructureError(f"-p {word!r} is not of the form NAME=VALUE")
+        if name in values:
+            raise StructureError(f"-p {name} is given twice: {values[name]} and {value}")
+        values[name] = value
+    return values
+
+
+def part_arguments(level: str | None, words: list[str] | None) -> dict[str, str]:
+    """Return NAME=VALUE words for a part, with its `level`, which may be one of them; `StructureError` for two."""
+    return named_values([*([] if level is None else [f"level={level}"]), *(words or ())])
+
+
+def plain(value: Any) -> Any:
+    """Return a value in JSON's terms: arrays as nested lists, complex numbers by part, NaN and Infinity as null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, complex):
+        return {"real": plain(value.real), "imaginary": plain(value.imag)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return str(value) if isinstance(value, Path) else value
+
+
+@contextlib.contextmanager
+def progress(label: str) -> Iterator[Callable[[float, str], None]]:
+    """Show a bar with the time left on stderr, if that is a terminal; call with the part done (0 to 1) and a word."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[word]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(label, total=1.0, word="")
+        yield lambda part, word: bar.update(task, completed=part, word=word)

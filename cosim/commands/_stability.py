@@ -1,0 +1,245 @@
+"""A scene's limits of stability, as the answer to a command: the steps of every algorithm, or a map.
+
+    data, text, is_sound = stability_answer("sdelta_hfsa", {"law": "ctc"}, Request(vary=["bandwidth=2:60:8"]))
+
+Like `measure.py` it stands on the roof: it asks `assembly/build.py` for files.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
+from hfsa.cosim.analysis.stability import OSCILLATORY
+from hfsa.cosim.analysis.step_limits import LIMITED, StepLimit, step_limits
+from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.commands._reports import algorithm_data, order_data
+from hfsa.cosim.commands._shell import rendered, table
+from hfsa.cosim.experiments.orders import with_computed_order
+from hfsa.cosim.experiments.stability_map import STEP_SIZE, Axis, StabilityMap, default_path, parse_axis, stability_map
+from hfsa.cosim.experiments.sweep import Loaded, load, with_levels
+from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.figures.stability_map import map_figure, write_map
+from hfsa.cosim.figures.style import save
+from hfsa.cosim.fmi.co_simulation import open_instances
+from hfsa.cosim.linear.linearize import linearize
+from hfsa.cosim.results.target import check_new, check_picture
+from hfsa.cosim.systems.system import ALGORITHMS, AUTO, StructureError
+
+CHOOSES = "chooses its steps"
+"""What is said of an algorithm that no step is asked of."""
+
+_MODES = ("oscillatory modes", "aperiodic modes")
+_LEGEND = f"growth of the fastest growing mode: oscillatory from {OSCILLATORY:g} Hz on; aperiodic: free motion, decay"
+
+Report = Callable[[float, str], None]
+"""Takes the part done, 0 to 1, and a word."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asks of a scene; `None` takes what the scene says, or for `algorithm` without a map all of them.
+
+    Attributes:
+        fuse: groups of components that become one FMU each, as typed.
+        step_size: [s].
+        order: of the components' steps, as typed.
+        vary: axes of a map, as typed; none for limits.
+        file: of the map; `force` replaces a results file of that name.
+    """
+
+    fuse: Sequence[str] = ()
+    step_size: float | None = None
+    algorithm: str | None = None
+    order: str | None = None
+    vary: Sequence[str] = ()
+    file: Path | None = None
+    force: bool = False
+
+
+def stability_answer(
+    name: str,
+    arguments: Mapping[str, str],
+    request: Request,
+    report: Report = lambda *_: None,
+    warn: Callable[[str], None] = print,
+) -> tuple[dict[str, Any], str, bool]:
+    """Return limits or a map as data and as text, and whether simulations agree with all that was said.
+
+    `StructureError` for words that do not go together, and where the scene has no equilibrium.
+    """
+    path = request.file or default_path(name)
+    if request.vary:
+        check_new(path, request.force)
+        check_picture(_picture(path))
+    changes = {"step_size": request.step_size, "algorithm": request.algorithm}
+    loaded = load(name, arguments, request.fuse, order=request.order, file=request.file, **changes)
+    axes = [parse_axis(words) for words in request.vary]
+    for sentence in loaded.disagreements or _disagreements_on(axes, name, arguments):
+        warn(sentence)
+    if not request.vary:
+        if request.file is not None or request.force:
+            option = "--force" if request.file is None else f"-o {request.file}"
+            raise StructureError(
+                f"{option}: limits are printed, or answered with --json; a file is made of a map, which takes "
+                "--vary NAME=FROM:TO:N"
+            )
+        return *_limits(loaded, request.algorithm, report), True
+    found = stability_map(
+        name,
+        arguments,
+        axes,
+        fuse=request.fuse,
+        step_size=request.step_size,
+        algorithm=request.algorithm if request.algorithm != AUTO else None,
+        order=_names(loaded),
+        report=report,
+    )
+    agree, simulated = found.agreement
+    return *_map(found, loaded.title, path, request.force), agree == simulated
+
+
+def _disagreements_on(axes: Sequence[Axis], name: str, arguments: Mapping[str, str]) -> Sequence[str]:
+    """Return on what the parts of a scene disagree at an end of a map's axes, the first end where they do."""
+    for end in (0, -1):
+        varied = {axis.name: repr(float(axis.values[end])) for axis in axes if axis.name != STEP_SIZE}
+        try:
+            if found := load(name, {**arguments, **varied}).disagreements:
+                return found
+        except ValueError:  # no such posture: the map leaves the point out, and says why
+            continue
+    return ()
+
+
+def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:
+    """Return the limits of a scene under one algorithm, `None` for all, as data and as text."""
+    scene, _ = with_levels(loaded.scene, None)
+    scene, order = with_computed_order(scene, loaded.order)
+    scene, choice = settled(scene)
+    system = fused(scene.system, scene.fuse)
+    files = build.build(system)
+    asked = ALGORITHMS if algorithm in (None, AUTO) else (algorithm,)
+    limited = [name for name in asked if name in LIMITED]
+    with open_instances(files) as instances:
+        limits = []
+        for found in step_limits(system, instances, scene.step_size, limited):
+            limits.append(found)
+            report(len(limits) / (len(limited) + 1), found.algorithm)
+        sampling = sampling_limit(system, instances, scene.outputs)
+        growth = None
+        if sampling is None:
+            poles = linearize(system, instances, [], scene.outputs).poles
+            growth = float(max((pole.real for pole in poles), default=-math.inf))
+    data = {
+        "step_size": scene.step_size,
+        "algorithm": scene.algorithm,
+        "choice": algorithm_data(choice),
+        "order": order_data(order),
+        "growth": growth,
+        "oscillatory_from": OSCILLATORY,
+        "sample_time": None
+        if sampling is None
+        else {"own": sampling.sample_time, "longest": _number(sampling.longest)},
+        "algorithms": [_entry(limit) for limit in limits]
+        + [{"algorithm": name, "note": CHOOSES} for name in asked if name not in LIMITED],
+    }
+    lines = [
+        f"{loaded.title}: communication steps about the equilibrium",
+        *(found.sentence for found in (order, choice) if found),
+        _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
+        *([_LEGEND] if limited else []),
+        *(limit.message for limit in limits if limit.message),
+        *_without_steps(sampling, growth),
+    ]
+    return data, "\n".join(lines)
+
+
+def _names(loaded: Loaded) -> list[str]:
+    """Return a scene's components in the order that was asked for; none where none was."""
+    if loaded.order is None:
+        return []
+    scene, _ = with_computed_order(with_levels(loaded.scene, None)[0], loaded.order)
+    return [component.name for component in scene.system.components]
+
+
+def _picture(path: Path) -> Path:
+    """Return the picture beside a map's file."""
+    return path.with_suffix(".png")
+
+
+def _map(found: StabilityMap, title: str, path: Path, force: bool) -> tuple[dict[str, Any], str]:
+    """Write a map and its picture beside it; return what they hold, as data and as text."""
+    write_map(path, found, title, force)
+    picture = _picture(path)
+    save(map_figure(found, title), picture)
+    agree, simulated = found.agreement
+    data = {
+        "file": path,
+        "picture": picture,
+        "algorithm": found.algorithm,
+        "axes": {axis.name: axis.values.tolist() for axis in found.axes},
+        "stable": int(found.stable.sum()),
+        "points": int(found.growth.size),
+        "simulated": simulated,
+        "agree": agree,
+        "messages": list(found.messages),
+    }
+    lines = [
+        f"{path}, {picture}: {found.algorithm} on {title}",
+        f"  stable at {data['stable']} of {data['points']} points",
+        f"  simulated {simulated}, of which {agree} agree ({100 * agree / max(simulated, 1):.4g} %)",
+        *(f"  not built: {message}" for message in found.messages),
+    ]
+    return data, "\n".join(lines)
+
+
+def _entry(limit: StepLimit) -> dict[str, Any]:
+    """Return the limit of an algorithm as plain data."""
+    if limit.message:
+        return {"algorithm": limit.algorithm, "note": limit.message}
+    return {
+        "algorithm": limit.algorithm,
+        "longest_step": _number(limit.longest),
+        "is_unlimited": math.isinf(limit.longest),
+        "is_stable": limit.is_stable,
+        "oscillatory_growth": _number(limit.oscillatory),
+        "aperiodic_growth": _number(limit.aperiodic),
+    }
+
+
+def _number(value: float) -> float | None:
+    """Return a number as JSON knows it: `None` for infinity."""
+    return value if math.isfinite(value) else None
+
+
+def _table(step_size: float, limits: Sequence[StepLimit], choosing: Sequence[str]) -> str:
+    """Return the table of limits; `choosing` are the algorithms that choose their steps."""
+    rows = table("algorithm", "longest stable step", f"at {step_size:.4g} s", *_MODES)
+    for limit in limits:
+        if limit.message:
+            rows.add_row(limit.algorithm, "not offered", "", "", "")
+            continue
+        longest = "none found" if math.isinf(limit.longest) else f"{limit.longest:.5g} s" if limit.longest else "none"
+        verdict = {True: "stable", False: "UNSTABLE", None: "does not fit"}[limit.is_stable]
+        rows.add_row(limit.algorithm, longest, verdict, _rate(limit.oscillatory), _rate(limit.aperiodic))
+    for name in choosing:
+        rows.add_row(name, CHOOSES, "", "", "")
+    return rendered(rows)
+
+
+def _without_steps(sampling: SamplingLimit | None, growth: float | None) -> Iterator[str]:
+    """Yield what is known of a scene without communication steps."""
+    if sampling is not None:
+        longest = "at every one that was asked" if math.isinf(sampling.longest) else f"up to {sampling.longest:.5g} s"
+        found = longest if sampling.longest else "at none that was asked"
+        yield f"sample time {sampling.sample_time:.5g} s; without communication steps stable {found}"
+    elif growth is not None:
+        yield f"without communication steps the fastest growth is {growth:.4g} 1/s"
+
+
+def _rate(growth: float) -> str:
+    """Return a growth as text."""
+    return "none" if math.isinf(growth) else f"{growth:+.4g} 1/s"

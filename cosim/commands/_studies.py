@@ -1,0 +1,259 @@
+"""Design studies from the command line: their words, and what they answer as data for JSON and as text to read."""
+
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
+from hfsa.cosim.commands._shell import rendered, table
+from hfsa.cosim.figures.study import map_figure, save
+from hfsa.cosim.results.study_file import write_map
+from hfsa.cosim.results.target import check_new, check_picture
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.system import StructureError
+
+_SHARE = 20.0
+_WIDTH = 118
+_PICTURE = ".png"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a study, in the words of the command line: one of sensitivity, map and optimum.
+
+    Attributes:
+        sensitivity: whether the slopes are asked for.
+        map: two dimensions, `tm,l` or with ranges `tm=1e-5:4e-5,l`.
+        optimize: whether the optimum is asked for.
+        bounds: of the optimum, `20` or `20,tm=1e-5:4e-5,l=2e-4`.
+        output: file of the map; `force` replaces a results file of that name.
+    """
+
+    sensitivity: bool
+    map: str | None
+    optimize: bool
+    bounds: str | None
+    output: Path | None
+    force: bool = False
+
+    def is_study(self) -> bool:
+        """Return whether a study is asked for; `StructureError` for options that do not go together."""
+        given = {"--sensitivity": self.sensitivity, "--map": self.map is not None, "--optimize": self.optimize}
+        asked = [option for option, is_given in given.items() if is_given]
+        if len(asked) > 1:
+            raise StructureError(f"{' and '.join(asked)} ask for different answers; take one at a time")
+        if self.output is not None and self.map is None:
+            raise StructureError("-o is the file of a map; it takes --map")
+        if self.force and self.map is None:
+            raise StructureError("--force replaces the file of a map; it takes --map")
+        if self.bounds is not None and not self.optimize:
+            raise StructureError("--bounds are those of an optimum; they take --optimize")
+        return bool(asked)
+
+
+def study_answer(study: Study, request: Request, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
+    """Return the answer as data and as text, and whether it is one: an optimum that did not converge is none.
+
+    Args:
+        study: of the part.
+        request: of which `is_study` holds.
+        name: of the part.
+        words: arguments of the study, as given.
+    """
+    if request.sensitivity:
+        return *_sensitivity(study), True
+    if request.map is not None:
+        path = request.output or Path("results", f"{name}_map.h5")
+        if path.suffix == _PICTURE:
+            raise StructureError(f"-o {path} is the map's HDF5 file; its picture is written beside it, with {_PICTURE}")
+        check_new(path, request.force)
+        check_picture(path.with_suffix(_PICTURE))
+        described = " ".join([name, *(f"{key}={value}" for key, value in words.items())])
+        return *_map(study, _items(request.map, "--map"), path, described, request.force), True
+    share, given = _bounds(request.bounds or f"{_SHARE:g}")
+    found = optimum(study, bounds(study, share, given))
+    return _optimum_data(found), _optimum_text(found), found.is_converged
+
+
+# Words ----------------------------------------------------------------------------------------------------------------
+
+
+def _items(words: str, option: str) -> dict[str, Range | None]:
+    """Return `tm=1e-5:4e-5,l` as ranges by name, none for a name alone."""
+    ranges: dict[str, Range | None] = {}
+    for word in words.split(","):
+        name, equals, value = (part.strip() for part in word.partition("="))
+        if not name or (equals and not value):
+            raise StructureError(f"{option} {words!r} is not of the form NAME or NAME=LOW:HIGH, joined by commas")
+        if name in ranges:
+            raise StructureError(f"{option} names {name} twice")
+        ranges[name] = _range(value, f"{option} {name}") if equals else None
+    return ranges
+
+
+def _bounds(words: str) -> tuple[float, dict[str, Range]]:
+    """Return `20,tm=1e-5:4e-5,l=2e-4` as the share of what is not named, and ranges by name; one value is both ends."""
+    named = [word for word in words.split(",") if "=" in word]
+    shares = [word for word in words.split(",") if "=" not in word]
+    if len(shares) > 1:
+        raise StructureError(f"--bounds {words!r} has more than one PERCENT; a dimension's own are NAME=LOW:HIGH")
+    share = _number(shares[0], "--bounds", "PERCENT or NAME=LOW:HIGH") if shares else _SHARE
+    ranges = _items(",".join(named), "--bounds") if named else {}
+    return share / 100, {name: span for name, span in ranges.items() if span is not None}
+
+
+def _range(words: str, what: str) -> Range:
+    """Return the ends of a range as typed, LOW:HIGH or one value for both."""
+    low, colon, high = words.partition(":")
+    first = _number(low, what)
+    return first, _number(high, what) if colon else first
+
+
+def _number(word: str, what: str, expected: str = "a number") -> float:
+    """Return a number as typed; `StructureError` where it is none."""
+    try:
+        return float(word)
+    except ValueError:
+        raise StructureError(f"{what} has {word.strip()!r}, expected {expected}") from None
+
+
+# Answers --------------------------------------------------------------------------------------------------------------
+
+
+def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
+    """Return the slopes of all responses, the dimension with the largest one of the first response first."""
+    found = {name: slopes(study, name) for name in study.responses}
+    order = sorted(study.variables, key=lambda name: -abs(found[study.objective][name]))
+    present = {name: float(value[0]) for name, value in study.at(study.values).items()}
+    data = {
+        "study": study.title,
+        "responses": present,
+        "dimensions": {name: study.variables[name].value for name in order},
+        "sensitivity": {response: {name: of[name] for name in order} for response, of in found.items()},
+    }
+    rows = table("dimension", "", ">now", *(f">{response}" for response in found))
+    for name in order:
+        v = study.variables[name]
+        rows.add_row(name, v.description, readable(v.value, v.unit), *(f"{of[name]:+.4f}" for of in found.values()))
+    lines = [
+        f"{study.title}: {_values(study.responses, present)}",
+        rendered(rows),
+        "by how many per cent a response grows with one per cent of a dimension: d ln(response) / d ln(dimension)",
+    ]
+    return data, "\n".join(lines)
+
+
+def _map(
+    study: Study, ranges: Mapping[str, Range | None], path: Path, words: str, force: bool
+) -> tuple[dict[str, Any], str]:
+    """Write a map and its picture; return what they hold."""
+    found = response_map(study, ranges)
+    write_map(path, found, words, force)
+    picture = path.with_suffix(_PICTURE)
+    save(map_figure(found), picture)
+    blank = float(np.mean(np.isnan(found.responses[study.objective])))
+    extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}
+    data = {
+        "file": path,
+        "picture": picture,
+        "study": study.title,
+        "axes": {name: [axis[0], axis[-1]] for name, axis in found.axes.items()},
+        "design": {name: study.variables[name].value for name in found.axes},
+        "impossible": blank,
+        "responses": extremes,
+    }
+    spans = [
+        f"{name} {readable(axis[0], unit := study.variables[name].unit)} to {readable(axis[-1], unit)}"
+        for name, axis in found.axes.items()
+    ]
+    rest = f", of which {100 * blank:.3g} % cannot be built" if blank else ""
+    lines = [f"{study.title}: {', '.join(spans)}{rest}"]
+    for name, ends in extremes.items():
+        unit = study.responses[name].unit
+        places = [
+            f"{word} {readable(end['value'], unit)} at "
+            + ", ".join(f"{n} {readable(end['at'][n], study.variables[n].unit)}" for n in found.axes)
+            for word, end in ends.items()
+        ]
+        lines.append(f"  {name}: {'; '.join(places)}")
+    return data, "\n".join([*lines, str(path), str(picture)])
+
+
+def _extremes(axes: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, Any]:
+    """Return the smallest and the largest value and where they are."""
+    ends = {}
+    for word, index in (("lowest", np.nanargmin(values)), ("highest", np.nanargmax(values))):
+        place = np.unravel_index(index, values.shape)
+        at = {name: float(axis[i]) for (name, axis), i in zip(axes.items(), place, strict=True)}
+        ends[word] = {"value": float(values[place]), "at": at}
+    return ends
+
+
+def _optimum_data(found: Optimum) -> dict[str, Any]:
+    """Return an optimum as plain data."""
+    study = found.study
+    return {
+        "study": study.title,
+        "maximised": study.objective,
+        "is_converged": found.is_converged,
+        "status": found.status,
+        "starts": found.starts,
+        "agreeing": found.agreeing,
+        "responses": found.responses,
+        "present": {name: float(value[0]) for name, value in study.at(study.values).items()},
+        "dimensions": {
+            name: {
+                "value": found.values[name],
+                "present": variable.value,
+                "bounds": found.bounds[name],
+                "at_bound": found.at_bound[name] or None,
+                "sensitivity": slope,
+            }
+            for (name, variable), slope in zip(study.variables.items(), _slopes_there(found).values(), strict=True)
+        },
+        "active_requirements": found.active,
+        "requirements": [*study.conditions, *study.requirements],
+        "references": study.references,
+        "remarks": study.remarks,
+    }
+
+
+def _optimum_text(found: Optimum) -> str:
+    """Return an optimum as a table, with what holds it."""
+    study = found.study
+    rows = table("dimension", ">now", ">lower", ">upper", ">optimum", "at bound", ">sensitivity")
+    for (name, v), slope in zip(study.variables.items(), _slopes_there(found).values(), strict=True):
+        low, high = found.bounds[name]
+        cells = [readable(value, v.unit) for value in (v.value, low, high, found.values[name])]
+        rows.add_row(name, *cells, found.at_bound[name], f"{slope:+.4f}")
+    present = {name: float(value[0]) for name, value in study.at(study.values).items()}
+    designs = {"optimum": found.responses, "now": present, **study.references}
+    results = table("", *(f">{name}" for name in study.responses))
+    for text, values in designs.items():
+        results.add_row(text, *(readable(values[name], r.unit) for name, r in study.responses.items()))
+    ended = f"IPOPT: {found.status}, the same from {found.agreeing} of {found.starts} places to begin at"
+    if not found.is_converged:
+        ended = f"NOT an optimum; IPOPT did not converge: {found.status}; try narrower --bounds"
+    lines = [f"{study.title}: largest {study.objective} within the bounds", ended, "", rendered(rows), ""]
+    lines += [f"stopped by: {text}" for text in found.active]
+    lines += ["", rendered(results), ""]
+    return "\n".join([*lines, *(_paragraph(remark) for remark in study.remarks)])
+
+
+def _slopes_there(found: Optimum) -> dict[str, float]:
+    """Return the slopes of the maximised response where it is largest."""
+    return slopes(found.study, found.study.objective, list(found.values.values()))
+
+
+def _values(responses: Mapping[str, Response], values: Mapping[str, float]) -> str:
+    """Return responses in one line."""
+    return ", ".join(f"{name} {readable(values[name], response.unit)}" for name, response in responses.items())
+
+
+def _paragraph(text: str) -> str:
+    """Return a remark as an item of a list, wrapped."""
+    return textwrap.fill(text, _WIDTH, initial_indent="* ", subsequent_indent="  ")

@@ -1,0 +1,271 @@
+"""How far a system's answer is from that of a reference: the error of a cheaper level of fidelity.
+
+    question = ask(scene, library)                # the scene at its reference levels
+    question.error(cheaper)                       # 0.012: 1.2 %
+
+Of a scene with inputs the answer is its response H(f), outputs over inputs, from the FMUs' own derivatives, at
+frequencies over the band and close together around every mode of both systems:
+
+    error = max |H - H_ref| / h        h = |H_ref|, its notches filled (`signals/response_scale.py`)
+
+Entries that are zero by symmetry are left out. An output that follows nothing, but follows something at the reference,
+is missing: an error of 1, whether the inputs reach it or not.
+
+Where an FMU in which the two systems differ is not linear, the response depends on the amplitude as well. What the
+amplitude adds, to the response and in harmonics, is measured for both systems (`fidelity/nonlinearity.py`) at the ends
+of the band and at the peak of the response, and the difference relative to h is added to the error. That takes a
+co-simulation, and is done only where the first part is within the tolerance, and where an FMU's derivatives change
+enough over the swing of its states and inputs, which the linear response tells: by a thousandth of the tolerance, or
+less by as much as the smallest entry is below the largest in its unit. A resonance of 40 dB makes a tenth of the
+tolerance of that.
+
+Of a scene with a motion of its own the answer is that motion, from 0 to the stop time, and the error the largest
+difference of an output at any time, relative to the output's peak.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.fidelity.nonlinearity import Effect, bending, measure_effect
+from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fmi.co_simulation import Instance, open_instances
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
+from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.measurement.rig import Settings
+from hfsa.cosim.measurement.sweep import LinearSweep, plan_sweep
+from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
+from hfsa.cosim.signals.frequency_response import negligible
+from hfsa.cosim.signals.response_scale import Scale, near_modes
+from hfsa.cosim.systems.system import Connector, Scene, StructureError, System, check, connector
+
+_POINTS = 400
+_LONGEST_PERIOD = 5000
+"""Steps in a period of the slowest sine that is co-simulated: at the low end of a wide band it would take minutes."""
+
+
+class Question(Protocol):
+    """What a scene asks, with the answer of its reference."""
+
+    def error(self, system: System) -> float:
+        """Return the relative error of a system that differs in levels only.
+
+        `StructureError` for one that cannot be wired, linearised or compared; `StepError` for one that does not run.
+        """
+        ...
+
+
+def ask(scene: Scene, library: Path | None) -> Question:
+    """Return a scene's question and its reference's answer; `library` is the stepping loop in C, `None` for Python's.
+
+    `StructureError` where there is no answer to compare with.
+    """
+    return Responses(scene, library) if scene.inputs else Motion(scene, library)
+
+
+_NOTHING = 1e-12
+"""Amplitude of an output, relative to its nominal, that is rounding."""
+
+_BENT = 1e-3
+"""Relative change of an FMU's derivatives over its swing, relative to the tolerance, from which on it is not linear."""
+
+
+@dataclass(frozen=True)
+class _Linearized:
+    """A linearised system whose first outputs are the scene's, and how its components bend over their swing."""
+
+    sweep: LinearSweep
+    outputs: int
+    bending: Mapping[str, float]
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return the scene's responses at frequencies [Hz], (frequencies, outputs, inputs)."""
+        return self.sweep.response(frequency)[:, : self.outputs]
+
+    @property
+    def still(self) -> set[int]:
+        """The scene's outputs that follow no state and no input, by index."""
+        follows = np.hstack([self.sweep.found.C, self.sweep.found.D])[: self.outputs].any(axis=1)
+        return set(np.flatnonzero(~follows).tolist())
+
+    def bent(self, most: float) -> set[str]:
+        """Return the components that bend by more than `most`."""
+        return {name for name, bending in self.bending.items() if bending > most}
+
+
+class Responses:
+    """The responses of a scene with inputs."""
+
+    def __init__(self, scene: Scene, library: Path | None):
+        self._scene, self._library = scene, library
+        files = _checked_files(scene.system)
+        self._grid = logarithmic(*scene.band, _POINTS)
+        parts = (scene.system, files, scene.inputs, scene.outputs, self._grid, scene.amplitude)
+        self._inputs = plan_sweep(*parts, Settings(method="linear")).inputs
+        self._reference = self._linearized(scene.system, files)
+        self._size = np.abs(self._reference.response(self._grid))
+        amplitudes = [signal.amplitude for signal in self._inputs]
+        self._counts = _counting(self._size, scene, files, amplitudes)
+        self._scale = Scale(self._grid, self._size)
+        self._straight = _BENT * scene.tolerance * self._smallest(files, amplitudes)
+
+    def error(self, system: System) -> float:
+        """Return the error of a system; errors as `Question.error`."""
+        found = self._linearized(system, _checked_files(system))
+        if found.sweep.growth and not self._reference.sweep.growth:
+            raise StructureError(f"a mode grows by {found.sweep.growth:.3g} 1/s, which none of the reference does")
+        if found.still - self._reference.still:
+            return 1.0
+        frequency = self._frequencies(self._reference.sweep, found.sweep)
+        reference = self._reference.response(frequency)
+        difference = np.abs(found.response(frequency) - reference) / self._scale.at(frequency, reference)
+        error = float(difference[:, self._counts].max())
+        differing = {c.name for c in system.components if c != self._scene.system[c.name]}
+        bent = found.bent(self._straight)
+        if error <= self._scene.tolerance and differing & (bent | self._reference.bent(self._straight)):
+            error += self._amplitude_error(system if bent else None)
+        return error
+
+    def _linearized(self, system: System, files: Mapping[str, Path]) -> _Linearized:
+        """Return a system linearised at its operating point."""
+        scene = self._scene
+        system = upstream(system, [*scene.inputs, *scene.outputs])
+        with open_instances({c.name: files[c.name] for c in system.components}) as instances:
+            columns, orders = sinusoids(system, instances, scene.inputs)
+            feeding = [connection.start for connection in system.connections]
+            found = LinearSweep(linearize(system, instances, columns, [*scene.outputs, *feeding]), orders)
+            swing = self._swing(found, system, instances)
+            bends = {}
+            for name, instance in instances.items():
+                own = {variable: size for (owner, variable), size in swing.items() if owner == name}
+                seen = dict.fromkeys(v for o, v in map(system.split, found.found.outputs) if o == name)
+                bends[name] = bending(instance, own, list(seen))
+            return _Linearized(found, len(scene.outputs), bends)
+
+    def _swing(
+        self, found: LinearSweep, system: System, instances: Mapping[str, Instance]
+    ) -> dict[tuple[str, str], float]:
+        """Return the largest amplitude over the band of each state and input, by component and variable.
+
+        With ticks a state's is not known, and its nominal is taken.
+        """
+        linear, amplitudes = found.found, np.array([signal.amplitude for signal in self._inputs])
+        states, inputs, n = np.zeros(len(linear.states)), np.zeros(len(linear.inputs)), len(linear.states)
+        if linear.is_sampled:
+            variables = {name: instance.fmu.variables for name, instance in instances.items()}
+            states = np.array([abs(connector(system, variables, name).nominal) for name in linear.states])
+        for frequency in self._frequencies(found):
+            omega = 2 * np.pi * frequency
+            enters = entering(omega, found.orders, len(linear.inputs)) * amplitudes
+            inputs = np.maximum(inputs, np.abs(enters).max(axis=1))
+            if not linear.is_sampled:
+                x = np.linalg.solve(1j * omega * np.eye(n) - linear.A, linear.B @ enters)
+                states = np.maximum(states, np.abs(x).max(axis=1))
+        reached = np.abs(found.response(self._grid) * amplitudes).max(axis=(0, 2))
+        outputs = dict(zip(linear.outputs, reached.tolist(), strict=True))
+        fed = {connection.end: outputs[connection.start] for connection in system.connections}
+        named = dict(zip([*linear.states, *linear.inputs], [*states.tolist(), *inputs.tolist()], strict=True))
+        return {system.split(name): size for name, size in {**named, **fed}.items()}
+
+    def _smallest(self, files: Mapping[str, Path], amplitudes: Sequence[float]) -> float:
+        """Return the smallest entry that counts, relative to the largest in its unit."""
+        scene = self._scene
+        variables = {name: describe(file).variables for name, file in files.items()}
+        units = [connector(scene.system, variables, name).unit for name in scene.outputs]
+        size = self._size.max(axis=0) * amplitudes
+        largest = np.array([max(size[i].max() for i, u in enumerate(units) if u == unit) for unit in units])
+        return float((size / np.maximum(largest, np.finfo(float).tiny)[:, None])[self._counts].min())
+
+    def _frequencies(self, *systems: LinearSweep) -> NDArray[np.float64]:
+        """Return the grid [Hz], and frequencies around the modes of systems."""
+        poles = np.concatenate([system.found.poles for system in systems])
+        return np.unique(np.concatenate([self._grid, near_modes(poles, self._scene.band)]))
+
+    def _amplitude_error(self, system: System | None) -> float:
+        """Return what the amplitude makes of the difference to a system, `None` for one that is linear."""
+        frequency, reference = self._co_simulated, self._effect
+        response, harmonics = reference.response, reference.harmonics
+        if system is not None:
+            other = measure_effect(replace(self._scene, system=system), self._inputs, frequency, self._library)
+            response, harmonics = response - other.response, harmonics - other.harmonics
+        size = self._scale.at(frequency, self._reference.response(frequency))
+        return float(((np.abs(response) + np.abs(harmonics)) / size)[:, self._counts].max())
+
+    @cached_property
+    def _co_simulated(self) -> NDArray[np.float64]:
+        """Frequencies [Hz] of the sines that are co-simulated: the ends of the band, and the highest peak."""
+        step_size, (low, high) = self._scene.step_size, self._scene.band
+        last = min(high, 1 / (FEWEST_SAMPLES * step_size))
+        first = min(max(low, 1 / (_LONGEST_PERIOD * step_size)), last)
+        size = self._size[:, self._counts]
+        peak = float(self._grid[(size / np.median(size, axis=0)).max(axis=1).argmax()])
+        return np.unique(np.array([first, min(max(peak, first), last), last]))
+
+    @cached_property
+    def _effect(self) -> Effect:
+        """What the amplitude adds to the reference's response."""
+        return measure_effect(self._scene, self._inputs, self._co_simulated, self._library)
+
+
+class Motion:
+    """The motion of a scene without inputs."""
+
+    def __init__(self, scene: Scene, library: Path | None):
+        self._scene, self._library = scene, library
+        self._algorithm = settled(scene)[0].algorithm
+        self._reference = self._outputs(scene.system)
+        files = _checked_files(scene.system)
+        self._counts = _counting(np.abs(self._reference)[:, :, None], scene, files, [1.0])[:, 0]
+
+    def error(self, system: System) -> float:
+        """Return the error of a system; errors as `Question.error`."""
+        reference = self._reference[:, self._counts]
+        difference = np.abs(self._outputs(system)[:, self._counts] - reference).max(axis=0)
+        return float((difference / np.abs(reference).max(axis=0)).max())
+
+    def _outputs(self, system: System) -> NDArray[np.float64]:
+        """Return the scene's outputs at every communication point, (points, outputs)."""
+        scene = self._scene
+        steps = max(round(scene.stop_time / scene.step_size), 1)
+        _checked_files(system)  # in the scene's own words, before parts are fused
+        system = fused(system, scene.fuse)
+        files = build.files_for(system, self._algorithm)
+        with closing(open_master(files, system, self._algorithm, scene.step_size, self._library)) as master:
+            recording = master.record(scene.outputs, rows=steps + 1)
+            master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))
+            master.advance(steps)
+            return recording.values.copy()
+
+
+def _checked_files(system: System) -> dict[str, Path]:
+    """Return the FMUs of a system whose wiring is right; `StructureError` for another."""
+    files = build.build(system)
+    check(system, {name: describe(file).variables for name, file in files.items()})
+    return files
+
+
+def _counting(
+    size: NDArray[np.float64], scene: Scene, files: Mapping[str, Path], amplitudes: Sequence[float]
+) -> NDArray[np.bool_]:
+    """Return which entries are not zero by symmetry, (outputs, inputs); `StructureError` where all are.
+
+    Outputs of different units are compared by the largest nominal in their unit.
+    """
+    variables = {name: describe(file).variables for name, file in files.items()}
+    found: list[Connector] = [connector(scene.system, variables, name) for name in scene.outputs]
+    units = [output.unit or "1" for output in found]
+    nominal = np.array([max(abs(o.nominal) for o in found if (o.unit or "1") == unit) for unit in units])
+    size = size / nominal[:, None]
+    counts = ~negligible(size, units, amplitudes) & ((size * amplitudes).max(axis=0) > _NOTHING)
+    if not counts.any():
+        raise StructureError("no output of the scene moves, so that there is nothing to compare levels by")
+    return counts

@@ -1,0 +1,214 @@
+"""Level `auto`: the cheapest level of a component that answers what a scene asks to within the scene's tolerance.
+
+    scene = at_highest(scene)                     # every `auto` at its part's last level: all its ports are there
+    choices = choose(scene, library)              # of the scene as it stands in the file: inputs, outputs, band, ...
+    scene = settled(scene, choices)               # levels named; `choices["sensor"]` says why
+
+The reference is the scene with every `auto` at its part's last level. One component after the other is judged alone,
+the others at the reference, by the error of `fidelity/level_error.py`: the first of its levels, cheapest first, that is
+within the tolerance is taken. Where there are several, they are judged together as well, and as long as that is beyond
+the tolerance, the one with the largest error of its own goes up to its next better level. The reference itself has no
+error, so there always is a choice.
+
+A level takes part if the scene can be built, wired and linearised with it. One that lacks an output that the scene
+records is wrong by 100 %. Start values that a level does not know belong to what it leaves out, as long as another
+level of the part knows them.
+"""
+
+import dataclasses
+import hashlib
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from hfsa.components._modelling.model import ModelError
+from hfsa.components._modelling.parts import part_named
+from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
+from hfsa.cosim.assembly.models import AUTO, parts
+from hfsa.cosim.fidelity.level_error import Question, ask
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.results.records import LevelChoice, SystemRecord
+from hfsa.cosim.systems.scene_file import scene_text
+from hfsa.cosim.systems.system import Component, Scene, StructureError, System
+
+
+def automatic(scene: Scene) -> list[str]:
+    """Return the names of the components whose level is to be chosen."""
+    return [component.name for component in scene.system.components if component.level == AUTO]
+
+
+def at_highest(scene: Scene) -> Scene:
+    """Return the scene with every automatic component at its part's last level.
+
+    `StructureError` for one whose part has no levels.
+    """
+    return _at(scene, {name: _levels(scene.system[name])[-1] for name in automatic(scene)})
+
+
+def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
+    """Return the choice for each automatic component by name; `library` is the stepping loop in C, `None` for Python's.
+
+    What was measured once is kept in the cache, by all that it depends on. `StructureError` where the scene at its
+    highest levels cannot be built or has no answer to compare with.
+    """
+    if not automatic(scene):
+        return {}
+    file = cache_folder() / "levels" / f"{_key(scene)}.json"
+    if not file.is_file():
+        choices = _Judge(scene, library).choices()
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as unfinished:
+            json.dump({name: dataclasses.asdict(choice) for name, choice in choices.items()}, unfinished)
+        os.replace(unfinished.name, file)
+    return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
+
+
+def settled(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
+    """Return the scene with the chosen levels."""
+    return _at(scene, {name: choice.level for name, choice in choices.items()})
+
+
+def with_choices(record: SystemRecord, choices: Mapping[str, LevelChoice]) -> SystemRecord:
+    """Return what the results file says of a system, with the choices of levels."""
+    instances = [dataclasses.replace(i, choice=choices.get(i.instance)) for i in record.instances]
+    return dataclasses.replace(record, instances=instances)
+
+
+def _key(scene: Scene) -> str:
+    """Return a hash of all that a choice depends on: the scene, its foreign FMUs, and the sources of both wings."""
+    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0".encode())
+    foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
+    for file in [*foreign, *sorted(Path(__file__).parents[1].rglob("*.py"))]:
+        digest.update(file.read_bytes() + b"\0")
+    return digest.hexdigest()[:32]
+
+
+class _Judge:
+    """The reference of a scene, and the errors of the levels of its automatic components."""
+
+    def __init__(self, scene: Scene, library: Path | None):
+        self._scene = scene
+        self._levels = {name: _levels(scene.system[name]) for name in automatic(scene)}
+        self._question = self._asked(at_highest(scene), library)
+        self._errors: dict[str, dict[str, float]] = {}
+        self._refusals: dict[str, dict[str, str]] = {}
+
+    def choices(self) -> dict[str, LevelChoice]:
+        """Judge every component alone, then together."""
+        tolerance = self._scene.tolerance
+        for name, levels in self._levels.items():
+            judged = {level: self._judged(name, level) for level in levels[:-1]}
+            self._errors[name] = {**{level: error for level, (error, _) in judged.items()}, levels[-1]: 0.0}
+            self._refusals[name] = {level: refusal for level, (_, refusal) in judged.items() if refusal}
+        chosen = {name: self._cheapest(name, tolerance) for name in self._levels}
+        together = self._together(chosen)
+        while not together <= tolerance:
+            lower = [name for name in chosen if chosen[name] != self._levels[name][-1]]
+            worst = max(lower, key=lambda name: self._errors[name][chosen[name]])
+            chosen[worst] = self._better(worst, chosen[worst])
+            together = self._together(chosen)
+        return {
+            name: LevelChoice(level, tolerance, self._errors[name], self._refusals[name], together)
+            for name, level in chosen.items()
+        }
+
+    def _asked(self, reference: Scene, library: Path | None) -> Question:
+        """Return the question to the reference."""
+        try:
+            return ask(reference, library)
+        except (StructureError, StepError) as error:
+            words = "; ".join(f"{name}: {', '.join(levels)}" for name, levels in self._levels.items())
+            raise StructureError(
+                f"level auto compares with the highest level, and the scene has no answer there: {error}; "
+                f"name the levels ({words})"
+            ) from error
+
+    def _judged(self, name: str, level: str) -> tuple[float, str]:
+        """Return the error of a level, and why it cannot take part, if so."""
+        try:
+            scene = _at(self._scene, {**self._highest, name: level})
+            if missing := _missing_outputs(scene, name):
+                return 1.0, f"it has no {', '.join(missing)}"
+            return self._question.error(scene.system), ""
+        except (StructureError, StepError, ModelError) as error:
+            return math.nan, str(error)
+
+    @property
+    def _highest(self) -> dict[str, str]:
+        """Return the highest level of each component."""
+        return {name: levels[-1] for name, levels in self._levels.items()}
+
+    def _together(self, chosen: Mapping[str, str]) -> float:
+        """Return the error of all choices together; NaN where they do not fit together."""
+        lower = [name for name, level in chosen.items() if level != self._levels[name][-1]]
+        if not lower:
+            return 0.0
+        if len(lower) == 1:
+            return self._errors[lower[0]][chosen[lower[0]]]
+        try:
+            return self._question.error(_at(self._scene, chosen).system)
+        except (StructureError, StepError):
+            return math.nan
+
+    def _cheapest(self, name: str, tolerance: float) -> str:
+        """Return the first level within a tolerance; one that cannot take part is within none."""
+        return next(level for level in self._able(name) if self._errors[name][level] <= tolerance)
+
+    def _better(self, name: str, than: str) -> str:
+        """Return the next level above one, with less of an error."""
+        able = self._able(name)
+        above = able[able.index(than) + 1 :]
+        return next((level for level in above if self._errors[name][level] < self._errors[name][than]), able[-1])
+
+    def _able(self, name: str) -> list[str]:
+        """Return the levels that can take part, cheapest first."""
+        return [level for level in self._levels[name] if level not in self._refusals[name]]
+
+
+def _levels(component: Component) -> Sequence[str]:
+    """Return the levels that a component can have, cheapest first."""
+    levels = () if component.part.endswith(".fmu") else part_named(component.part, parts()).levels
+    if not levels:
+        raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")
+    return levels
+
+
+def _at(scene: Scene, levels: Mapping[str, str]) -> Scene:
+    """Return the scene with components at levels, without start values that only another level knows."""
+    components = [
+        _component_at(component, levels[component.name]) if component.name in levels else component
+        for component in scene.system.components
+    ]
+    return dataclasses.replace(scene, system=System(components, scene.system.connections))
+
+
+def _component_at(component: Component, level: str) -> Component:
+    """Return an automatic component at a level."""
+    at = dataclasses.replace(component, level=level)
+    known = _variables(at)
+    strange = [name for name in component.start if name not in known]
+    if not strange:
+        return at
+    others = [dataclasses.replace(component, level=other) for other in _levels(component) if other != level]
+    elsewhere = set().union(*(_variables(other) for other in others))
+    start = {name: value for name, value in component.start.items() if name in known or name not in elsewhere}
+    return dataclasses.replace(at, start=start)
+
+
+def _variables(component: Component) -> set[str]:
+    """Return the names of a component's variables; none where it cannot be built."""
+    try:
+        return set(describe(fmu_file(component)).variables)
+    except ModelError:
+        return set()
+
+
+def _missing_outputs(scene: Scene, name: str) -> list[str]:
+    """Return the recorded outputs that a component does not have."""
+    known = describe(fmu_file(scene.system[name])).variables
+    recorded = [scene.system.split(output) for output in scene.outputs]
+    return [variable for component, variable in recorded if component == name and variable not in known]

@@ -1,0 +1,117 @@
+"""What the amplitude of a sine adds to a system's response, and in harmonics: nothing, as long as it is linear.
+
+    bending(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
+    effect = measure_effect(scene, inputs, frequency, library)
+
+The response G(A) is measured by co-simulation at the scene's amplitude A and at a tenth of it, at one step, so that
+what the step itself costs cancels:
+
+    response    (G(A) - G(A / 10)) / (1 - 1 / 10)          harmonics    distortion(A) |G(A)|
+"""
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.blocks import block
+from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
+from hfsa.cosim.results.files import Point, Signal, Status
+from hfsa.cosim.systems.system import Scene, StructureError
+
+_SMALLER = 0.1
+_TOLERANCE = 0.1
+"""Transient that may remain, relative to the scene's tolerance."""
+
+_SEED = 1
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What the amplitude adds: to the response, and in harmonics, (frequencies, outputs, inputs), output per input."""
+
+    response: NDArray[np.complex128]
+    harmonics: NDArray[np.float64]
+
+
+def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
+    """Return by how much an FMU's derivatives change over a swing about where it is, in initialization mode.
+
+    `swing` are sizes of states, sampled states and inputs; what it does not name stays. They move all at once, one way
+    and the other. What each of them adds to a rate, to a tick or to one of the `outputs` is compared with the largest
+    addition in the same unit: 0 is a linear FMU, infinity one whose derivatives end. The FMU is left as it was.
+    """
+    known = instance.fmu.variables
+    inputs = [name for name in swing if known[name].causality == "input"]
+    here = block(instance, inputs, outputs)
+    moving = [name for name in (*here.states, *here.sampled, *here.inputs) if swing.get(name)]
+    handle = instance.handle(moving)
+    values, signs = instance.get(handle).copy(), np.random.default_rng(_SEED).choice([-1.0, 1.0], len(moving))
+    sizes = np.array([swing.get(name, 0.0) for name in (*here.values, *here.inputs)])
+    rows = [*(rate for _, rate in instance.fmu.description.states), *here.sampled, *here.held, *here.outputs]
+
+    def additions() -> np.ndarray:
+        """What inputs and states add to rates, ticks and outputs at the present values."""
+        found = block(instance, inputs, outputs)
+        return np.vstack([found.rate, found.tick, found.output]) * sizes
+
+    before, change = additions(), np.zeros((len(rows), len(sizes)))
+    try:
+        for way in (signs, -signs):
+            instance.set(handle, values + way * [swing[name] for name in moving])
+            change = np.maximum(change, np.abs(additions() - before))
+    finally:
+        instance.set(handle, values)
+    units = [known[name].unit for name in rows]
+    largest = np.array(
+        [max(np.abs(before[i]).max(initial=0) for i, u in enumerate(units) if u == unit) for unit in units]
+    )
+    changed = change.max(axis=1, initial=0.0)
+    relative = np.divide(changed, largest, out=np.where(changed > 0, np.inf, 0.0), where=largest > 0)
+    return float(np.nan_to_num(relative, nan=np.inf).max(initial=0.0))
+
+
+def measure_effect(
+    scene: Scene, inputs: Sequence[Signal], frequency: NDArray[np.float64], library: Path | None
+) -> Effect:
+    """Return what the scene's amplitude adds, to sines at one input and one frequency [Hz] at a time.
+
+    `StructureError` for a response that does not settle; `StepError` as a master.
+    """
+    scene, _ = settled(scene)
+    settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
+    response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
+    harmonics = np.zeros(response.shape)
+    for i, signal in enumerate(inputs):
+        system = fused(build.instrument(scene, signal.name), scene.fuse)
+        files = build.files_for(system, scene.algorithm)
+        bench = Bench(system, files, tuple(scene.outputs), scene.source.name, build.LOCK_IN, library)
+        with contextlib.closing(Rig(bench, settings)) as rig:
+            for k, f in enumerate(frequency.tolist()):
+                small, full = (
+                    _settled(rig.measure(Task(i, k, bench, settings, f, part * signal.amplitude)), signal, f)
+                    for part in (_SMALLER, 1.0)
+                )
+                response[k, :, i] = (_array(full.response) - _array(small.response)) / (1 - _SMALLER)
+                harmonics[k, :, i] = np.nan_to_num(_array(full.harmonic_distortion)) * np.abs(_array(full.response))
+    return Effect(response, harmonics)
+
+
+def _settled(point: Point, signal: Signal, frequency: float) -> Point:
+    """Return a point; `StructureError` where it has not settled, whose response is none."""
+    if point.status is Status.NOT_SETTLED:
+        raise StructureError(f"driven at {signal.name} with {frequency:.4g} Hz, {point.message}")
+    return point
+
+
+def _array(values: np.ndarray | None) -> np.ndarray:
+    """Return what a point has that was measured."""
+    assert values is not None
+    return values

@@ -1,0 +1,167 @@
+"""What communication steps do to a scene's answer: which algorithm `auto` takes, and what a user must know before.
+
+    with judge(scene, excited, outputs, band) as found:
+        scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what; what is known against it
+        found.step_error(scene, frequency)               # relative error of each response
+
+`excited` holds, by the full name of an input, the scene's system with a sine source there, and for a sweep a lock-in
+amplifier (`build.instrument`), parts fused; it is empty where the scene has a motion of its own. What the FMUs do not
+tell is said, with the reason.
+
+Like `assembly/build.py`, which it asks for files, it stands on the roof.
+"""
+
+import contextlib
+import dataclasses
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.analysis.algorithm_choice import CANDIDATES, NOT_KNOWN, choose, instability, warnings
+from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
+from hfsa.cosim.analysis.step_limits import LIMITED
+from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.fmi.co_simulation import Instance, open_instances
+from hfsa.cosim.linear.cycle import Source
+from hfsa.cosim.linear.linearize import upstream
+from hfsa.cosim.results.files import AlgorithmChoice
+from hfsa.cosim.systems.system import AUTO, Scene, System
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What is known of a scene's steps: a question to its linearised FMUs, or why there is none."""
+
+    question: Question | None
+    unknown: str = ""
+
+    def decided(
+        self, scene: Scene, offered: Collection[str] = CANDIDATES, frequency: float | None = None
+    ) -> tuple[Scene, AlgorithmChoice | None, list[str]]:
+        """Return the scene with an algorithm in place of `auto`, the choice, and what is known against its answer.
+
+        The choice is `None` where the scene names an algorithm; `offered` are those that may be taken. What is said of
+        responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
+        """
+        scene, choice = self.settled(scene, offered)
+        if self.question is not None:
+            return scene, choice, self._warnings(self.question, scene, frequency)
+        unknown = f"the error of the communication steps is not known: {self.unknown}"
+        return scene, choice, [] if choice or scene.algorithm not in LIMITED else [unknown]
+
+    def settled(self, scene: Scene, offered: Collection[str] = CANDIDATES) -> tuple[Scene, AlgorithmChoice | None]:
+        """Return the scene with an algorithm in place of `auto`, and the choice, as `decided`."""
+        if scene.algorithm != AUTO:
+            return scene, None
+        if self.question is None:
+            choice = AlgorithmChoice(CANDIDATES[0], scene.step_size, scene.tolerance, unknown=self.unknown)
+        else:
+            choice = choose(self.question, scene.step_size, scene.tolerance, offered)
+        return dataclasses.replace(scene, algorithm=choice.algorithm), choice
+
+    def _warnings(self, question: Question, scene: Scene, frequency: float | None) -> list[str]:
+        """Return what is known against a scene's algorithm and step."""
+        if scene.algorithm not in LIMITED:
+            return instability(question)
+        asked = question if frequency is None else question.at(frequency)
+        try:
+            effect = asked.effect(scene.algorithm, scene.step_size)
+        except NOT_KNOWN as error:
+            return [f"the error of the communication steps is not known: {error}"]
+        return warnings(asked, effect, scene.tolerance)
+
+    def step_error(self, scene: Scene, frequency: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Return the relative error of each response, (frequencies, outputs, inputs); `None` where it is not known.
+
+        NaN where a response is zero by symmetry.
+        """
+        if self.question is None or scene.algorithm not in LIMITED:
+            return None
+        try:
+            return self.question.errors(scene.algorithm, scene.step_size, frequency)
+        except NOT_KNOWN:
+            return None
+
+
+@contextlib.contextmanager
+def judge(
+    scene: Scene, excited: Mapping[str, System], outputs: Sequence[str], band: tuple[float, float]
+) -> Iterator[Judge]:
+    """Yield what is known of a scene's steps; FMUs are loaded until the end of the `with`."""
+    with ExitStack() as stack:
+        found = Judge(None, "nothing is known of an empty system")
+        whole = fused(scene.system, scene.fuse)
+        # what leads to no output may keep its derivatives to itself
+        leading = upstream(whole, [*outputs, *excited])
+        for system in (whole, leading) if len(leading.components) < len(whole.components) else (whole,):
+            try:
+                found = Judge(_question(scene, system, excited, outputs, band, stack))
+                break
+            except NOT_KNOWN as error:
+                found = Judge(None, str(error))
+        yield found
+
+
+def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
+    """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
+    if scene.algorithm != AUTO:
+        return scene, None
+    excited = {name: fused(build.instrument(scene, name), scene.fuse) for name in scene.inputs}
+    with judge(scene, excited, scene.outputs, scene.band) as found:
+        return found.settled(scene)
+
+
+def _question(
+    scene: Scene,
+    system: System,
+    excited: Mapping[str, System],
+    outputs: Sequence[str],
+    band: tuple[float, float],
+    stack: ExitStack,
+) -> Question:
+    """Return the question to a system's FMUs, which are loaded until the stack ends."""
+    files = build.build(system)
+    instances: dict[str, Instance] = dict(stack.enter_context(open_instances(files)))
+    if not excited:
+        found = motions(system, instances)
+    else:
+        instruments: dict[tuple[str, str], Instance] = {}
+        found = [
+            _excitation(scene, name, whole, system, instances, instruments, stack) for name, whole in excited.items()
+        ]
+    question = Question(system, instances, found, outputs, band)
+    if not any(excitation.lock_in for excitation in found):
+        question.ignored = question.jumping
+    return question
+
+
+def _excitation(
+    scene: Scene,
+    name: str,
+    excited: System,
+    system: System,
+    instances: Mapping[str, Instance],
+    instruments: dict[tuple[str, str], Instance],
+    stack: ExitStack,
+) -> Excitation:
+    """Return the excitation at one input; an instrument of one file is loaded once."""
+    known = {component.name for component in system.components}
+    added = [c for c in excited.components if c.name in (scene.source.name, build.LOCK_IN)]
+    own = dict(instances)
+    for component, file in build.build(System(added)).items():
+        key = component, str(file)
+        if key not in instruments:
+            instruments[key] = stack.enter_context(open_instances({component: file}))[component]
+        own[component] = instruments[key]
+    kept = known | {component.name for component in added}
+    connections = [c for c in excited.connections if {excited.split(c.start)[0], excited.split(c.end)[0]} <= kept]
+    reduced = System([c for c in excited.components if c.name in kept], connections)
+    source = reduced[scene.source.name]
+    amplitude = source.start["amplitude"]
+    lock_in = build.LOCK_IN if build.LOCK_IN in own else None
+    unit = str(source.arguments.get("unit", "1"))
+    return entering(name, unit, amplitude, reduced, own, Source(source.name), lock_in)

@@ -1,0 +1,74 @@
+"""The figure of a response map: contours of every response over two dimensions, the present design marked.
+
+    save(map_figure(response_map(study, {"tm": None, "l": None})), Path("results/map.png"))
+
+Where nothing can be built the figure is blank. Colours and lines leave out a twentieth of the values at either end, so
+that a pole does not take them all.
+"""
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from hfsa.components._modelling.study import ResponseMap, Variable
+from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
+from hfsa.cosim.signals.prefixes import prefixed, readable
+
+__all__ = ["map_figure", "save"]
+
+_COLOURS = LinearSegmentedColormap.from_list("response", ["#f3f6fa", COLOURS[0]])
+_EXTREMES = (5, 95)
+_LEVELS = 9
+_MARK: Any = {"color": ACCENT, "markersize": 9, "markeredgecolor": "white", "clip_on": False, "zorder": 5}
+
+
+def map_figure(found: ResponseMap) -> Figure:
+    """Return the figure of a map, one panel per response."""
+    study = found.study
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(4.6 * len(study.responses), 4.4), layout="constrained", dpi=160)
+        figure.suptitle(study.title, fontsize=12.5, fontweight="bold")
+        panels = figure.subplots(1, len(study.responses), sharex=True, sharey=True, squeeze=False)[0]
+        scales = [prefixed(float(values[-1]), study.variables[name].unit) for name, values in found.axes.items()]
+        x, y = (factor * values for (factor, _), values in zip(scales, found.axes.values(), strict=True))
+        names = list(found.axes)
+        present = [factor * study.variables[name].value for (factor, _), name in zip(scales, names, strict=True)]
+        for axes, (name, response) in zip(panels, study.responses.items(), strict=True):
+            _draw(figure, axes, x, y, found.responses[name].T, response.unit)
+            axes.set_title(response.description, fontsize=9.5, loc="left")
+            axes.set_xlabel(_label(names[0], study.variables[names[0]], scales[0][1]))
+            if x[0] <= present[0] <= x[-1] and y[0] <= present[1] <= y[-1]:
+                (value,) = study.at(study.values)[name]
+                axes.plot(*present, "o", label=f"the design, {readable(value, response.unit)}", **_MARK)
+            if np.any(np.isnan(found.responses[name])):
+                axes.plot([], [], "s", color="white", markeredgecolor=INK, label="blank: cannot be built")
+            if axes.get_legend_handles_labels()[0]:
+                axes.legend(loc="upper right", frameon=True, fontsize=8.5)
+        panels[0].set_ylabel(_label(names[1], study.variables[names[1]], scales[1][1]))
+    return figure
+
+
+def _draw(
+    figure: Figure, axes: Any, x: NDArray[np.float64], y: NDArray[np.float64], values: NDArray[np.float64], unit: str
+) -> None:
+    """Draw one response, shape (y, x): filled contours, labelled lines, a bar of the colours."""
+    low, high = np.nanpercentile(values, _EXTREMES)
+    factor, shown = prefixed(float(np.abs([low, high]).max()), unit)
+    values = np.ma.masked_invalid(factor * values)
+    levels = MaxNLocator(_LEVELS).tick_values(factor * low, factor * high)
+    filled = axes.contourf(x, y, values, levels, cmap=_COLOURS, extend="both")
+    lines = axes.contour(x, y, values, levels, colors=INK, linewidths=0.7)
+    axes.clabel(lines, fontsize=8, fmt="%g")
+    bar = figure.colorbar(filled, ax=axes, pad=0.02)
+    bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
+    bar.ax.set_title("" if shown == "1" else shown, fontsize=9)
+
+
+def _label(name: str, variable: Variable, unit: str) -> str:
+    """Return what stands at an axis."""
+    return f"{variable.description}, {name} ({unit})"

@@ -1,0 +1,39 @@
+"""How figures look: colours, type and lines; and how they are written."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from hfsa.cosim.results.target import picture_format, write_picture
+
+COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
+INK, GRID, ACCENT = "#20242c", "#c9ced6", "#b3541e"
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.size": 10,
+    "axes.edgecolor": "#8a919c",
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "legend.frameon": False,
+    "mathtext.default": "regular",
+}
+"""Settings of matplotlib, for `mpl.rc_context`."""
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write the figure in the format its suffix names, completely or not at all; `ResultsError` where that fails.
+
+    A picture of that name is replaced, nothing else.
+    """
+    written = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(written, format=picture_format(path))
+    write_picture(path, written.getvalue())

@@ -1,0 +1,394 @@
+"""What an instance of an FMU can do in Co-Simulation and in Model Exchange alike, FMI 2 or 3.
+
+An `Fmu` is loaded for one of the two interfaces; `fmi/co_simulation.py` and `fmi/model_exchange.py` have what differs.
+"""
+
+import ctypes
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from ctypes import byref, c_size_t, c_uint, c_void_p
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing.util import Finalize
+from pathlib import Path
+from typing import ClassVar, Self
+
+import fmpy
+import numpy as np
+
+from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
+from hfsa.cosim.fmi.description import Interface, describe
+from hfsa.cosim.fmi.library import TERMINATED, Library, Log
+from hfsa.cosim.fmi.model_exchange_library import MODEL_EXCHANGE
+from hfsa.cosim.systems.system import StructureError, nearest
+
+_LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {
+    "co_simulation": CO_SIMULATION,
+    "model_exchange": MODEL_EXCHANGE,
+}
+
+_STATUS = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending", TERMINATED: "terminated"}
+_WARNING, _FATAL = 1, 4
+_UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
+_ADVICE = {
+    "discard": "the FMU refuses a step of this size from here; try a smaller one",
+    "error": "the run cannot go on; see its inputs and parameters",
+    "fatal": "the FMU is lost to this process; see its inputs and parameters",
+    "terminated": "the FMU asks to end the run here",
+    "not finite": _UNSTABLE,
+    "out of bounds": _UNSTABLE,
+    "diverged": _UNSTABLE,
+}
+
+
+class StepError(RuntimeError):
+    """A run that could not go on: an FMI call that failed, or a response that left its bounds.
+
+    Attributes:
+        instance: name of the instance.
+        function: the FMI function that failed, or the variable whose value is not admissible.
+        status: `discard`, `error`, `fatal`, `terminated`, or `not finite`, `out of bounds`, `diverged`.
+        time: communication point [s] at which it happened; `None` before initialization.
+        message: what the FMU's logger said, or more about the value.
+    """
+
+    def __init__(self, instance: str, function: str, status: str, time: float | None, message: str = ""):
+        at = "" if time is None else f" at t = {time:.9g} s"
+        advice = f"; {_ADVICE[status]}" if status in _ADVICE else ""
+        super().__init__(f"{instance}: {function}: {status}{at}{': ' + message if message else ''}{advice}")
+        self.instance, self.function, self.status, self.time = instance, function, status, time
+        self.message = message
+
+    def __reduce__(self):
+        return type(self), (self.instance, self.function, self.status, self.time, self.message)
+
+
+class Fmu:
+    """An FMU in this process for one of its interfaces: its description, its library, and the folder it is unzipped to.
+
+    `Fmu.load` gives the same object for the same file and interface; the folder is removed by `close` or at the
+    process's end.
+
+    Attributes:
+        description: what the FMU says of itself; `name`, `version` and `variables` (by name) are taken from it.
+    """
+
+    _loaded: ClassVar[dict[tuple, "Fmu"]] = {}
+
+    def __init__(self, file: Path, interface: Interface = "co_simulation"):
+        self.description = describe(file, interface)
+        self.name, self.version = self.description.name, self.description.version
+        self.variables = self.description.variables
+        folder = tempfile.mkdtemp(prefix="hfsa-")
+        # a worker process of a pool ends without atexit, but not without this
+        self._remove = Finalize(self, shutil.rmtree, (folder, True), exitpriority=0)
+        fmpy.extract(file, folder, include=lambda name: not name.startswith(("sources/", "documentation/")))
+        self.library = _LIBRARIES[interface][self.version](self.description, Path(folder))
+
+    @classmethod
+    def load(cls, file: str | Path, interface: Interface = "co_simulation") -> "Fmu":
+        """Load a `.fmu` file once per process; `StructureError` where it is no FMU for this machine, or lacks that."""
+        path = Path(file).resolve()
+        if not path.is_file():
+            raise StructureError(f"there is no file {path}")
+        key = (path, interface, path.stat().st_mtime_ns, path.stat().st_size)
+        if key not in cls._loaded:
+            cls._loaded[key] = cls(path, interface)
+        return cls._loaded[key]
+
+    def close(self) -> None:
+        """Unload the library and remove the folder; no instance may be left."""
+        self.library.close()
+        self._remove()
+        for key in [key for key, fmu in self._loaded.items() if fmu is self]:
+            del self._loaded[key]
+
+
+@dataclass(frozen=True, eq=False)
+class Handle:
+    """Variables of one instance: value references, and the array that `get` fills and `set` reads, shape (n,)."""
+
+    names: tuple[str, ...]
+    references: ctypes.Array
+    values: np.ndarray
+    arguments: tuple = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """One prepared FMI call: `run()` returns its status; `function` and `arguments` are what a loop in C needs."""
+
+    instance: "BaseInstance"
+    role: str
+    function: Callable[..., int] = field(repr=False)
+    arguments: tuple = field(repr=False)
+    run: Callable[[], int] = field(repr=False)
+
+
+@dataclass(eq=False)
+class State:
+    """A saved state of one instance; `Instance.restore` takes it back, `Instance.release` frees it."""
+
+    pointer: c_void_p
+
+
+class BaseInstance:
+    """One instance, reused from run to run by reset (where an FMU cannot reset, it is made anew).
+
+    Attributes:
+        interface: which of the FMU's interfaces it is an instance of.
+        fmu, name: what it is an instance of, and what it is called in messages.
+        time: the last communication point [s] it was told, `None` before initialization.
+    """
+
+    interface: ClassVar[Interface]
+
+    def __init__(self, fmu: Fmu, name: str):
+        if fmu.description.interface != self.interface:
+            loaded = fmu.description.interface
+            raise StructureError(
+                f"{name}: {fmu.description.file.name} is loaded for {loaded}, expected {self.interface}"
+            )
+        self.fmu = fmu
+        self.name = name
+        self.time: float | None = None
+        self._library = fmu.library
+        self._log = Log()
+        self._component = c_void_p()
+        self._states: list[State] = []
+        self._functions = {role: self._library.function(role) for role in self._library.names}
+        self._instantiate()
+
+    # Life -------------------------------------------------------------------------------------------------------------
+
+    def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
+        """Set start values of parameters, inputs and states (in their units) and enter initialization mode.
+
+        An instance that has run is reset first: what was set before is forgotten.
+        """
+        if not self._is_fresh:
+            self._renew()
+        self._is_fresh = False
+        self.time = start_time
+        if values:
+            for name in values:
+                self._check_settable(name)
+            self.set(self.handle(values), list(values.values()))
+        self._check("enter", self._library.enter(self._component, start_time, stop_time))
+
+    def exit(self) -> None:
+        """Leave initialization mode: the instance is ready to step."""
+        self._call("exit")
+
+    def start(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
+        """Enter and leave initialization mode, for an instance on its own."""
+        self.enter(start_time, stop_time, values)
+        self.exit()
+
+    def close(self) -> None:
+        """Free the instance and its saved states; a second call does nothing."""
+        self._free()
+        self._log.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    # Values -----------------------------------------------------------------------------------------------------------
+
+    def handle(self, names: Iterable[str], values: np.ndarray | None = None) -> Handle:
+        """Return value references of scalar Real or Float64 variables, and the array (n,) their values pass through.
+
+        `values` may be a contiguous part of another array: an output and the input it feeds then share it, and nothing
+        is copied.
+        """
+        names = tuple(names)
+        for name in names:
+            self._check_known(name)
+        n = len(names)
+        references = (c_uint * n)(*[self.fmu.variables[name].reference for name in names])
+        if values is None:
+            values = np.zeros(n)
+        if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
+            raise ValueError(f"values of {self.name} must be a contiguous float64 array of shape ({n},)")
+        # both keep their memory alive: the array of references itself, and data_as
+        arguments = self._library.values(references, c_size_t(n), values.ctypes.data_as(c_void_p))
+        return Handle(names, references, values, arguments)
+
+    def get(self, handle: Handle) -> np.ndarray:
+        """Read the handle's variables into its array and return that array."""
+        if handle.names:
+            self._call("get", *handle.arguments)
+        return handle.values
+
+    def set(self, handle: Handle, values: Sequence[float] | np.ndarray | None = None) -> None:
+        """Set the handle's variables from its array, after writing `values` to it."""
+        if values is not None:
+            handle.values[:] = values
+        if handle.names:
+            self._call("set", *handle.arguments)
+
+    def getter(self, handle: Handle) -> Call:
+        """Return the prepared call of `get`."""
+        return self._call_of("get", *handle.arguments)
+
+    def setter(self, handle: Handle) -> Call:
+        """Return the prepared call of `set`."""
+        return self._call_of("set", *handle.arguments)
+
+    def check(self, call: Call, status: int) -> None:
+        """Raise `StepError` for the status of a prepared call, unless it is ok or a warning."""
+        self._check(call.role, status)
+
+    def warning(self, call: Call) -> str:
+        """Return what to say of a prepared call that returned a warning."""
+        at = "" if self.time is None else f" at t = {self.time:.9g} s"
+        return f"{self.name}: {self._library.names[call.role]}: warning{at}: {self._log.take() or 'without a message'}"
+
+    def directional(self, unknowns: Handle, knowns: Handle) -> Call:
+        """Return the prepared call that differentiates: along the knowns' array as seed, into the unknowns' array.
+
+        `StructureError` where the FMU has no directional derivatives.
+        """
+        if not self.fmu.description.has_derivatives:
+            raise self._missing("directional derivatives", "providesDirectionalDerivative(s)")
+        return self._call_of("directional", *self._library.directional(unknowns.arguments, knowns.arguments))
+
+    def jacobian(self, unknowns: Sequence[str], knowns: Sequence[str]) -> np.ndarray:
+        """Return the FMU's own partial derivatives of unknowns with respect to knowns, shape (unknowns, knowns)."""
+        rows, columns = self.handle(unknowns), self.handle(knowns)
+        call = self.directional(rows, columns)
+        result = np.zeros((len(rows.names), len(columns.names)))
+        if result.size:
+            for j in range(len(columns.names)):
+                columns.values[:] = 0.0
+                columns.values[j] = 1.0
+                self.check(call, call.run())
+                result[:, j] = rows.values
+        return result
+
+    # FMU state --------------------------------------------------------------------------------------------------------
+
+    def save(self) -> State:
+        """Return a copy of the whole state, to come back to with `restore`."""
+        state = self.slot()
+        self._call("save", byref(state.pointer))
+        return state
+
+    def slot(self) -> State:
+        """Return room for a copy of the state, which a `saver` makes; `StructureError` where the FMU makes none."""
+        if not self.fmu.description.can_restore:
+            raise self._missing("to get and set its state", "canGetAndSetFMUstate")
+        self._states.append(State(c_void_p()))
+        return self._states[-1]
+
+    def restore(self, state: State) -> None:
+        """Put the instance back to a saved state, bit for bit."""
+        self._call("restore", state.pointer)
+
+    def saver(self, state: State) -> Call:
+        """Return the prepared call that writes the present state over a saved one."""
+        return self._call_of("save", ctypes.pointer(state.pointer))
+
+    def restorer(self, state: State) -> Call:
+        """Return the prepared call of `restore`, with whatever the saved state holds when it runs."""
+        return self._call_of("restore", state.pointer)
+
+    def release(self, state: State) -> None:
+        """Free a saved state."""
+        self._states.remove(state)
+        self._empty(state)
+
+    def serialize(self, state: State) -> bytes:
+        """Return a saved state as bytes, which any instance of the same FMU takes."""
+        if not self.fmu.description.can_serialize:
+            raise self._missing("to serialize its state", "canSerializeFMUstate")
+        size = c_size_t()
+        self._call("size", state.pointer, byref(size))
+        buffer = ctypes.create_string_buffer(size.value)
+        self._call("serialize", state.pointer, buffer, size)
+        return buffer.raw
+
+    def deserialize(self, data: bytes) -> State:
+        """Return the state that `serialize` wrote; `StepError` where it is not one of this FMU."""
+        state = State(c_void_p())
+        buffer = ctypes.create_string_buffer(data, len(data))
+        self._call("deserialize", buffer, c_size_t(len(data)), byref(state.pointer))
+        self._states.append(state)
+        return state
+
+    # Frame ------------------------------------------------------------------------------------------------------------
+
+    def _call(self, role: str, *arguments) -> None:
+        """Make a call at once; `StepError` as `_check`."""
+        status = self._functions[role](self._component, *arguments)
+        if status:
+            self._check(role, status)
+
+    def _check(self, role: str, status: int) -> None:
+        """Raise `StepError` for a status that is worse than a warning, with what the FMU said."""
+        if status <= _WARNING:
+            return
+        if status == _FATAL:
+            self._component.value = None  # the standards allow no further call, not even to free it
+        label = _STATUS.get(status, f"status {status}")
+        raise StepError(self.name, self._library.names[role], label, self.time, self._log.take())
+
+    def _call_of(self, role: str, *arguments) -> Call:
+        """Return a prepared call of a function of this instance."""
+        function, arguments = self._functions[role], (self._component, *arguments)
+        return Call(self, role, function, arguments, partial(function, *arguments))
+
+    def _instantiate(self) -> None:
+        """Make the instance; `StepError` where the FMU gives none."""
+        self._component.value = self._library.instantiate(self.name, self._log)
+        if not self._component.value:
+            raise StepError(self.name, "instantiation", "no instance", None, self._log.take())
+        self._is_fresh = True
+        self._library.listen(self._component)
+
+    def _renew(self) -> None:
+        """Bring the instance back to where it was instantiated."""
+        self._log.take()
+        if not self._component.value or self._functions["reset"](self._component) > _WARNING:
+            self._free()
+            self._instantiate()
+
+    def _free(self) -> None:
+        """Free the instance and its states."""
+        for state in self._states:
+            self._empty(state)
+        if self._component.value:
+            self._library.free(self._component)
+        self._component.value = None
+
+    def _empty(self, state: State) -> None:
+        """Free what a saved state holds; another may be saved there."""
+        if state.pointer and self._component:
+            self._call("release", byref(state.pointer))
+        state.pointer.value = None
+
+    def _check_known(self, name: str) -> None:
+        """Raise `StructureError` for a variable that is not there, or no scalar real number."""
+        variable = self.fmu.variables.get(name)
+        if variable is None:
+            raise StructureError(f"{self.name} has no variable {name!r}{nearest(name, self.fmu.variables)}")
+        if not variable.is_real:
+            raise StructureError(f"{self.name}.{name} is of type {variable.type}, expected a scalar Real or Float64")
+
+    def _check_settable(self, name: str) -> None:
+        """Raise `StructureError` for a variable that cannot be set, ever."""
+        self._check_known(name)
+        variable = self.fmu.variables[name]
+        if variable.start is None or variable.variability == "constant":
+            raise StructureError(
+                f"{self.name}.{name} is a {variable.variability} {variable.causality} without a start value; "
+                "expected a parameter, an input or a state"
+            )
+
+    def _missing(self, what: str, flag: str) -> StructureError:
+        """Return the error of an FMU that does not offer something, by the flag that would say so."""
+        return StructureError(f"{self.name}: {self.fmu.description.file.name} does not offer {what} ({flag})")

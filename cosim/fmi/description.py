@@ -1,0 +1,222 @@
+"""What an FMU says of itself: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
+
+import zipfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
+from lxml import etree
+
+from hfsa.cosim.systems.system import Connector, StructureError
+
+Interface = Literal["co_simulation", "model_exchange"]
+"""As what an FMU is loaded."""
+
+SAMPLE_TIME = "sample_time"
+"""Parameter [s] with which an FMU tells its period; its discrete outputs change at ticks only, and are held between."""
+
+NEXT = "next."
+"""What the name of a sampled state's value after the next tick begins with."""
+
+_MISSING: dict[Interface, str] = {
+    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms take the other",
+    "model_exchange": "Model Exchange interface, which the monolithic algorithms take; the others co-simulate it",
+}
+
+_BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+
+
+@dataclass(frozen=True)
+class Description:
+    """One FMU through one of its interfaces.
+
+    Attributes:
+        file: the `.fmu` file.
+        interface: which one; `is_co_simulation_only` where the file offers no other than Co-Simulation, which need not
+            declare states.
+        name: name of the model; `identifier` names the binary, `token` is its instantiation token (FMI 2: guid).
+        version: 2 or 3.
+        variables: every variable by name.
+        states: (state, derivative) names of the continuous states, in the order of ModelStructure.
+        log_categories: names of its log categories.
+        can_restore, can_serialize, has_derivatives: what it declares to support: to get and set its state, to turn
+            that state into bytes, directional derivatives.
+        can_interpolate: whether inputs take time derivatives by a function of their own (FMI 2).
+        output_derivative_order: highest order of output derivatives it offers.
+        event_indicators: number of its event indicators.
+        awaits_steps: whether it wants to be told of each step that an integrator completes.
+    """
+
+    file: Path
+    interface: Interface
+    name: str
+    identifier: str
+    token: str
+    version: int
+    variables: dict[str, Connector]
+    states: tuple[tuple[str, str], ...]
+    log_categories: tuple[str, ...]
+    can_restore: bool
+    can_serialize: bool
+    has_derivatives: bool
+    can_interpolate: bool
+    output_derivative_order: int
+    event_indicators: int
+    awaits_steps: bool
+    is_co_simulation_only: bool = False
+
+    def undeclared(self, outputs: Iterable[str]) -> str:
+        """Return what is a sign of dynamics that it does not declare behind its outputs, and why; empty where none is.
+
+        That is a clock; a variable that changes at events, where no `sample_time` is the clock and the variable no
+        sampled state; an output of Co-Simulation alone that declares neither an input nor a state to follow.
+        """
+        ours = {*self.sampled_states, *(f"{NEXT}{name}" for name in self.sampled_states)}
+        for name, v in self.variables.items():
+            if v.type.startswith("Clock"):
+                return f"its clock {name} ticks when it does not declare"
+            is_held = self.has_sample_time and (v.causality == "output" or name in ours)
+            if v.changes_at_events and v.causality in ("output", "local") and not is_held:
+                return f"its {v.causality} {name} is discrete, and no parameter {SAMPLE_TIME} declares when it changes"
+        has_input = any(v.causality == "input" for v in self.variables.values())
+        if self.is_co_simulation_only and has_input and not self.states and not self.has_sample_time:
+            for name in outputs:
+                if self.variables[name].dependencies == ():
+                    return f"its output {name} declares no input and no state that it follows"
+        return ""
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether it acts at ticks only: it has a parameter `sample_time`, and every output is discrete."""
+        outputs = [v for v in self.variables.values() if v.causality == "output"]
+        return self.has_sample_time and bool(outputs) and all(v.variability == "discrete" for v in outputs)
+
+    @cached_property
+    def has_sample_time(self) -> bool:
+        """Whether a parameter `sample_time` [s] tells when it ticks."""
+        return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
+
+    def input_derivative(self, name: str, order: int) -> str | None:
+        """Return the variable by whose reference an input's time derivative is set, `None` where that cannot be set.
+
+        In FMI 2 it is the input itself, beside the order; in FMI 3, which has no such function, a parameter of ours.
+        """
+        if self.version == 2:
+            return name if self.can_interpolate else None
+        parameter = f"input_derivative[{order}].{name}"
+        return parameter if parameter in self.variables else None
+
+    @property
+    def sampled_states(self) -> tuple[str, ...]:
+        """Names of its sampled states z, those that come with a variable `next.z`, the value after the next tick."""
+        return tuple(name for name in self.variables if f"{NEXT}{name}" in self.variables)
+
+
+def describe(file: Path, interface: Interface | None = None) -> Description:
+    """Read an FMU's description; `StructureError` where it is no FMU that can be run, and why.
+
+    Without an `interface`, of that for Co-Simulation where there is one.
+    """
+    try:
+        with zipfile.ZipFile(file) as archive:
+            root = etree.fromstring(archive.read("modelDescription.xml"))
+        version = str(root.get("fmiVersion"))
+        if not version.startswith(("2.", "3.")):
+            raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
+        model = read_model_description(str(file), validate=False)
+    except FileNotFoundError:
+        raise StructureError(f"there is no file {file}") from None
+    except StructureError:
+        raise
+    except Exception as error:  # the parser raises many kinds for a file that is no FMU
+        raise StructureError(f"{file} is not a readable FMU: {error}") from error
+    chosen = interface or ("co_simulation" if model.coSimulation or not model.modelExchange else "model_exchange")
+    offered, tag = (
+        (model.coSimulation, "CoSimulation") if chosen == "co_simulation" else (model.modelExchange, "ModelExchange")
+    )
+    if offered is None:
+        raise StructureError(f"{file} offers no {_MISSING[chosen]}")
+    flags = {**root.find(tag).attrib}  # type: ignore[union-attr]
+    directional = ("providesDirectionalDerivative", "providesDirectionalDerivatives")  # FMI 2, FMI 3
+    return Description(
+        file=file,
+        interface=chosen,
+        name=str(model.modelName),
+        identifier=str(offered.modelIdentifier),
+        token=str(model.instantiationToken),
+        version=int(version[0]),
+        variables=_variables(model),
+        states=_states(model),
+        log_categories=tuple(str(category.name) for category in model.logCategories),
+        can_restore=offered.canGetAndSetFMUstate,
+        can_serialize=offered.canSerializeFMUstate,
+        has_derivatives=any(flags.get(name) in ("true", "1") for name in directional),
+        can_interpolate=flags.get("canInterpolateInputs") in ("true", "1"),
+        output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
+        event_indicators=model.numberOfEventIndicators,
+        is_co_simulation_only=model.modelExchange is None,
+        awaits_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+    )
+
+
+def _variables(model: ModelDescription) -> dict[str, Connector]:
+    """Return the variables by name."""
+    units = {unit.name: _base_unit(unit.baseUnit) for unit in model.unitDefinitions}
+    ticks = any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
+    dependencies = {unknown.variable.name: _inputs(unknown) for unknown in model.outputs if unknown.variable}
+    variables = {}
+    for v in model.modelVariables:
+        declared = v.declaredType
+        unit = v.unit or (declared.unit if declared else None)
+        held = ticks and v.variability == "discrete"
+        nominal = _number(v.nominal or (declared.nominal if declared else None))
+        variables[v.name] = Connector(
+            name=v.name,
+            reference=v.valueReference,
+            causality=str(v.causality),
+            variability=str(v.variability),
+            type=str(v.type) + "".join(f"[{n}]" for n in v.shape or ()),
+            unit=unit,
+            base_unit=units.get(unit),
+            start=_number(v.start) if _is_scalar(v) else None,
+            nominal=nominal or 1.0,
+            min=_number(v.min or (declared.min if declared else None)),
+            max=_number(v.max or (declared.max if declared else None)),
+            dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
+            has_nominal=bool(nominal),
+        )
+    return variables
+
+
+def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
+    """Return the continuous states, each with the name of its derivative."""
+    pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
+    return tuple((state.name, derivative.name) for state, derivative in pairs if state)
+
+
+def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
+    """Return the inputs that an unknown follows, `None` where it does not tell."""
+    if unknown.dependencies is None:
+        return None
+    return tuple(known.name for known in unknown.dependencies if known.causality == "input")
+
+
+def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
+    """Return exponents, factor and offset of a unit."""
+    return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
+
+
+def _is_scalar(variable: ModelVariable) -> bool:
+    """Whether a variable is one real number."""
+    return variable.type in ("Real", "Float64") and not variable.shape
+
+
+def _number(text: str | float | None) -> float | None:
+    """Return a number of the description, `None` where there is none or it is no number."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,219 @@
+"""An FMU's shared library: what differs between FMI 2 and FMI 3, behind one set of words.
+
+Here is what both interfaces take; `co_simulation.py` and `fmi/model_exchange.py` have the rest of each. Only the files
+of instances use them; together they are all that knows fmpy.fmi2 and fmpy.fmi3. Functions are taken without argument
+types: every argument must be a ctypes object of the C type, and then a call converts nothing.
+"""
+
+import ctypes
+import itertools
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable
+from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
+from pathlib import Path
+from typing import ClassVar
+
+import fmpy
+from fmpy.fmi2 import (
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.fmi3 import fmi3LogMessageCallback
+from fmpy.logging import addLoggerProxy
+
+from hfsa.cosim.fmi.description import Description
+from hfsa.cosim.systems.system import StructureError
+
+TERMINATED = 100
+"""Status of a step that went well but asks to end the run (FMI 3), beside the standards' 0 to 5."""
+
+_LOG_CATEGORIES = ("logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
+
+
+class Log:
+    """Messages of one instance; `environment` is the pointer by which the FMU's logger finds it.
+
+    `callbacks` is the structure of functions that an FMI 2 instance keeps a pointer to.
+    """
+
+    _open: ClassVar[dict[int, "Log"]] = {}
+    _numbers = itertools.count(1)
+
+    def __init__(self):
+        self.environment = next(self._numbers)
+        self.messages: deque[str] = deque(maxlen=20)
+        self.callbacks: fmi2CallbackFunctions | None = None
+        self._open[self.environment] = self
+
+    def take(self) -> str:
+        """Return the messages since the last call as one text."""
+        text = "; ".join(self.messages)
+        self.messages.clear()
+        return text
+
+    def close(self) -> None:
+        """Let go of the environment."""
+        self._open.pop(self.environment, None)
+
+    @classmethod
+    def write(cls, environment: int | None, message: bytes | None) -> None:
+        """Add a message of the instance with that environment."""
+        log = cls._open.get(environment or 0)
+        if log is not None and message:
+            log.messages.append(message.decode(errors="replace").strip())
+
+
+LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
+"""What an FMI 3 instance is given."""
+
+
+class Library(ABC):
+    """The loaded shared library of one FMU.
+
+    `names` gives the FMI function for each role.
+    """
+
+    names: ClassVar[dict[str, str]]
+    _kind: type
+    _boolean: type
+
+    def __init__(self, description: Description, folder: Path):
+        try:
+            self._fmu = self._kind(
+                guid=description.token, modelIdentifier=description.identifier, unzipDirectory=str(folder)
+            )
+        except Exception as error:  # fmpy raises Exception itself, ctypes OSError and AttributeError
+            raise StructureError(f"{description.file} cannot be loaded on {fmpy.platform_tuple}: {error}") from error
+        self._name, self._token = description.identifier, description.token.encode()
+        self._resources = folder.absolute() / "resources"
+        self._categories = [name.encode() for name in description.log_categories if name in _LOG_CATEGORIES]
+
+    def function(self, role: str) -> Callable[..., int]:
+        """Return the C function of a role, without argument types."""
+        return self._fmu.dll[self.names[role]]
+
+    @abstractmethod
+    def instantiate(self, name: str, log: Log) -> int | None:
+        """Return the address of a new instance of the interface, or `None`."""
+
+    @abstractmethod
+    def enter(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
+        """Set the experiment up and enter initialization mode; returns the status."""
+
+    @abstractmethod
+    def values(self, references: ctypes.Array, count: c_size_t, values: c_void_p) -> tuple:
+        """Return the arguments of `get` and `set` after the component."""
+
+    @abstractmethod
+    def directional(self, unknowns: tuple, knowns: tuple) -> tuple:
+        """Return the arguments of `directional` after the component, from those of the unknowns' and knowns' values."""
+
+    def listen(self, component: c_void_p) -> None:
+        """Switch on the log categories that tell why a call failed, where the FMU has them."""
+        n = len(self._categories)
+        if n:
+            categories = (c_char_p * n)(*self._categories)
+            self.function("listen")(component, self._boolean(True), c_size_t(n), categories)
+
+    def free(self, component: c_void_p) -> None:
+        """Free an instance."""
+        free = self.function("free")
+        free.restype = None  # type: ignore[attr-defined]
+        free(component)
+
+    def close(self) -> None:
+        """Unload the library."""
+        self._fmu.freeLibrary()
+
+
+class Library2(Library):
+    """FMI 2.0."""
+
+    names: ClassVar[dict[str, str]] = {
+        "setup": "fmi2SetupExperiment",
+        "enter": "fmi2EnterInitializationMode",
+        "exit": "fmi2ExitInitializationMode",
+        "reset": "fmi2Reset",
+        "free": "fmi2FreeInstance",
+        "listen": "fmi2SetDebugLogging",
+        "get": "fmi2GetReal",
+        "set": "fmi2SetReal",
+        "save": "fmi2GetFMUstate",
+        "restore": "fmi2SetFMUstate",
+        "release": "fmi2FreeFMUstate",
+        "size": "fmi2SerializedFMUstateSize",
+        "serialize": "fmi2SerializeFMUstate",
+        "deserialize": "fmi2DeSerializeFMUstate",
+        "directional": "fmi2GetDirectionalDerivative",
+    }
+    _type: int
+    _boolean = c_int
+
+    def instantiate(self, name, log):
+        """Instantiate with the project's logger and the C library's memory functions."""
+        log.callbacks = fmi2CallbackFunctions(_logger2, _allocate, _release, componentEnvironment=log.environment)
+        uri = self._resources.as_uri().encode()
+        return self._fmu.fmi2Instantiate(name.encode(), self._type, self._token, uri, byref(log.callbacks), 0, 0)
+
+    def enter(self, component, start_time, stop_time):
+        """Call fmi2SetupExperiment and fmi2EnterInitializationMode."""
+        stop = (c_int(stop_time is not None), c_double(stop_time or 0.0))
+        status = self.function("setup")(component, c_int(0), c_double(0.0), c_double(start_time), *stop)
+        return status if status > 1 else self.function("enter")(component)
+
+    def values(self, references, count, values):
+        """Value references, their number, values."""
+        return references, count, values
+
+    def directional(self, unknowns, knowns):
+        """Unknowns and knowns with their numbers, seed, sensitivity."""
+        return *unknowns[:2], *knowns[:2], knowns[2], unknowns[2]
+
+
+class Library3(Library):
+    """FMI 3.0."""
+
+    names: ClassVar[dict[str, str]] = {
+        "enter": "fmi3EnterInitializationMode",
+        "exit": "fmi3ExitInitializationMode",
+        "reset": "fmi3Reset",
+        "free": "fmi3FreeInstance",
+        "listen": "fmi3SetDebugLogging",
+        "get": "fmi3GetFloat64",
+        "set": "fmi3SetFloat64",
+        "save": "fmi3GetFMUState",
+        "restore": "fmi3SetFMUState",
+        "release": "fmi3FreeFMUState",
+        "size": "fmi3SerializedFMUStateSize",
+        "serialize": "fmi3SerializeFMUState",
+        "deserialize": "fmi3DeserializeFMUState",
+        "directional": "fmi3GetDirectionalDerivative",
+    }
+    _boolean = c_bool
+
+    def enter(self, component, start_time, stop_time):
+        """Call fmi3EnterInitializationMode."""
+        stop = (c_bool(stop_time is not None), c_double(stop_time or 0.0))
+        return self.function("enter")(component, c_bool(False), c_double(0.0), c_double(start_time), *stop)
+
+    def values(self, references, count, values):
+        """Value references, their number, values, their number."""
+        return references, count, values, count
+
+    def directional(self, unknowns, knowns):
+        """Unknowns and knowns with their numbers, seed and sensitivity with theirs."""
+        return *unknowns[:2], *knowns[:2], knowns[2], knowns[1], unknowns[2], unknowns[1]
+
+
+_allocate = ctypes.cast(fmpy.calloc, fmi2CallbackAllocateMemoryTYPE)
+_release = ctypes.cast(fmpy.free, fmi2CallbackFreeMemoryTYPE)
+_python_logger2 = fmi2CallbackLoggerTYPE(
+    lambda environment, _name, _status, _category, message: Log.write(environment, message)
+)
+# fmpy's proxy, written in C, formats the printf arguments that Python cannot receive
+_proxied = fmi2CallbackFunctions(_python_logger2, _allocate, _release)
+addLoggerProxy(byref(_proxied))
+_logger2 = _proxied.logger

@@ -1,0 +1,79 @@
+"""The operating point of a linearisation: where no state changes, at any tick either.
+
+Newton's method on the FMUs' own derivatives, in initialization mode, where states and sampled outputs may be set:
+
+    der(x) = 0,      v after a tick = v
+
+What a tick would make of v is tried on a copy of the FMU's state, which is put back.
+"""
+
+import numpy as np
+
+from hfsa.cosim.linear.blocks import Blocks
+from hfsa.cosim.masters.master import Master
+from hfsa.cosim.systems.system import StructureError
+
+NEWTON_STEPS = 20
+"""Newton steps after which an equilibrium must be found."""
+
+NEWTON_TOLERANCE = 1e-9
+"""Largest last Newton step, relative to a state's size or its nominal."""
+
+
+def equilibrium(master: Master, blocks: Blocks) -> dict[str, float]:
+    """Bring the system, in initialization mode, to where nothing changes; return x and v by full name.
+
+    Where a direction is free (a body without a spring), the shortest step is taken, in units of the nominals. Raises
+    `StructureError` where no equilibrium is found.
+    """
+    names, nominal = (*blocks.states, *blocks.sampled), blocks.nominal
+    n = len(blocks.states)
+    handles = {
+        component: instance.handle([name.partition(".")[2] for name in names if name.partition(".")[0] == component])
+        for component, instance in blocks.instances.items()
+    }
+    places = {c: [i for i, name in enumerate(names) if name.partition(".")[0] == c] for c in handles}
+    w = np.zeros(len(names))
+    for component, handle in handles.items():
+        w[places[component]] = blocks.instances[component].get(handle)
+    worst = ""
+    for _ in range(NEWTON_STEPS):
+        closed = blocks.close()
+        jacobian = np.vstack([closed.rate, closed.tick])[:, : len(names)]
+        jacobian[n:, n:] -= np.eye(len(blocks.sampled))
+        jacobian *= nominal
+        rows = np.maximum(np.abs(jacobian).max(axis=1, initial=0.0), 1e-300)
+        change = _change(blocks, w)
+        step = nominal * np.linalg.lstsq(jacobian / rows[:, None], -change / rows, rcond=1e-12)[0]
+        w = w + step
+        for component, handle in handles.items():
+            blocks.instances[component].set(handle, w[places[component]])
+        master.settle()
+        relative = np.abs(step) / np.maximum(np.abs(w), nominal)
+        left = np.abs(_change(blocks, w)) / rows
+        if np.all(relative <= NEWTON_TOLERANCE) and np.all(left <= NEWTON_TOLERANCE):
+            return dict(zip(names, w.tolist(), strict=True))
+        worst = names[int(np.argmax(np.maximum(relative, left)))]
+    raise StructureError(
+        f"no equilibrium found within {NEWTON_STEPS} Newton steps; {worst} keeps changing. "
+        "Give start values nearer to one, or a system at rest"
+    )
+
+
+def _change(blocks: Blocks, w: np.ndarray) -> np.ndarray:
+    """Return der(x), and by how much a tick would change v."""
+    derivatives = {
+        f"{component}.{state}": (instance, rate)
+        for component, instance in blocks.instances.items()
+        for state, rate in instance.fmu.description.states
+    }
+    rates = []
+    for name in blocks.states:
+        instance, rate = derivatives[name]
+        rates.append(instance.get(instance.handle([rate]))[0])
+    ticked = np.zeros(len(blocks.sampled))
+    for component, instance in blocks.instances.items():
+        own = [i for i, name in enumerate(blocks.sampled) if name.partition(".")[0] == component]
+        if own:
+            ticked[own] = instance.ticked([blocks.sampled[i].partition(".")[2] for i in own])
+    return np.concatenate([rates, ticked - w[len(rates) :]])

@@ -1,0 +1,261 @@
+"""The same FMUs as one linear system: exact small-signal response, without a simulation.
+
+    linear = linearize(system, instances, inputs, outputs)
+    linear.state_space                                   # control.StateSpace with signal names
+    response = linear_response(system, instances, inputs, outputs, frequency)
+
+Each FMU states its own derivatives at an operating point, der(x) = A x + B u, y = C x + D u, and the connections
+u = L y + e close them:
+
+    u = (1 - L D)^-1 (L C x + e)
+
+The operating point is an equilibrium, found by Newton's method in initialization mode, where states may be set. A
+sinusoid e enters with its derivatives wherever the FMU has inputs for them, as a sine source would feed it:
+
+    H = H_value + j omega H_rate - omega^2 H_acceleration - j omega^3 H_jerk
+
+Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly
+(`linear/sampled.py`). Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees
+what those before it have put out, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at its
+next tick).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.blocks import Blocks, Closed
+from hfsa.cosim.linear.equilibrium import equilibrium
+from hfsa.cosim.linear.sampled import SampledSystem
+from hfsa.cosim.masters.master import Master
+from hfsa.cosim.systems.system import Connection, StructureError, System, companions
+
+if TYPE_CHECKING:
+    from control import StateSpace
+
+FORGOTTEN = 1e-9
+"""Multiplier per period below which a mode is memory that is written over, not motion that decays."""
+
+NEUTRAL = 1e-3
+"""Rate [1/s] up to which a mode counts as neither growing nor decaying."""
+
+_ROUNDING = 100.0
+"""Rounding errors that an eigenvalue has gathered at most."""
+
+Orders = Sequence[tuple[int, ...]]
+"""Sinusoids: for each the inputs at which its value and its derivatives enter, by order, as indices; -1 for none."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A mode that grows: its rate [1/s], 0 where none does, and its frequency [Hz]."""
+
+    rate: float = 0.0
+    frequency: float = 0.0
+
+    def __bool__(self) -> bool:
+        return self.rate > 0
+
+
+class Linearization:
+    """A system of FMUs at an operating point.
+
+    Attributes:
+        A, B, C, D: matrices, (states, states), (states, inputs), (outputs, states), (outputs, inputs), in the
+            variables' units; with ticks, A and C have further columns for the sampled values.
+        states, inputs, outputs: full names.
+        closed: the system with its ticks.
+        is_sampled: whether there are any.
+        operating_point: states, and sampled states and outputs, at the equilibrium by full name.
+    """
+
+    def __init__(self, closed: Closed, operating_point: Mapping[str, float]):
+        self.closed, self.operating_point = closed, operating_point
+        self.states, self.inputs, self.outputs = closed.states, closed.inputs, closed.outputs
+        self.is_sampled = bool(closed.ticking)
+        n = len(closed.states) + len(closed.sampled)
+        self.A, self.B = closed.rate[:, :n], closed.rate[:, n:]
+        self.C, self.D = closed.output[:, :n], closed.output[:, n:]
+
+    @property
+    def state_space(self) -> "StateSpace":
+        """The system as `control.StateSpace`; signals keep their full names, with `/` where `control` refuses a dot.
+
+        `StructureError` for a sampled system, which answers a sinusoid with more than one frequency.
+        """
+        if self.is_sampled:
+            names = ", ".join(ticking.component for ticking in self.closed.ticking)
+            raise StructureError(f"a system with sampled parts ({names}) is no StateSpace; ask for its response")
+        import control  # takes seconds
+
+        labels = {
+            key: [name.replace(".", "/") for name in getattr(self, key)] for key in ("inputs", "outputs", "states")
+        }
+        return control.StateSpace(self.A, self.B, self.C, self.D, remove_useless_states=False, **labels)
+
+    @cached_property
+    def sampled(self) -> SampledSystem:
+        """The system with its ticks."""
+        return SampledSystem(self.closed)
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Eigenvalues [1/s], complex; with ticks those of one period, as continuous ones of the same growth.
+
+        Stable are those with a negative real part.
+        """
+        if not self.is_sampled:
+            return np.linalg.eigvals(self.A).astype(complex)
+        multipliers = np.linalg.eigvals(self.sampled.transition).astype(complex)
+        # what is forgotten within a period has no rate
+        multipliers = multipliers[np.abs(multipliers) > FORGOTTEN]
+        return np.asarray(np.log(multipliers) / self.sampled.period, dtype=complex)
+
+    @cached_property
+    def growth(self) -> "Growth":
+        """The fastest of the modes that grow for sure; none where all that do may be rounding.
+
+        Rounding moves an eigenvalue by the norm of the balanced matrix times its condition number: a free body's double
+        eigenvalue 0 by much, one that is alone by little.
+        """
+        matrix = self.sampled.transition if self.is_sampled else self.closed.balanced().rate[:, : len(self.states)]
+        if not len(matrix):
+            return Growth()
+        values, left, right = scipy.linalg.eig(matrix, left=True, right=True)  # pyright: ignore[reportAssignmentType]
+        condition = 1 / np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).tiny)
+        rounding = _ROUNDING * np.finfo(float).eps * np.linalg.norm(matrix) * condition
+        if self.is_sampled:
+            period, size = self.sampled.period, np.maximum(np.abs(values), np.finfo(float).tiny)
+            rates, surely = np.log(size) / period, np.log1p(rounding / size) / period
+            turns = np.angle(values) / period
+        else:
+            rates, surely, turns = values.real, rounding, values.imag
+        grows = rates > NEUTRAL + surely
+        if not grows.any():
+            return Growth()
+        fastest = int(np.argmax(np.where(grows, rates, -np.inf)))
+        return Growth(float(rates[fastest]), abs(float(turns[fastest])) / (2 * np.pi))
+
+    def response(self, frequency: np.ndarray, orders: Orders) -> NDArray[np.complex128]:
+        """Return the complex response to sinusoids, (frequencies, outputs, sinusoids); `frequency` [Hz] is (n,)."""
+        answer = self.sampled.response if self.is_sampled else _Continuous(self.closed).response
+        count = len(self.inputs)
+        result = np.zeros((len(frequency), len(self.outputs), len(orders)), complex)
+        for i, omega in enumerate(2 * np.pi * np.asarray(frequency, float)):
+            result[i] = answer(omega, entering(omega, orders, count))
+        return result
+
+
+class _Continuous:
+    """A closed system without ticks."""
+
+    def __init__(self, closed: Closed):
+        self._closed, self._n = closed.balanced(), len(closed.states)
+
+    def response(self, omega: float, enters: np.ndarray) -> np.ndarray:
+        """Return the outputs, (outputs, m), to excitations (inputs, m) at omega [rad/s]."""
+        rate, output, n = self._closed.rate, self._closed.output, self._n
+        x = np.linalg.solve(1j * omega * np.eye(n) - rate[:, :n], rate[:, n:] @ enters)
+        return output[:, :n] @ x + output[:, n:] @ enters
+
+
+def entering(omega: float, orders: Orders, inputs: int) -> np.ndarray:
+    """Return the complex amplitudes of inputs, (inputs, sinusoids), for sinusoids of amplitude 1 at omega [rad/s]."""
+    enters = np.zeros((inputs, len(orders)), complex)
+    for j, indices in enumerate(orders):
+        for order, index in enumerate(indices):
+            if index >= 0:
+                enters[index, j] += (1j * omega) ** order
+    return enters
+
+
+def linear_response(
+    system: System,
+    instances: Mapping[str, Instance],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    frequency: np.ndarray,
+    starts: Mapping[str, float] | None = None,
+) -> np.ndarray:
+    """Return the response of outputs to sinusoids at inputs, complex, (frequencies, outputs, inputs).
+
+    `frequency` is in Hz. An input's companions, `command.position_rate[3]` and `command.position_acceleration[3]` of
+    `command.position[3]`, take part where the FMU has them and nothing else feeds them. Raises as `linearize`.
+    """
+    columns, orders = sinusoids(system, instances, inputs)
+    return linearize(system, instances, columns, outputs, starts).response(frequency, orders)
+
+
+def sinusoids(system: System, instances: Mapping[str, Instance], inputs: Sequence[str]) -> tuple[list[str], Orders]:
+    """Return the inputs at which sinusoids at `inputs` enter, companions included, and where each of them does."""
+    fed = {connection.end for connection in system.connections}
+    columns: list[str] = []
+    orders = []
+    for name in inputs:
+        component, variable = system.split(name)
+        known = instances[component].fmu.variables
+        companion = [f"{component}.{c}" if c in known else "" for c in companions(variable)]
+        orders.append(tuple(_place(columns, c) for c in (name, *(c if c not in fed else "" for c in companion))))
+    return columns, orders
+
+
+def linearize(
+    system: System,
+    instances: Mapping[str, Instance],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    starts: Mapping[str, float] | None = None,
+    opened: Connection | None = None,
+) -> Linearization:
+    """Return the linear system from unconnected inputs to outputs (full names) at an equilibrium.
+
+    Components that neither reach the outputs nor hold an input take no part. `starts` holds start values by full name.
+    The connection `opened` is closed at the equilibrium, and open in what is returned: its end is the last input, its
+    start the last output. Raises `StructureError` for an FMU without directional derivatives, an input that is fed,
+    sample times without a common grid, or where no equilibrium is found.
+    """
+    ends = [opened.start, opened.end] if opened else []
+    system = upstream(system, [*inputs, *outputs, *ends])
+    names = [component.name for component in system.components]
+    starts = {name: value for name, value in (starts or {}).items() if name.partition(".")[0] in names}
+    blocks = Blocks(system, instances, inputs, outputs)
+    point = operating_point(system, instances, blocks, starts)
+    return Linearization(blocks.close(opened), point)
+
+
+def operating_point(
+    system: System, instances: Mapping[str, Instance], blocks: Blocks, starts: Mapping[str, float]
+) -> dict[str, float]:
+    """Bring instances, in initialization mode, to an equilibrium of the system; return it by full name."""
+    master = Master(instances, system)
+    master.enter(starts=starts)
+    return equilibrium(master, blocks)
+
+
+def upstream(system: System, names: Iterable[str]) -> System:
+    """Return the part of the system that the components of these variables, or what feeds them, are in."""
+    kept = {system.split(name)[0] for name in names}
+    while True:
+        feeding = {system.split(c.start)[0] for c in system.connections if system.split(c.end)[0] in kept}
+        if feeding <= kept:
+            break
+        kept |= feeding
+    return System(
+        [component for component in system.components if component.name in kept],
+        [c for c in system.connections if {system.split(c.start)[0], system.split(c.end)[0]} <= kept],
+    )
+
+
+def _place(names: list[str], name: str) -> int:
+    """Return the place of a name, added where it is new; -1 for no name."""
+    if not name:
+        return -1
+    if name not in names:
+        names.append(name)
+    return names.index(name)

@@ -1,0 +1,270 @@
+"""Iterated coupling whose communication step follows the error it makes; what is not good enough is taken back.
+
+A step of iterated coupling (`actions/iterated.py`) is tried whole, and again as two halves, which are kept. They err by
+an eighth of what the whole errs by each, so that a third of the difference of the two is the error of the halves:
+
+    e = |whole - halves| / 3,     compared over all states of the FMUs and all values that move between them
+
+each relative to the largest value so far (Schierz, Arnold and Clauß, Co-simulation with communication step size
+control in an FMI compatible master algorithm, 2012). It needs no past, so a tick of a sampled instance shortens a
+step only if it changes what the inputs do; and inputs that hardly matter hardly count.
+
+A step is taken where e is at most (SCALE tolerance)^(3/2). As the error of one step is of third order, steps go with
+the root of the tolerance, and the error of the run with the tolerance itself (as in RADAU5 of Hairer and Wanner). The
+next step is as long as e lets it be. Steps end at every tick and wherever values are recorded; one that is cut there
+says nothing against the longer ones that the error had let be.
+"""
+
+import dataclasses
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from hfsa.cosim.actions.action import Stepper
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.schedule import Action
+from hfsa.cosim.fmi.co_simulation import Instance, State, StepError
+from hfsa.cosim.fmi.description import SAMPLE_TIME
+from hfsa.cosim.linear.cycle import coupling_gradient
+from hfsa.cosim.masters.master import Master
+from hfsa.cosim.masters.native.stepping import step_in_c
+from hfsa.cosim.systems.system import Connector, StructureError, System
+
+TOLERANCE = 1e-5
+"""Default error of a run, relative to the largest value of each quantity."""
+
+SCALE = 30.0
+"""What makes a tolerance of the error of a run: on a loop as stiff as in the tests that is then twice the tolerance."""
+
+SMALLEST = 1e-3
+"""Of its nominal, a value that counts even where it is smaller."""
+
+SAFETY, SHORTEN, LENGTHEN, STEADY = 0.9, 0.1, 5.0, 1.3
+"""Factors: the step that the error asks for is kept smaller; a step changes at least and at most so; it is not
+lengthened by less, as an iteration of another step begins with derivatives of its own."""
+
+FIRST, SHORTEST = 1e-3, 1e-9
+"""Of the interval between two records, the first step, and the shortest that is tried."""
+
+_SETTING = "solver.relative_tolerance"
+_REFUSALS = ("does not converge", "discard")
+"""What may be otherwise over a shorter step."""
+
+
+class ErrorControlled(Master):
+    """A master that chooses its communication steps between points `step_size` apart; with a `library` in C.
+
+    Attributes:
+        tolerance: of a run.
+        taken: communication steps since the start; `tried` counts those as well that were taken back.
+    """
+
+    def __init__(
+        self,
+        instances: Mapping[str, Instance],
+        system: System,
+        step_size: float,
+        tolerance: float = TOLERANCE,
+        library: Path | None = None,
+    ):
+        super().__init__(instances, system, "quasi_newton", step_size)
+        assert isinstance(self._moving, Converge)
+        self.algorithm, self.tolerance = "error_controlled", tolerance
+        self._half = self._moving
+        # each keeps the derivatives that suit its step
+        self._whole = Converge(self.wiring, "quasi_newton", partial(coupling_gradient, self.wiring))
+        if library is not None:
+            for converge in (self._half, self._whole):
+                step_in_c(converge, library)
+        self._ticks = [self._tried(action) for action in self.cycle[: self.cycle.index(self._half)]]
+        self._after = self.cycle[self.cycle.index(self._half) + 1 :]
+        self._clocked = [instances[stepper.instance] for stepper in self.wiring.sampled]
+        self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._saved: list[State] = []
+        self._observe()
+
+    def initialize(
+        self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
+    ) -> None:
+        """Initialize as `Master.initialize`; `StructureError` where an FMU's solver is coarser than the tolerance."""
+        self._whole.begin()
+        super().initialize(start_time, stop_time, starts)
+        self._check_solvers()
+        self.taken = self.tried = 0
+        self._next = FIRST * self.step_size
+        self._largest = np.maximum(SMALLEST * self._nominal, np.abs(self._values()))
+        self._sample_times = [float(it.get(it.handle([SAMPLE_TIME]))[0]) for it in self._clocked]
+
+    @property
+    def _allowed(self) -> float:
+        """Largest relative error of one step."""
+        return (SCALE * self.tolerance) ** 1.5
+
+    def _take(self, steps: int) -> None:
+        """Take steps of the error's choice to each of the next points."""
+        for count in range(self._count + 1, self._count + steps + 1):
+            self._go_to(self._start_time + count * self.step_size)
+            self._count = count
+            self._watch.check(self.time)
+            if self._recording is not None and count % self._recording.every == 0:
+                self._record()
+
+    def _go_to(self, end: float) -> None:
+        """Step to a time [s]."""
+        while (time := self.wiring.time.value) < end:
+            stop, is_tick = self._stop(time, end)
+            left = stop - time
+            length = left / max(1, np.ceil(left / self._next * (1 - 1e-9)))
+            errors = self._try(length)
+            error = float(np.max(errors, initial=0.0)) / self._allowed
+            factor = float(np.clip(SAFETY * max(error, 1e-30) ** (-1 / 3), SHORTEN, LENGTHEN))
+            if error > 1:
+                self._next = length * factor
+                if self._next < SHORTEST * self.step_size:
+                    raise self._failure(time, errors)
+                continue
+            # one that was cut short says nothing against longer ones, unless the error tells how long they may be
+            wanted = length * (1.0 if 1.0 <= factor < STEADY else factor)
+            self._next = max(self._next, wanted) if factor == LENGTHEN else wanted
+            self.taken += 2
+            self.wiring.time.value = stop if length == left else time + length
+            self._run(self._after)
+            if is_tick and length == left:
+                self._half.past.clear()
+
+    def _tried(self, action: Action) -> Action:
+        """Return an action, a step as one that may be taken back."""
+        if not isinstance(action, Stepper):
+            return action
+        wiring = self.wiring
+        call = self.instances[action.instance].stepper(wiring.time, wiring.step_size, is_final=False)
+        return dataclasses.replace(action, call=call)
+
+    def _stop(self, time: float, end: float) -> tuple[float, bool]:
+        """Return the next time [s] at which a step must end, and whether that is a tick."""
+        stop, is_tick = end, False
+        for sample_time in self._sample_times:
+            passed = np.floor((time - self._start_time) / sample_time + 1e-6)
+            tick = self._start_time + (passed + 1) * sample_time
+            if tick <= stop + 1e-9 * sample_time:
+                stop, is_tick = (stop if abs(tick - stop) <= 1e-9 * sample_time else tick), True
+        return stop, is_tick
+
+    def _try(self, length: float) -> np.ndarray:
+        """Try a step; return the relative error of each quantity, after going back where one is too large."""
+        wiring = self.wiring
+        time, bus, past = wiring.time.value, wiring.bus.copy(), list(self._half.past)
+        self._save()
+        try:
+            self._whole.past = list(past)
+            self._proceed(self._whole, length)
+            whole = self._values()
+            self._go_back(time, bus)
+            self._proceed(self._half, length / 2)
+            wiring.time.value = time + length / 2
+            self._proceed(self._half, length / 2)
+            errors = self._errors(whole, self._values())
+        except StepError as failure:
+            if failure.status not in _REFUSALS or length <= SHORTEST * self.step_size:
+                raise
+            errors = np.full(len(self._nominal), np.inf)
+        if not np.all(errors <= self._allowed):
+            self._go_back(time, bus)
+            self._half.past = past
+        return errors
+
+    def _proceed(self, converge: Converge, step_size: float) -> None:
+        """Step all instances from the present time."""
+        self.wiring.step_size.value = step_size
+        self.tried += 1
+        self._run(self._ticks)
+        converge.run()
+
+    def _errors(self, whole: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        """Return the relative errors of two halves, (n,), and remember how large values were where they are taken."""
+        largest = np.maximum(self._largest, np.abs(halves))
+        errors = np.nan_to_num(np.abs(whole - halves) / 3 / largest, nan=np.inf)
+        if np.all(errors <= self._allowed):
+            self._largest = largest
+        return errors
+
+    # What is observed -------------------------------------------------------------------------------------------------
+
+    def _observe(self) -> None:
+        """Prepare to fetch the states that FMUs show, in one array."""
+        variables: list[tuple[str, Connector]] = []
+        for i in self._half.places:
+            component, name = self.wiring.split(self.wiring.connections[i].start)
+            variables.append((component, self.wiring.connectors[component][name]))
+        found = {}
+        for stepper in self.wiring.others:
+            own = self.wiring.connectors[stepper.instance]
+            states = [state for state, _ in self.instances[stepper.instance].fmu.description.states]
+            found[stepper.instance] = [name for name in states if name in own and own[name].is_real]
+            variables += [(stepper.instance, own[name]) for name in found[stepper.instance]]
+        self._names = [(component, variable.name) for component, variable in variables]
+        self._nominal = np.array([abs(variable.nominal) for _, variable in variables])
+        self._states = np.zeros(sum(map(len, found.values())))
+        self._state_calls, first = [], 0
+        for component, names in found.items():
+            if names:
+                handle = self.instances[component].handle(names, self._states[first : first + len(names)])
+                self._state_calls.append(self.instances[component].getter(handle))
+                first += len(names)
+
+    def _values(self) -> np.ndarray:
+        """Return the values that move between the FMUs, and the FMUs' states, (n,)."""
+        for call in self._state_calls:
+            call.instance.check(call, call.run())
+        return np.concatenate([self.wiring.bus[self._half.places], self._states])
+
+    # Going back -------------------------------------------------------------------------------------------------------
+
+    def _save(self) -> None:
+        """Save the states of all instances."""
+        if not self._saved:
+            self._saved = [it.save() for it in self._stepped]
+            self._savers = [it.saver(state) for it, state in zip(self._stepped, self._saved, strict=True)]
+        for call in self._savers:
+            call.instance.check(call, call.run())
+
+    def _go_back(self, time: float, bus: np.ndarray) -> None:
+        """Bring all instances back to where they were saved."""
+        for it, state in zip(self._stepped, self._saved, strict=True):
+            it.restore(state)
+        self.wiring.time.value, self.wiring.bus[:] = time, bus
+
+    # Where it cannot go on --------------------------------------------------------------------------------------------
+
+    def _check_solvers(self) -> None:
+        """Raise `StructureError` for the FMU whose own solver errs most, where that is more than a step may err by."""
+        own = {
+            name: float(instance.get(instance.handle([_SETTING]))[0])
+            for name, instance in self.instances.items()
+            if _SETTING in instance.fmu.variables
+        }
+        coarsest = max(own, key=own.__getitem__, default=None)
+        if coarsest is None or own[coarsest] <= self._allowed:
+            return
+        raise StructureError(
+            f"in a run exact to {self.tolerance:.3g} a communication step may err by {self._allowed:.2g}, but "
+            f"{coarsest} ({self.instances[coarsest].fmu.description.file.name}) solves its own equations to "
+            f"{own[coarsest]:g} only; expected a tolerance at least "
+            f"{own[coarsest] ** (2 / 3) / (SCALE * self.tolerance):.3g} times as large, or a smaller "
+            f"{coarsest}.{_SETTING}"
+        )
+
+    def _failure(self, time: float, errors: np.ndarray) -> StepError:
+        """Return the error of a step that nothing makes short enough."""
+        component, variable = self._names[int(np.argmax(errors))]
+        return StepError(
+            component,
+            variable,
+            "step too short",
+            time,
+            f"over {self._next / SHORTEN:.3g} s its error is still {np.max(errors):.3g} of its largest value, "
+            f"expected at most {self._allowed:.3g}; where values jump without a tick no step is short enough, and "
+            "none makes up for the error of an FMU's own solver",
+        )

@@ -1,0 +1,125 @@
+"""SUNDIALS' IDA: the joint equation as a differential-algebraic one, the connections among its unknowns.
+
+    x' - f(t, x, w) = 0,     w - g(t, x, w) = 0
+
+with the states x and the values w that flow between the FMUs. No FMU waits for another within an evaluation, and no
+algebraic loop is solved on its own: Newton's method on the whole, with the FMUs' partial derivatives, closes them.
+
+At the start, and behind every event, w are those of an exchange, algebraic loops solved, and w' are differences along
+the solution. A value counts as much as its error moves the states: within the shortest time 1 / r in which anything
+happens, it may move none by more than the tolerance; noise of it is not resolved. The method is BDF, of order up to 5.
+"""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.masters.monolithic.integrator import GROWTH, Integrator, sundials
+from hfsa.cosim.masters.monolithic.joint_ode import JointOde
+from hfsa.cosim.masters.monolithic.noise import REFUSALS
+
+_AHEAD = 1e-6
+"""Part of the shortest time in which anything happens, over which w' is a difference."""
+
+_UNIMPORTANT = 1e12
+"""Largest unit of a value that moves no state, relative to its size."""
+
+
+class Ida(Integrator):
+    """Integrates F(t, [x; w], [x'; w']) = 0."""
+
+    name: ClassVar[str] = "IDA"
+    tolerance: ClassVar[float] = 1e-11
+    noise_share: ClassVar[float] = 0.01
+    usual_step: ClassVar[float] = 0.02
+
+    def __init__(self, ode: JointOde):
+        super().__init__(ode)
+        n, m = len(ode.x), len(ode.places)
+        self._units, self._longest = np.ones(n + m), 1.0
+
+        def indicate(time: float, z: np.ndarray, _slopes: np.ndarray, indicators: np.ndarray) -> None:
+            """Write the event indicators; no method, as the solver keeps what it finds on the function."""
+            self._evaluate(time, z)
+            indicators[:] = ode.indicate()
+
+        self._ida = sundials("ida", "IDA")(
+            self._residual,
+            jacfn=self._differentiate,
+            rtol=self.tolerance,
+            atol=self.tolerance,
+            algebraic_idx=list(range(n, n + m)) or None,
+            **self._events(indicate),
+        )
+
+    @property
+    def _solver(self) -> Any:
+        return self._ida
+
+    def _prepare(self, step: float, horizon: float) -> None:
+        """Remember the longest time [s] over which w' may be a difference."""
+        self._longest = min(step, horizon)
+
+    def _start(self, time: float, x: np.ndarray) -> None:
+        """Begin with values and slopes that fulfil the equations."""
+        rates, w = self._ode.evaluate(time, x).copy(), self._ode.values
+        ahead = _AHEAD * min(1 / self._fastest if self._fastest else np.inf, self._longest)
+        self._ode.evaluate(time + ahead, x + ahead * rates)
+        slopes = (self._ode.values - w) / ahead
+        self._ode.evaluate(time, x)
+        self._units = np.concatenate([self._unit, self._value_units(x, w)])
+        self._ida.init_step(time, np.concatenate([x, w]) / self._units, np.concatenate([rates, slopes]) / self._units)
+
+    def _value_units(self, x: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Return what the values w, (m,), are measured by, at the point of the last evaluation, which was at x."""
+        joint, n = self._ode.partials(), len(self._unit)
+        closing = np.linalg.inv(np.eye(len(w)) - joint[n:, n:])
+        followed = np.abs(closing @ joint[n:, :n]) @ self._unit
+        pushed = np.abs(joint[:n, n:] @ closing) / self._unit[:, None]
+        pushed = pushed.max(axis=0, initial=0.0)
+        harmless = np.full(len(w), np.inf)
+        np.divide(self._fastest or 1 / self._longest, pushed, out=harmless, where=pushed > 0)
+        own = np.maximum(np.abs(w), followed)
+        size = np.maximum(own, self._ode.value_nominals)
+        unit = np.maximum(own, np.minimum(harmless, _UNIMPORTANT * size))
+        # a motion below the last digit of what it is added to comes in jumps, which smooth lines may not show
+        jumps = np.abs(closing) @ np.spacing(np.abs(w)) + np.abs(closing @ joint[n:, :n]) @ np.spacing(np.abs(x))
+        jumps *= GROWTH / self.noise_share
+        unit = np.maximum(unit, np.maximum(self._value_noise, jumps) / self.tolerance)
+        return 2.0 ** np.ceil(np.log2(unit))
+
+    def _evaluate(self, time: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return x' and the outputs at unknowns in their units."""
+        n, y = len(self._unit), z * self._units
+        return self._ode.evaluate_open(time, y[:n], y[n:])
+
+    def _residual(self, time: float, z: np.ndarray, slopes: np.ndarray, residual: np.ndarray) -> None:
+        """What IDA brings to zero; it tries a smaller step where an FMU refuses a state."""
+        n = len(self._unit)
+        try:
+            rates, found = self._evaluate(time, z)
+        except StepError as error:
+            if error.status not in REFUSALS:
+                raise
+            self._refusal = error
+            residual[:] = np.nan
+            return
+        residual[:n] = slopes[:n] - rates / self._unit
+        residual[n:] = z[n:] - found / self._units[n:]
+
+    def _differentiate(
+        self,
+        time: float,
+        z: np.ndarray,
+        _slopes: np.ndarray,
+        _residual: np.ndarray,
+        slope_weight: float,
+        matrix: np.ndarray,
+    ) -> None:
+        """Write the derivative of the residual by z, plus `slope_weight` times that by the slopes."""
+        n = len(self._unit)
+        self._evaluate(time, z)
+        matrix[:, :] = -self._ode.partials() * self._units / self._units[:, None]
+        matrix[range(n), range(n)] += slope_weight
+        matrix[range(n, len(z)), range(n, len(z))] += 1.0

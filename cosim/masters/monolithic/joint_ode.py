@@ -1,0 +1,270 @@
+"""The FMUs of a system in Model Exchange, joined into one differential equation.
+
+    ode = JointOde(instances, wiring, exchange, report)
+    ode.evaluate(t, x)                                 # -> der(x); inputs then agree with outputs
+    ode.evaluate_open(t, x, w)                         # -> der(x), and the outputs where the inputs are w
+    ode.partials()                                     # [[A, B], [C, D]] at the point of the last evaluation
+    ode.jacobian()                                     # d der(x) / d x there
+
+x are the continuous states of all instances, in the system's order; w are the connected outputs that flow between
+ticks, and the inputs that they feed. The FMUs' own derivatives are closed by the connections:
+
+    der(x) = A x + B w,     w = C x + D w     =>     d der(x) / d x = A + B (1 - D)^-1 C
+
+An instance without continuous states whose connected outputs change at ticks only is at rest in between: its outputs
+are set where they go, and it is left alone. Event indicators change sign where an FMU wants an event.
+"""
+
+from collections.abc import Callable, Container, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hfsa.cosim.actions.action import Group, Transfer
+from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.fmi.base_instance import Call, Handle
+from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
+from hfsa.cosim.systems.system import Connection
+
+_DIFFERENCE = 1e-7
+"""Relative size of the differences that stand in for directional derivatives."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Derivatives:
+    """One FMU's partial derivatives: `call` differentiates along the array of `knowns` into that of `unknowns`.
+
+    Attributes:
+        rows: for each of its rows in the matrix of [rates; w], from which unknown; `places` are those rows.
+        columns: place of each known among [x; w].
+    """
+
+    call: Call
+    knowns: Handle
+    unknowns: Handle
+    rows: np.ndarray
+    places: np.ndarray
+    columns: np.ndarray
+
+
+class JointOde:
+    """der(x) = f(t, x) of instances in continuous-time mode; `report` raises or notes what a status says of a call.
+
+    Attributes:
+        states: full names of x.
+        x, rates: the arrays that the instances read and write, (n,).
+        places: of w on the bus, (m,).
+        indicators: of state events, (k,), as of the last `indicate`; `deciding` names the instance of each.
+        looks_ahead: whether an integrator may go beyond where it is asked to: no FMU wants to be told of each of its
+            steps, and none has state events.
+    """
+
+    def __init__(
+        self,
+        instances: Mapping[str, ModelExchangeInstance],
+        wiring: Wiring,
+        exchange: Iterable[Any],
+        report: Callable[[Any, int], None],
+    ):
+        self._instances, self._wiring, self._report = instances, wiring, report
+        self.states = [f"{name}.{state}" for name, i in instances.items() for state, _ in i.fmu.description.states]
+        self.x, self.rates = np.zeros(len(self.states)), np.zeros(len(self.states))
+        moving = {name: instance for name, instance in instances.items() if not self._rests(name)}
+        self._places: dict[str, slice] = {}
+        first = 0
+        for name, instance in instances.items():
+            self._places[name] = slice(first, first + instance.size)
+            first += instance.size
+        before, after = [], []
+        for name, instance in moving.items():
+            before.append(instance.time_setter(wiring.time))
+            if instance.size:
+                before.append(instance.state_setter(self.x[self._places[name]]))
+                after.append(instance.rate_getter(self.rates[self._places[name]]))
+        flowing = self._flowing(exchange, set(moving))
+        self._calls = [*before, *(action.call for action in flowing), *after]
+        self._open_calls = [*before, *_opened(flowing), *after]
+        self.places = np.array([i for i, c in enumerate(wiring.connections) if self._flows(c, set(moving))], dtype=int)
+        has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
+        self._derivatives = self._prepared(moving) if has_derivatives else None
+        self._waiting = [i for i in instances.values() if i.fmu.description.awaits_steps]
+        self.deciding = [name for name, instance in instances.items() for _ in range(instance.indicators)]
+        self.indicators = np.zeros(len(self.deciding))
+        self._indicator_calls, first = [], 0
+        for instance in filter(lambda it: it.indicators, instances.values()):
+            part = self.indicators[first : first + instance.indicators]
+            self._indicator_calls.append(instance.indicator_getter(part))
+            first += instance.indicators
+        self.looks_ahead = not self._waiting and not self.deciding
+
+    @property
+    def carried(self) -> list[str]:
+        """Full names of the outputs w, (m,)."""
+        return [self._wiring.connections[i].start for i in self.places]
+
+    @property
+    def values(self) -> np.ndarray:
+        """The outputs w of the last evaluation, (m,)."""
+        return self._wiring.bus[self.places]
+
+    @property
+    def value_nominals(self) -> np.ndarray:
+        """Sizes of w as the FMUs state them, (m,)."""
+        starts = [self._wiring.split(self._wiring.connections[i].start) for i in self.places]
+        return np.array([abs(self._wiring.connectors[component][name].nominal) for component, name in starts])
+
+    def evaluate(self, time: float, x: np.ndarray) -> np.ndarray:
+        """Return der(x), the same array at every call; `StepError` where an FMU has none."""
+        self._wiring.time.value = time
+        self.x[:] = x
+        self._run(self._calls)
+        return self.rates
+
+    def evaluate_open(self, time: float, x: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return der(x), the same array at every call, and the outputs, (m,), where the inputs are w."""
+        self._wiring.bus[self.places] = w
+        self._wiring.time.value = time
+        self.x[:] = x
+        self._run(self._open_calls)
+        return self.rates, self.values
+
+    def partials(self) -> np.ndarray:
+        """Return [[A, B], [C, D]], (n + m, n + m), at the last evaluation, by differences where an FMU has none."""
+        if self._derivatives is None:
+            return self._differences()
+        joint = np.zeros((len(self.x) + len(self.places),) * 2)
+        for part in self._derivatives:
+            seed, answer = part.knowns.values, part.unknowns.values
+            own = np.zeros((len(answer), len(seed)))
+            for j in range(len(seed)):
+                seed[:] = 0.0
+                seed[j] = 1.0
+                self._run([part.call])
+                own[:, j] = answer
+            joint[np.ix_(part.places, part.columns)] = own[part.rows]
+        return joint
+
+    def jacobian(self) -> np.ndarray:
+        """Return d der(x) / d x, (n, n), at the point of the last evaluation."""
+        joint, n = self.partials(), len(self.x)
+        through = np.linalg.solve(np.eye(len(self.places)) - joint[n:, n:], joint[n:, :n])
+        return joint[:n, :n] + joint[:n, n:] @ through
+
+    def indicate(self) -> np.ndarray:
+        """Return the event indicators at the last evaluation, (k,), the same array at every call."""
+        self._run(self._indicator_calls)
+        return self.indicators
+
+    def complete_step(self, time: float, x: np.ndarray) -> bool:
+        """Tell the FMUs that want to know of a completed step of the integrator; whether one wants an event now."""
+        if not self._waiting:
+            return False
+        self.evaluate(time, x)
+        answers = [instance.complete_step() for instance in self._waiting]  # all are to be told
+        return any(answers)
+
+    def gather(self) -> np.ndarray:
+        """Return x as the instances have it, (n,): after initialization, or an event."""
+        return np.concatenate([np.zeros(0), *(instance.states() for instance in self._instances.values())])
+
+    def nominals(self) -> np.ndarray:
+        """Return the sizes of x as the instances state them, (n,), 1 for a state without one."""
+        found = np.concatenate([np.zeros(0), *(instance.nominals() for instance in self._instances.values())])
+        return np.where(found > 0, found, 1.0)
+
+    def _run(self, calls: Iterable[Any]) -> None:
+        for call in calls:
+            status = call.run()
+            if status:
+                self._report(call, status)
+
+    def _differences(self) -> np.ndarray:
+        """Return what `partials` does, by differences."""
+        time, n = self._wiring.time.value, len(self.x)
+        start, sizes = np.concatenate([self.x, self.values]), np.concatenate([self.nominals(), self.value_nominals])
+        before = np.concatenate(self.evaluate_open(time, start[:n], start[n:]))
+        result = np.zeros((len(start), len(start)))
+        for j, step in enumerate(_DIFFERENCE * np.maximum(np.abs(start), sizes)):
+            moved = start.copy()
+            moved[j] += step
+            after = np.concatenate(self.evaluate_open(time, moved[:n], moved[n:]))
+            result[:, j] = (after - before) / (moved[j] - start[j])
+        self.evaluate(time, start[:n])
+        return result
+
+    def _is_held(self, output: str) -> bool:
+        """Whether a connected output (full name) changes at ticks only."""
+        component, _, variable = output.partition(".")
+        description = self._instances[component].fmu.description
+        return description.has_sample_time and description.variables[variable].variability == "discrete"
+
+    def _flows(self, connection: Connection, moving: Container[str]) -> bool:
+        """Whether what a connection carries changes between ticks, and moves an instance that is not at rest."""
+        return connection.end.partition(".")[0] in moving and not self._is_held(connection.start)
+
+    def _rests(self, name: str) -> bool:
+        connected = [c.start for c in self._wiring.connections if c.start.partition(".")[0] == name]
+        instance = self._instances[name]
+        return instance.size == 0 and not instance.indicators and all(map(self._is_held, connected))
+
+    def _flowing(self, exchange: Iterable[Any], moving: set[str]) -> list[Any]:
+        """Return the actions of an exchange that matter between ticks."""
+        held = {
+            id(transfer)
+            for group in self._wiring.groups
+            for transfer in group.transfers
+            if transfer.target not in moving or all(self._is_held(f"{group.instance}.{name}") for name in group.outputs)
+        }
+        kept = []
+        for action in exchange:
+            if isinstance(action, Transfer) and id(action) in held:
+                continue
+            if isinstance(action, Group) and all(id(transfer) in held for transfer in action.transfers):
+                continue
+            kept.append(action)
+        return kept
+
+    def _prepared(self, moving: Mapping[str, ModelExchangeInstance]) -> list[_Derivatives]:
+        """Return what differentiates each FMU between the connections that flow."""
+        n, flowing = len(self.x), [self._wiring.connections[i] for i in self.places]
+        ends = [(n + i, c.start.partition("."), c.end.partition(".")) for i, c in enumerate(flowing)]
+        found = []
+        for name, instance in moving.items():
+            own = range(n)[self._places[name]]
+            outputs = [(place, variable) for place, (source, _, variable), _ in ends if source == name]
+            inputs = [(place, variable) for place, _, (target, _, variable) in ends if target == name]
+            distinct = list(dict.fromkeys(variable for _, variable in outputs))
+            states = instance.fmu.description.states
+            unknowns = instance.handle([*(rate for _, rate in states), *distinct])
+            knowns = instance.handle([*(state for state, _ in states), *(variable for _, variable in inputs)])
+            if not knowns.names or not unknowns.names:
+                continue
+            rows = [*range(len(states)), *(len(states) + distinct.index(variable) for _, variable in outputs)]
+            found.append(
+                _Derivatives(
+                    instance.directional(unknowns, knowns),
+                    knowns,
+                    unknowns,
+                    np.array(rows),
+                    np.array([*own, *(place for place, _ in outputs)]),
+                    np.array([*own, *(place for place, _ in inputs)]),
+                )
+            )
+        return found
+
+
+def _opened(flowing: Iterable[Any]) -> list[Call]:
+    """Return an exchange cut open at every connection: all inputs are set before any output is fetched."""
+    groups: list[Group] = []
+    transfers: list[Transfer] = []
+    for action in flowing:
+        if isinstance(action, AlgebraicLoop):
+            groups += action.groups
+            transfers += action.inner
+        elif isinstance(action, Group):
+            groups.append(action)
+        else:
+            transfers.append(action)
+    return [action.call for action in (*transfers, *groups)]

@@ -1,0 +1,196 @@
+"""The same FMUs as one ordinary differential equation: the reference that co-simulation is judged by.
+
+    instances = open_instances(files, ModelExchangeInstance)
+    master = Monolithic(instances, system, step_size=1e-3)         # `step_size`: between two points that are recorded
+    recording = master.record(["robot.platform.position[3]"], rows=1001)
+    master.initialize()
+    master.advance(1000)
+
+All FMUs run in Model Exchange: their continuous states are one vector, and SUNDIALS integrates it with the FMUs' own
+derivatives (`_monolithic/`), `monolithic` by CVODE, `monolithic_dae` by IDA, with the values that flow between the FMUs
+among the unknowns. There is no communication step: inputs agree with outputs at every instant. What is recorded at a
+point is the solver's interpolation there.
+
+The solver stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at
+one instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those
+before it have put out. A tick at a point belongs to the step that begins there: recorded is what was before it.
+
+State events are where an event indicator of an FMU changes its sign. The solver finds that instant to rounding; behind
+it FMUs with indicators are updated until nothing that they put out changes. Where such events come without any time
+between them (a ball that bounces to rest, a switch that chatters), the run ends with a message.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.model_exchange import MOST_UPDATES, ModelExchangeInstance
+from hfsa.cosim.masters.master import Master
+from hfsa.cosim.masters.monolithic.cvode import Cvode
+from hfsa.cosim.masters.monolithic.ida import Ida
+from hfsa.cosim.masters.monolithic.integrator import Integrator
+from hfsa.cosim.masters.monolithic.joint_ode import JointOde
+from hfsa.cosim.systems.system import ALGORITHMS, MONOLITHIC, MONOLITHIC_DAE, System
+
+INTEGRATORS: Mapping[str, type[Integrator]] = {MONOLITHIC: Cvode, MONOLITHIC_DAE: Ida}
+"""What integrates, by algorithm."""
+
+_SAME = 1e-9
+"""Part of a step within which an event and a point are the same instant."""
+
+MOST_EVENTS = 100
+"""State events, one within `_SAME` of another, after which there is no going on."""
+
+
+class Monolithic(Master):
+    """Integrates the instances of a system together; `step_size` [s] lies between two points.
+
+    `algorithm` is one of `INTEGRATORS`. `StructureError` as `Master`, or where SUNDIALS is not installed; `StepError`
+    where an FMU or the solver cannot go on.
+    """
+
+    def __init__(
+        self,
+        instances: Mapping[str, ModelExchangeInstance],
+        system: System,
+        step_size: float = 1e-3,
+        algorithm: str = MONOLITHIC,
+    ):
+        super().__init__(instances, system, ALGORITHMS[0], step_size)  # type: ignore[arg-type]
+        self.algorithm = algorithm
+        members = {component.name: instances[component.name] for component in system.components}
+        self._ordered = [members[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
+        self._ode = JointOde(members, self.wiring, self.point, self._report)
+        self._integrator = INTEGRATORS[algorithm](self._ode)
+        self._hybrid = [instance for instance in self._ordered if instance.indicators]
+        self._is_in_event, self._is_new = True, True
+        self._stop_time, self._last_event, self._crowd = math.inf, -math.inf, 0
+
+    @property
+    def time(self) -> float:
+        """Time [s] that the instances were told last: between two calls, the current point."""
+        return self.wiring.time.value
+
+    def initialize(
+        self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
+    ) -> None:
+        """Bring all instances to `start_time`, as `Master.initialize`; ticks there are for the first step."""
+        self._stop_time = math.inf if stop_time is None else stop_time
+        self._is_in_event, self._is_new = True, True
+        self._last_event, self._crowd = -math.inf, 0
+        for instance in self._ordered:
+            instance.next_event = math.inf
+        super().initialize(start_time, stop_time, starts)
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set tunable parameters or unconnected inputs at the current point, which is an event."""
+        self._enter_event(self.time)
+        super().set(values)
+        self._is_new = True
+
+    def _take(self, steps: int) -> None:
+        every = self._recording.every if self._recording else 0
+        for count in range(self._count + 1, self._count + steps + 1):
+            self._move(self._start_time + count * self.step_size)
+            self._count = count
+            self._watch.check(self.time)
+            if every and count % every == 0:
+                self._record()
+
+    # Frame ------------------------------------------------------------------------------------------------------------
+
+    @property
+    def _next_event(self) -> float:
+        """When the next event is due [s], infinite if never."""
+        return min((instance.next_event for instance in self._ordered), default=math.inf)
+
+    @property
+    def _horizon(self) -> float:
+        """Time [s] beyond which no FMU is asked for anything, infinite if there is none."""
+        return min(self._next_event, self._stop_time)
+
+    def _move(self, to: float) -> None:
+        """Go on to a point, through all events before it."""
+        same = _SAME * self.step_size + 8 * np.spacing(to)
+        while True:
+            if self._next_event <= self.time + same:
+                self._enter_event(max(self.time, self._next_event))
+            if self._is_in_event:
+                self._pass_event()
+            event = self._next_event
+            reach = to if event >= to - same else event
+            stop = max(reach, self._horizon) if self._ode.looks_ahead else reach
+            x = self._integrator.advance(reach, stop)
+            if self._integrator.wants_event:
+                reach = self._integrator.time if self._integrator.time < to - same else to
+            self._arrive(reach, x)
+            if self._integrator.wants_event:
+                self._watch_crowd(reach, same)
+                self._enter_event(reach)
+            if reach == to:
+                return
+
+    def _arrive(self, time: float, x: np.ndarray) -> None:
+        """Bring all instances, those at rest as well, to a time with values that agree."""
+        self._ode.evaluate(time, x)
+        self._run_calls(self._clocks)
+        self._run(self.point)
+
+    def _enter_event(self, time: float) -> None:
+        """Bring all instances into event mode."""
+        if self._is_in_event:
+            return
+        self.wiring.time.value = time
+        self._run_calls(self._clocks)
+        for instance in self._ordered:
+            instance.time = time
+            instance.event_mode()
+        self._is_in_event = True
+
+    def _watch_crowd(self, time: float, same: float) -> None:
+        """Raise `StepError` where state events come without a time `same` [s] between them."""
+        if self._integrator.deciding is None:
+            return
+        self._crowd = self._crowd + 1 if time - self._last_event <= same else 0
+        self._last_event = time
+        if self._crowd >= MOST_EVENTS:
+            raise StepError(
+                self._integrator.deciding,
+                "event indicators",
+                "does not settle",
+                time,
+                f"{MOST_EVENTS} state events, each within {same:.2g} s of the last: it chatters, or comes to rest in "
+                "ever shorter steps; a model that ends that by itself (by a hysteresis, a least speed) can go on",
+            )
+
+    def _pass_event(self) -> None:
+        """Let one instance after the other act, each with what those before it have put out; then integrate anew."""
+        self._update(self._ordered)
+        for _ in range(MOST_UPDATES):
+            before = self.wiring.bus.copy()
+            self._update(self._hybrid)
+            if np.array_equal(before, self.wiring.bus):
+                break
+        else:
+            message = f"after {MOST_UPDATES} updates in turn, what FMUs with state events put out still changes"
+            raise StepError(self._hybrid[0].name, "event", "does not settle", self.time, message)
+        for instance in self._ordered:
+            if instance.next_event <= self.time:
+                message = f"after an event it wants another at {instance.next_event:.9g} s, which is past"
+                raise StepError(instance.name, "event", "does not settle", self.time, message)
+            instance.continuous_time_mode()
+        self._is_in_event = False
+        if self._is_new:
+            self._integrator.begin(self.time, self._ode.gather(), self.step_size, self._horizon)
+        else:
+            self._integrator.restart(self.time, self._ode.gather(), self._horizon)
+        self._is_new = False
+
+    def _update(self, instances: Iterable[ModelExchangeInstance]) -> None:
+        """Update instances in turn, each with what those before it have put out."""
+        for instance in instances:
+            instance.update()
+            self._run(self.point)

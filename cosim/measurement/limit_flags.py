@@ -1,0 +1,146 @@
+"""Limits: outputs that are 1 while something is at its end and otherwise 0, told by the last part of their name.
+
+    limit_signals(connectors)                  # ["controller.axis[1].saturation", "stack[1].contact_lost"]
+    for found in acting(time, values):         # values of a run by full name
+        print(found.message)                   # what acts, first when, how often, what it means, what helps
+
+A part tells of a limit of its own by calling an output so; what follows is said by whoever runs it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hfsa.cosim.systems.system import Connector
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A kind of limit.
+
+    Attributes:
+        word: what its owner is while it acts, `saturated`.
+        meaning: what that says of the results; `advice`: what helps.
+        spoils_response: whether a response measured meanwhile is not that to small signals.
+    """
+
+    word: str
+    meaning: str
+    advice: str
+    spoils_response: bool = True
+
+
+_SATURATED = Limit("saturated", "a command is held at its limit", "take a smaller motion or a higher limit")
+
+LIMITS: Mapping[str, Limit] = {
+    "saturation": _SATURATED,
+    "saturated": _SATURATED,
+    "current_limited": Limit(
+        "at its current limit",
+        "the amplifier gives no more current, and the voltage falls behind its command",
+        "take a slower motion or a higher limit",
+    ),
+    "contact_lost": Limit(
+        "out of contact",
+        "what can only push would have to pull, and goes on as if it were glued",
+        "take a preload, or a motion in which it pushes throughout",
+    ),
+    "overload": Limit(
+        "overloaded",
+        "a load is above what is allowed, although nothing gives way",
+        "take a smaller motion",
+        spoils_response=False,
+    ),
+    "displacement_warning": Limit(
+        "displaced too far",
+        "its equations are those of small displacements, and this one is none",
+        "take a smaller motion",
+        spoils_response=False,
+    ),
+}
+"""Kinds of limits by the last part of their signals' names."""
+
+
+@dataclass(frozen=True)
+class Acting:
+    """A limit that acted.
+
+    Attributes:
+        signal: full name.
+        first_time: at which it was first seen [s]; `share` of all points at which it was.
+        lasting_since: time [s] from which it was seen to the end, `None` where it was not at the end.
+    """
+
+    signal: str
+    first_time: float
+    share: float
+    lasting_since: float | None = None
+
+    @property
+    def limit(self) -> Limit:
+        """What kind of limit it is."""
+        return LIMITS[_kind(self.signal)]
+
+    @property
+    def message(self) -> str:
+        """What to say of it after a run."""
+        limit = self.limit
+        lasting = "" if self.lasting_since is None else f", to the end from {self.lasting_since:.9g} s on"
+        return (
+            f"{_said(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
+            f"the time{lasting}: {limit.meaning}; {limit.advice}"
+        )
+
+    @property
+    def response_message(self) -> str:
+        """What to say of a frequency response that was measured meanwhile."""
+        limit = self.limit
+        spoilt = ", and the response is not that to small signals" if limit.spoils_response else ""
+        return (
+            f"{_said(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
+            f"{limit.advice}"
+        )
+
+
+def is_limit(name: str) -> bool:
+    """Whether a variable of that name, full or not, tells of a limit."""
+    return _kind(name) in LIMITS
+
+
+def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str]:
+    """Return the outputs (full names) that tell of limits; `connectors` are each component's variables by name."""
+    return [
+        f"{component}.{name}"
+        for component, variables in connectors.items()
+        for name, variable in variables.items()
+        if variable.causality == "output" and is_limit(name)
+    ]
+
+
+def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
+    """Return the limits that acted in a run, the earliest first.
+
+    `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN.
+    """
+    time, found = np.asarray(time, dtype=float), []
+    for name in filter(is_limit, values):
+        flags = np.asarray(values[name], dtype=float)
+        acts = flags[np.isfinite(flags)] != 0
+        if acts.any():
+            last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # points at the end at which it acts
+            since = float(time[len(acts) - last]) if last else None
+            found.append(Acting(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
+    return sorted(found, key=lambda limit: limit.first_time)
+
+
+def _kind(name: str) -> str:
+    """Return the last part of a name, a key of `LIMITS` where it tells of a limit."""
+    return name.rpartition(".")[2]
+
+
+def _said(name: str) -> str:
+    """Return a full name as messages say it: `controller: axis[1].saturation`."""
+    component, _, variable = name.partition(".")
+    return f"{component}: {variable}"

@@ -1,0 +1,204 @@
+"""One input of a system measured at one frequency: excite, wait until it has settled, read the lock-in amplifier.
+
+A `Rig` is a system with its instruments, loaded once per process and used again for every point.
+"""
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
+from hfsa.cosim.measurement.pool import is_stopping
+from hfsa.cosim.results.records import Point, Status
+from hfsa.cosim.signals.excitation import ramp_time, window_steps
+from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
+from hfsa.cosim.systems.system import ALGORITHMS, Connector, StructureError, System, connector
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a sweep measures.
+
+    Attributes:
+        method: `stepped` or `linear`.
+        algorithm, step_size: of the co-simulation; step [s].
+        settling_tolerance: largest remaining transient, relative to the gain.
+        measurement_periods: periods in a measurement window.
+        settling_time: simulated time [s] after the ramp at which a point that has not settled is given up.
+    """
+
+    method: str = "stepped"
+    algorithm: str = ALGORITHMS[0]
+    step_size: float = 1e-4
+    settling_tolerance: float = 1e-3
+    measurement_periods: int = 1
+    settling_time: float = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A system ready to measure one input: a sine source feeds it, a lock-in amplifier listens to the outputs.
+
+    Attributes:
+        system: with both instruments among its components.
+        files: FMU file of each component.
+        outputs: full names; signal i + 1 of the amplifier is `outputs[i]`.
+        source, lock_in: names of the instruments.
+        library: the stepping loop in C; `None` for the one in Python.
+    """
+
+    system: System
+    files: Mapping[str, Path]
+    outputs: tuple[str, ...]
+    source: str = "source"
+    lock_in: str = "lock_in"
+    library: Path | None = None
+
+    @cached_property
+    def key(self) -> str:
+        """The same text for the same bench, in every process."""
+        return repr((self.system, sorted(self.files.items()), self.outputs, self.library))
+
+    def connector(self, name: str) -> Connector:
+        """Return the variable of a full name, from its FMU's description."""
+        component = self.system.split(name)[0]
+        return connector(self.system, {component: describe(self.files[component]).variables}, name)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One point: its place in the file (input, frequency), and what to do."""
+
+    input: int
+    place: int
+    bench: Bench
+    settings: Settings
+    frequency: float
+    amplitude: float
+
+
+def measure(task: Task) -> Point:
+    """Measure one point; whatever fails becomes its status and message."""
+    begin = time.perf_counter()
+    try:
+        point = _rig(task.bench, task.settings).measure(task)
+    except Exception as error:  # whatever it is, the other points go on
+        point = Point(task.input, task.place, Status.FAILED, message=_message(error))
+    return replace(point, wall_time=time.perf_counter() - begin)
+
+
+class Rig:
+    """The loaded instances of a bench and the master that steps them."""
+
+    def __init__(self, bench: Bench, settings: Settings):
+        self.bench = bench
+        self.master = open_master(bench.files, bench.system, settings.algorithm, settings.step_size, bench.library)
+        outputs = [bench.connector(name) for name in bench.outputs]
+        self.units = [output.unit or "" for output in outputs]
+        self.nominal = np.array([output.nominal for output in outputs])
+        self._lock_in = self.master.instances[bench.lock_in]
+        count = range(1, len(outputs) + 1)
+        members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
+        self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
+        self._windows = self._lock_in.handle(["windows"])
+        limits = [bench.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
+        self._limits = self.master.record(limits, rows=1000) if limits else None
+
+    def measure(self, task: Task) -> Point:
+        """Measure one point; raises whatever goes wrong."""
+        settings, bench = task.settings, self.bench
+        steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
+        window = steps * settings.step_size
+        self.master.initialize(
+            starts={
+                f"{bench.source}.frequency": task.frequency,
+                f"{bench.source}.amplitude": task.amplitude,
+                f"{bench.lock_in}.window": window,
+            }
+        )
+        ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
+        most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
+        settling = Settling(settings.settling_tolerance)
+        for k in range(1, ramp + most + 1):
+            if self._limits is not None:
+                self._limits.clear()
+            self.master.advance(steps)
+            if k > ramp:
+                gain = self._gain(k)
+                settling.floor = noise_floor(gain, self.units, self.nominal)
+                settling.add(gain)
+            if settling.settled or is_stopping():
+                break
+        return self._point(task, settling, k * window)
+
+    def _gain(self, window: int) -> np.ndarray:
+        """Return the complex amplitudes of the outputs over the last window."""
+        done = self._lock_in.get(self._windows)[0]
+        if done != window:
+            raise RuntimeError(f"{self.bench.lock_in} has completed {done:g} windows, expected {window}")
+        real, imaginary, _, _ = self._lock_in.get(self._results).reshape(4, -1)
+        return real + 1j * imaginary
+
+    def _point(self, task: Task, settling: Settling, simulated: float) -> Point:
+        """Return what was measured over a simulated time [s], with what spoils it."""
+        _, _, second, third = self._results.values.reshape(4, -1)
+        distortion = harmonic_distortion(settling.gain, second, third)
+        remaining = settling.remaining / settling.scale
+        status, message = Status.DONE, ""
+        if not settling.settled:
+            worst = int(np.argmax(remaining))
+            status = Status.NOT_SETTLED
+            message = (
+                f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
+                f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
+            )
+        for found in self._acting()[:1]:
+            if found.limit.spoils_response:
+                status, message = Status.LIMITED, found.response_message
+            elif status is Status.DONE:
+                message = found.response_message
+        return Point(
+            task.input,
+            task.place,
+            status,
+            response=settling.gain / task.amplitude,
+            harmonic_distortion=np.where(np.abs(settling.gain) < settling.floor, np.nan, distortion),
+            remaining_transient=remaining,
+            message=message,
+        )
+
+    def _acting(self) -> list[Acting]:
+        """Return the limits that acted within the last window, those that spoil the response first."""
+        if self._limits is None:
+            return []
+        found = acting(self._limits.time, {name: self._limits[name] for name in self._limits.names})
+        return sorted(found, key=lambda limit: not limit.limit.spoils_response)
+
+    def close(self) -> None:
+        """Free the instances."""
+        self.master.close()
+
+
+_rigs: dict[str, Rig] = {}
+
+
+def _rig(bench: Bench, settings: Settings) -> Rig:
+    """Return this process's rig for a bench, made at the first point."""
+    key = repr((bench.key, settings))
+    if key not in _rigs:
+        _rigs[key] = Rig(bench, settings)
+    return _rigs[key]
+
+
+def _message(error: Exception) -> str:
+    """Return what a user needs: our own errors speak for themselves, others need their kind."""
+    ours = isinstance(error, StepError | StructureError | ValueError)
+    return str(error) if ours else f"{type(error).__name__}: {error}"

@@ -1,0 +1,242 @@
+"""A frequency sweep: one input and one frequency at a time, on any executor, into one file.
+
+    plan = plan_sweep(system, files, inputs, outputs, frequency, amplitude, settings)
+    with SweepFile.create(path, plan, system_record(...)) as file:
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...).response(...)))
+
+`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
+FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
+returns numbers, and only the caller writes the file. A point that fails is a status in the file with its message, and
+the others go on. `linear` takes the response from the FMUs' own derivatives (`linearize`), all points at once.
+"""
+
+import contextlib
+import hashlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.fmi.co_simulation import open_instances
+from hfsa.cosim.fmi.description import Description, describe
+from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
+from hfsa.cosim.measurement import pool
+from hfsa.cosim.measurement.rig import Bench, Settings, Task, measure
+from hfsa.cosim.results.files import (
+    AlgorithmChoice,
+    InstanceRecord,
+    OrderChoice,
+    Plan,
+    Point,
+    Signal,
+    Status,
+    SweepFile,
+    SystemRecord,
+)
+from hfsa.cosim.signals.excitation import amplitude_of, ramp_time
+from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS
+from hfsa.cosim.systems.system import Component, StructureError, System, check, connector
+
+__all__ = [
+    "METHODS",
+    "Bench",
+    "LinearSweep",
+    "Progress",
+    "Settings",
+    "finished",
+    "linear",
+    "plan_sweep",
+    "stepped",
+    "system_record",
+]
+
+METHODS = ("stepped", "linear")
+"""Methods of a sweep; the first is the default."""
+
+# Simulated time [s] that a lightly damped machine takes to settle, for estimates of the work only.
+_TYPICAL_SETTLING = 3.0
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A point is finished: so many of all points, and so much of the estimated work (0 to 1) of this call."""
+
+    point: Point
+    done: int
+    points: int
+    work: float
+
+
+def plan_sweep(
+    system: System,
+    files: Mapping[str, Path],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    frequency: NDArray[np.float64],
+    amplitudes: Mapping[str, float],
+    settings: Settings,
+) -> Plan:
+    """Return what a sweep measures, with the units that the FMUs tell.
+
+    `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` go by the inputs' units.
+    `StructureError` names a signal that is not there, or not an input or output, and the nearest names; or a sample
+    time that the step does not fit.
+    """
+    variables = {name: describe(file).variables for name, file in files.items()}
+    if settings.method == "stepped":
+        check_sample_times(system, variables, {}, settings.step_size)
+
+    def signal(name: str, causality: str) -> Signal:
+        """An input or output by full name, with its unit; `StructureError` where it is something else."""
+        found = connector(system, variables, name)
+        if found.causality != causality:
+            raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
+        unit = found.unit or "1"
+        return Signal(name, unit, amplitude_of(name, unit, amplitudes) if causality == "input" else math.nan)
+
+    return Plan(
+        frequency=np.asarray(frequency, dtype=float),
+        outputs=tuple(signal(name, "output") for name in outputs),
+        inputs=tuple(signal(name, "input") for name in inputs),
+        settings=asdict(settings) if settings.method == "stepped" else {"method": settings.method},
+    )
+
+
+@dataclass(frozen=True)
+class LinearSweep:
+    """The linearised FMUs with the inputs and outputs of a plan."""
+
+    found: Linearization
+    orders: Orders
+
+    def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Return output per input at frequencies [Hz], shape (frequencies, outputs, inputs)."""
+        return self.found.response(frequency, self.orders)
+
+    @property
+    def operating_point(self) -> dict[str, float]:
+        """States at the equilibrium by full name."""
+        return dict(self.found.operating_point)
+
+    @property
+    def growth(self) -> float:
+        """Rate [1/s] of the mode that grows fastest; 0 where all decay, or rest to rounding."""
+        return self.found.growth.rate
+
+
+def linear(system: System, files: Mapping[str, Path], plan: Plan) -> LinearSweep:
+    """Linearise the FMUs for a plan.
+
+    Raises `StructureError` where an FMU has no derivatives, sample times have no common grid, or there is no
+    equilibrium.
+    """
+    inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
+    with open_instances(files) as instances:
+        columns, orders = sinusoids(system, instances, inputs)
+        return LinearSweep(linearize(system, instances, columns, outputs), orders)
+
+
+def finished(response: NDArray[np.complex128]) -> list[Point]:
+    """Return the points of a response that was had all at once, shape (frequencies, outputs, inputs)."""
+    frequencies, _, inputs = response.shape
+    return [Point(i, k, Status.DONE, response[k, :, i]) for k in range(frequencies) for i in range(inputs)]
+
+
+def system_record(
+    title: str,
+    scene: str,
+    *systems: tuple[System, Mapping[str, Path]],
+    operating_point: Mapping[str, float] = {},
+    order: OrderChoice | None = None,
+    algorithm: AlgorithmChoice | None = None,
+) -> SystemRecord:
+    """Return what the results file says of what was measured: the scene's text, and the FMUs of each system.
+
+    An instance that is another FMU in another system (a source in another unit) is counted, `source[2]`.
+    """
+    files: dict[str, list[Path]] = {}
+    instances = []
+    for system, of_component in systems:
+        for component in system.components:
+            file, earlier = of_component[component.name], files.setdefault(component.name, [])
+            if file not in earlier:
+                earlier.append(file)
+                name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
+                instances.append(_instance_record(name, component, file))
+    return SystemRecord(title, scene, instances, operating_point, order, algorithm)
+
+
+def _instance_record(name: str, component: Component, file: Path) -> InstanceRecord:
+    """Return what the results file says of an instance."""
+    description = describe(file)
+    return InstanceRecord(
+        instance=name,
+        name=description.name,
+        file=file.name,
+        sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
+        fmi_version=description.version,
+        level=component.level or "",
+        solver="" if component.part.endswith(".fmu") else _solver(description),
+        start=component.start,
+    )
+
+
+def stepped(
+    file: SweepFile,
+    plan: Plan,
+    benches: Mapping[str, Bench],
+    settings: Settings,
+    *,
+    jobs: int = 1,
+    executor: Executor | None = None,
+    report: Callable[[Progress], None] | None = None,
+) -> None:
+    """Measure the points that the file still lacks, and write each when it is finished.
+
+    `benches` holds the bench of each input by name. Points run on `executor`, else in `jobs` processes, 1 being this
+    one. Raises `StructureError` for wiring that is wrong, before anything runs, and `ResultsError` where the file
+    cannot be written.
+    """
+    for bench in benches.values():
+        check(bench.system, {name: describe(path).variables for name, path in bench.files.items()})
+    tasks = [
+        Task(i, k, benches[plan.inputs[i].name], settings, float(plan.frequency[k]), plan.inputs[i].amplitude)
+        for i, k in file.unfinished()
+    ]
+    # the longest first, so that all processes end together
+    tasks.sort(key=_work, reverse=True)
+    total, finished = sum(map(_work, tasks)), 0.0
+    points = len(plan.frequency) * len(plan.inputs)
+    # a foreign FMU may crash: never in this process
+    is_foreign = any(c.part.endswith(".fmu") for bench in benches.values() for c in bench.system.components)
+    with contextlib.closing(pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results:
+        for n, (task, point) in enumerate(results, points - len(tasks) + 1):
+            if point is None:
+                message = "the process ended without a result: an FMU must have crashed"
+                point = Point(task.input, task.place, Status.FAILED, message=message)
+            file.write([point])
+            finished += _work(task)
+            if report is not None:
+                report(Progress(point, n, points, finished / total))
+
+
+def _solver(description: Description) -> str:
+    """Return the solver of an FMU of ours, told by the settings it has; empty where there is nothing to solve."""
+    if not description.states:
+        return ""
+    if "solver.maximum_order" in description.variables:
+        return "cvode"
+    if "solver.relative_tolerance" in description.variables:
+        return "rosenbrock"
+    return "rk4" if "solver.maximum_step" in description.variables else "exact"
+
+
+def _work(task: Task) -> float:
+    """Return the simulated time [s] that a point will take, roughly."""
+    ramp = ramp_time(task.frequency)
+    return ramp + max(FEWEST_WINDOWS * task.settings.measurement_periods / task.frequency, _TYPICAL_SETTLING)

@@ -1,0 +1,142 @@
+"""Verification of a run: the error that its communication step makes, from a second run at half the step.
+
+    check_verifiable(ready)
+    run(ready, path)
+    verified = verify(ready, path)       # its errors are in the file as well
+    verified.excess(ready.tolerance)     # a sentence where one is above the tolerance
+
+Of a variable y that was recorded with steps of H, and again with steps of H / 2, an algorithm of order p errs by
+
+    |y_H - y_{H/2}| / (1 - 2^-p)        at most, over the points of the first run        (Richardson)
+
+and relatively to the largest |y_H|. What the FMUs' own solvers err by is in both runs, and not in this.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.measurement.limit_flags import is_limit
+from hfsa.cosim.measurement.run import Ready
+from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.system import ERROR_CONTROLLED, ORDERS, StructureError
+
+_BLOCK = 10_000
+"""Steps between two looks at whether anybody wants an end."""
+
+_ROUNDING = 1e-11
+"""Part of its scale, and of the largest variable in its unit, below which the size of a variable is rounding."""
+
+_MARGIN = 1.1
+"""Factor by which the step that would do is to be better than the tolerance."""
+
+_UNLIKE = 0.3
+"""Relative error from which on the two runs have too little in common for a figure."""
+
+
+def check_verifiable(ready: Ready) -> None:
+    """Raise `StructureError` for an algorithm that takes no given step, and for ticks that half the step misses."""
+    if ready.algorithm not in ORDERS:
+        reason = (
+            "takes communication steps of its own choice, as long as --tolerance lets them be"
+            if ready.algorithm == ERROR_CONTROLLED
+            else "takes no communication steps: its step lies between two records"
+        )
+        raise StructureError(f"--verify halves the communication step, but {ready.algorithm} {reason}")
+    variables = {name: describe(file).variables for name, file in ready.files.items()}
+    try:
+        check_sample_times(ready.system, variables, {}, ready.step_size / 2)
+    except StructureError as error:
+        raise StructureError(f"--verify halves the communication step: {error}") from None
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What came out: `errors` by recorded variable, made by an algorithm of an `order` at a step [s].
+
+    `order` is lower than the algorithm's own where inputs could not move as it asks.
+    """
+
+    errors: Mapping[str, ErrorEstimate]
+    algorithm: str
+    order: int
+    step_size: float
+
+    def excess(self, tolerance: float) -> str:
+        """Return a sentence on the variable that errs most, and what would do; empty where none exceeds a tolerance."""
+        above = [name for name, error in self.errors.items() if error.relative > tolerance]
+        if not above:
+            return ""
+        worst = max(above, key=lambda name: self.errors[name].relative)
+        error = self.errors[worst].relative
+        others = "" if len(above) == 1 else f", and {len(above) - 1} more are above it"
+        found = (
+            f"{worst} errs by {100 * error:.3g} % at the communication step of {readable(self.step_size, 's')}, above "
+            f"the tolerance of {100 * tolerance:.3g} %{others}"
+        )
+        if error > _UNLIKE:
+            return f"{found}: the run at half the step has little in common with it, so that far shorter steps are due"
+        parts = math.ceil((_MARGIN * error / tolerance) ** (1 / self.order))
+        quadratic = f"{'jacobi' if self.algorithm.startswith('jacobi') else 'gauss_seidel'}_quadratic"
+        is_lower = ORDERS[self.algorithm] < ORDERS[quadratic]
+        other = f", or an algorithm of higher order, such as {quadratic}" if is_lower else ""
+        return f"{found}: a step of {readable(self.step_size / parts, 's')} would do{other}"
+
+
+def verify(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Verification:
+    """Return the errors of what a run has recorded into the file `path`, and write them there as well.
+
+    Limits, which are 0 or 1, have none. `report` is called with the part done, 0 to 1, and may raise to end it.
+    `StepError` where the run at half the step cannot go on: the error is not known then.
+    """
+    recorded, units = read_run(path)
+    names = [name for name in ready.names if not is_limit(name)]
+    halved, order = _at_half_the_step(ready, names, report)
+    size = {name: float(np.abs(recorded[name]).max()) for name in names}
+    errors = {}
+    for name in names:
+        absolute = float(np.abs(recorded[name] - halved[name]).max()) / (1 - 2.0**-order)
+        scale = ready.scales[name].size if name in ready.scales else 0.0
+        largest = max(size[other] for other in names if units[other] == units[name])
+        relative = absolute / max(size[name], _ROUNDING * max(scale, largest)) if absolute else 0.0
+        errors[name] = ErrorEstimate(absolute, relative)
+    write_errors(path, errors)
+    return Verification(errors, ready.algorithm, order, ready.step_size)
+
+
+def shares(report: Callable[[float], None] | None) -> tuple[Callable[[float], None], Callable[[float], None]]:
+    """Return what a run, and then its verification, which takes twice as long, report of their common progress to."""
+    tell = report or (lambda _: None)
+    return lambda part: tell(part / 3), lambda part: tell((1 + 2 * part) / 3)
+
+
+def _at_half_the_step(
+    ready: Ready, names: list[str], report: Callable[[float], None] | None
+) -> tuple[dict[str, NDArray[np.float64]], int]:
+    """Return values of variables at the points of a run, from one with half its step, and the order of its error."""
+    steps, step_size = 2 * ready.steps, ready.step_size / 2
+    master = open_master(ready.files, ready.system, ready.algorithm, step_size, ready.library, ready.tolerance)
+    with closing(master):
+        recording = master.record(names, rows=ready.steps + 1, every=2)
+        recording.watch.limit(ready.scales)
+        try:
+            master.initialize(stop_time=max(ready.stop_time, ready.end))
+            for done in range(0, steps, _BLOCK):
+                master.advance(min(_BLOCK, steps - done))
+                if report is not None:
+                    report(min(done + _BLOCK, steps) / steps)
+        except StepError as error:
+            message = f"in the run at half the step, {readable(step_size, 's')}, so that no error is known"
+            words = f"{message}: {error.message}" if error.message else message
+            raise StepError(error.instance, error.function, error.status, error.time, words) from error
+        return {name: recording[name].copy() for name in names}, master.order

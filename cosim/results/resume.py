@@ -1,0 +1,74 @@
+"""Whether a results file belongs to the sweep that wants to go on with it, and if not, what differs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hfsa.cosim.results.files import hdf5
+from hfsa.cosim.results.hdf5 import Node
+from hfsa.cosim.results.records import Plan, ResultsError, SystemRecord
+
+
+def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None:
+    """Raise `ResultsError` unless the file was made by this sweep of this system."""
+    if "bode" not in file:
+        raise ResultsError(f"{path} holds no sweep to resume; it has {', '.join(file) or 'nothing'}")
+    differences = [
+        *_differences(hdf5.plain(file["sweep"].attrs), dict(plan.settings)),
+        *_axis_differences(file["bode"], plan),
+        *_system_differences(file["system"], system),
+    ]
+    if differences:
+        raise ResultsError(
+            f"{path} belongs to another sweep: {'; '.join(differences)}. --force in place of --resume replaces it, "
+            "-o names another file"
+        )
+
+
+def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str = "") -> list[str]:
+    """Return in words which values differ."""
+    names = dict.fromkeys([*found, *wanted])
+    return [
+        f"{where}{name} is {found.get(name, 'not set')} there and {wanted.get(name, 'not set')} here"
+        for name in names
+        if found.get(name) != wanted.get(name)
+    ]
+
+
+def _axis_differences(bode: Node, plan: Plan) -> list[str]:
+    """Return in words in what the axes differ."""
+    found = bode["frequency"][:]
+    differences = []
+    here = plan.frequency
+    if len(found) != len(here) or not np.allclose(found, here, rtol=1e-9, atol=0):
+        differences.append(
+            f"frequency has {len(found)} points from {found[0]:g} to {found[-1]:g} Hz there and {len(here)} from "
+            f"{here[0]:g} to {here[-1]:g} Hz here{' at other values' if len(found) == len(here) else ''}"
+        )
+    for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
+        names = [signal.name for signal in signals]
+        there = hdf5.texts(bode[side])
+        if there != names:
+            differences.append(f"{side}s are {', '.join(there)} there and {', '.join(names)} here")
+    amplitudes = [signal.amplitude for signal in plan.inputs]
+    if not np.array_equal(bode["amplitude"][:], amplitudes, equal_nan=True):
+        there, here = (", ".join(f"{a:g}" for a in side) for side in (bode["amplitude"][:], amplitudes))
+        differences.append(f"amplitude is {there} there and {here} here")
+    return differences
+
+
+def _system_differences(group: Node, system: SystemRecord) -> list[str]:
+    """Return in words in what the FMUs differ, or else the scene."""
+    differences = []
+    instances = {name: g for name, g in group.items() if "sha256" in g.attrs}
+    for name in dict.fromkeys([*instances, *(record.instance for record in system.instances)]):
+        record = next((r for r in system.instances if r.instance == name), None)
+        if record is None or name not in instances:
+            differences.append(f"instance {name} is only {'there' if record is None else 'here'}")
+        elif hdf5.text(instances[name].attrs["sha256"]) != record.sha256:
+            differences.append(f"the FMU of {name} is another ({record.file})")
+    if not differences and hdf5.text(group.attrs["scene"]) != system.scene:
+        differences.append("the scene is another")
+    return differences

@@ -1,0 +1,132 @@
+"""Direct feedthrough: in which order outputs are fetched and passed on, and where that order closes on itself.
+
+    found = feedthrough(system, connectors)
+    found.levels["robot.drive[1].force"]     # after all that it follows without a step between
+    found.loops                              # algebraic loops, each as the connections that close it
+
+An output follows some inputs of its component directly, each input follows the output that feeds it. Fetched level by
+level, each passed on at once, every output is fetched after the inputs it depends on were set. Outputs that follow
+themselves have no such order: they are an algebraic loop, which has a level of its own and is solved there as a whole
+(`actions/algebraic_loop.py`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from hfsa.cosim.systems.system import Connection, Connector, StructureError, System
+
+Connectors = Mapping[str, Mapping[str, Connector]]
+
+
+@dataclass(frozen=True)
+class Feedthrough:
+    """The order of exchange of a system.
+
+    Attributes:
+        levels: of each connected output (full name), from 0. Outputs of one component share a level where nothing waits
+            for the earlier one; an algebraic loop shares its level with nothing else.
+        loops: the connections of each algebraic loop, lowest level first.
+    """
+
+    levels: Mapping[str, int]
+    loops: tuple[tuple[Connection, ...], ...]
+
+
+def feedthrough(system: System, connectors: Connectors) -> Feedthrough:
+    """Return the order of exchange; `connectors` holds the variables of each component's FMU by name."""
+    followed = _followed(system, connectors)
+    loop_of = _loops(followed)
+    waiting = {name: {loop_of[other] for other in others} - {loop_of[name]} for name, others in followed.items()}
+    members: dict[str, list[str]] = {}
+    for name, loop in loop_of.items():
+        members.setdefault(loop, []).append(name)
+    before = {loop: {other for name in names for other in waiting[name]} for loop, names in members.items()}
+    depth: dict[str, int] = {}
+    for loop in TopologicalSorter(before).static_order():
+        depth[loop] = 1 + max((depth[other] for other in before[loop]), default=-1)
+    closed = [loop for loop, names in members.items() if len(names) > 1 or names[0] in followed[names[0]]]
+    levels = {name: depth[loop] for name, loop in loop_of.items()}
+    _share(system, followed, levels, {name for loop in closed for name in members[loop]})
+    places = {name: (levels[name], 1 + closed.index(loop) if loop in closed else 0) for name, loop in loop_of.items()}
+    ranks = {place: rank for rank, place in enumerate(sorted(set(places.values())))}
+    loops = [_connections(system, connectors, members[loop]) for loop in sorted(closed, key=depth.__getitem__)]
+    return Feedthrough({name: ranks[place] for name, place in places.items()}, tuple(loops))
+
+
+def refuse_loops(system: System, connectors: Connectors) -> None:
+    """Raise `StructureError` that spells out an algebraic loop of the system, if there is one."""
+    for loop in feedthrough(system, connectors).loops:
+        raise StructureError(
+            f"algebraic loop: {spelt(system, connectors, loop)}; each follows the one before it without a step "
+            "between, so no order of exchange gives consistent values. Break it with a state or a sampled part, or let "
+            "it be solved"
+        )
+
+
+def spelt(system: System, connectors: Connectors, loop: tuple[Connection, ...]) -> str:
+    """Return an algebraic loop in words: `a.y -> b.u -> b.y -> a.u -> a.y`, one way around it."""
+    graph = {connection.end: {connection.start} for connection in loop}
+    for connection in loop:
+        graph[connection.start] = _inputs_of(system, connectors, connection.start) & set(graph)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return " -> ".join(error.args[1])
+    return ", ".join(map(str, loop))
+
+
+def _followed(system: System, connectors: Connectors) -> dict[str, set[str]]:
+    """Return for each connected output the outputs (full names) that it follows without a step between."""
+    feeder = {connection.end: connection.start for connection in system.connections}
+    return {
+        name: {feeder[end] for end in _inputs_of(system, connectors, name) if end in feeder} for name in feeder.values()
+    }
+
+
+def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
+    """Return the inputs (full names) of its component that an output follows directly."""
+    component, variable = system.split(output)
+    dependencies = connectors[component][variable].dependencies
+    if dependencies is None:
+        dependencies = tuple(name for name, found in connectors[component].items() if found.causality == "input")
+    return {f"{component}.{name}" for name in dependencies}
+
+
+def _loops(followed: Mapping[str, set[str]]) -> dict[str, str]:
+    """Return for each output one that stands for all that follow each other both ways; mostly itself."""
+    names = list(followed)
+    places = {name: i for i, name in enumerate(names)}
+    pairs = [(places[name], places[other]) for name, others in followed.items() for other in others]
+    rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
+    graph = csr_matrix((np.ones(len(pairs)), (rows, columns)), shape=(len(names), len(names)))
+    _, labels = connected_components(graph, directed=True, connection="strong") if names else (0, [])
+    first: dict[int, str] = {}
+    return {name: first.setdefault(int(label), name) for name, label in zip(names, labels, strict=True)}
+
+
+def _share(system: System, followed: Mapping[str, set[str]], levels: dict[str, int], in_loops: set[str]) -> None:
+    """Lift outputs to the highest level of their component where nothing waits for them, in place."""
+    followers: dict[str, list[str]] = {name: [] for name in followed}
+    for name, others in followed.items():
+        for other in others:
+            followers[other].append(name)
+    plain = [name for name in levels if name not in in_loops]
+    highest: dict[str, int] = {}
+    for name in plain:
+        component = system.split(name)[0]
+        highest[component] = max(highest.get(component, 0), levels[name])
+    for name in plain:
+        top = highest[system.split(name)[0]]
+        if all(levels[follower] > top for follower in followers[name]):
+            levels[name] = top
+
+
+def _connections(system: System, connectors: Connectors, outputs: list[str]) -> tuple[Connection, ...]:
+    """Return the connections of a loop: from its outputs to inputs that they follow."""
+    followed = {end for name in outputs for end in _inputs_of(system, connectors, name)}
+    return tuple(c for c in system.connections if c.start in outputs and c.end in followed)

@@ -1,0 +1,138 @@
+"""A scene as text: a TOML document that is stored with the results, hashed, and read back as a user's own scene.
+
+The keys are those of `Scene`, with `components`, in the order in which they step, and `connections` as arrays of
+tables; ranges may be written:
+
+    inputs = ["reference.command.position[1..3]"]
+    ...
+    [[components]]
+    name = "robot"
+    part = "sdelta"
+    arguments = { stiffness = "ch4" }
+
+    [[connections]]
+    start = "reference.drive[1..3].slide"
+    end = "robot.drive[1..3].slide"
+"""
+
+import dataclasses
+import json
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System, nearest
+
+_REQUIRED = ("components", "inputs", "outputs", "step_size", "stop_time")
+_NUMBERS = ("step_size", "stop_time", "tolerance")
+
+
+def scene_text(scene: Scene) -> str:
+    """Return the scene as TOML; `read_scene_text` gives an equal scene back, and equal scenes give equal text."""
+    lines = [f"{key} = {_value(getattr(scene, key))}" for key in ("inputs", "outputs", "band", *_NUMBERS, "algorithm")]
+    lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
+    lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
+    lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
+    lines += [f"scale = {_value(scene.scale)}"] if scene.scale else []
+    for component in scene.system.components:
+        lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
+    for connection in scene.system.connections:
+        lines += ["", "[[connections]]", f"start = {_value(connection.start)}", f"end = {_value(connection.end)}"]
+    return "\n".join(lines) + "\n"
+
+
+def read_scene(file: Path) -> Scene:
+    """Return the scene of a `.toml` file; `StructureError` names the file and the key that is wrong.
+
+    The path of a foreign `.fmu` counts from the scene's folder.
+    """
+    file = Path(file)
+    scene = read_scene_text(file.read_text(encoding="utf-8"), str(file))
+    components = [
+        dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.part.endswith(".fmu") else c
+        for c in scene.system.components
+    ]
+    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def read_scene_text(text: str, where: str = "scene") -> Scene:
+    """Return the scene that a TOML document describes."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise StructureError(f"{where}: not a TOML document: {error}") from None
+    fields = [f.name for f in dataclasses.fields(Scene) if f.name != "system"]
+    _check_keys(where, table, [*fields, "components", "connections"], _REQUIRED)
+    components = [_component(where, item) for item in _tables(where, table.pop("components"), "components")]
+    connections = []
+    for item in _tables(where, table.pop("connections", []), "connections"):
+        _check_keys(f"{where}: connection", item, ("start", "end"), ("start", "end"))
+        connections.append(Connection(**item))
+    if "source" in table:
+        table["source"] = _component(where, table["source"])
+    for key in _NUMBERS:
+        if key in table and not isinstance(table[key], int | float):
+            raise StructureError(f"{where}: {key} is {table[key]!r}, expected a number")
+    for key, size in (("inputs", None), ("outputs", None), ("band", 2)):
+        if key in table and (not isinstance(table[key], list) or size not in (None, len(table[key]))):
+            raise StructureError(f"{where}: {key} is {table[key]!r}, expected an array{f' of {size}' if size else ''}")
+    groups = table.get("fuse", [])
+    if not isinstance(groups, list) or not all(isinstance(group, list) for group in groups):
+        raise StructureError(f"{where}: fuse is {groups!r}, expected an array of arrays of names")
+    for key in ("amplitude", "marks", "scale"):
+        if not isinstance(table.get(key, {}), dict):
+            raise StructureError(f"{where}: {key} is {table[key]!r}, expected a table of numbers")
+    try:
+        return Scene(System(components, connections), **table)
+    except StructureError as error:
+        raise StructureError(f"{where}: {error}") from None
+
+
+def _component(where: str, table: Any) -> Component:
+    """Return a component of its table."""
+    fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections", "computed")]
+    _check_keys(f"{where}: component", table, fields, ("name", "part"))
+    return Component(**table)
+
+
+def _tables(where: str, value: Any, key: str) -> list[dict[str, Any]]:
+    """Return a list of tables; `StructureError` where it is none."""
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        raise StructureError(f"{where}: {key} must be tables, written [[{key}]]")
+    return value
+
+
+def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable[str]) -> None:
+    """Raise `StructureError` for a key that is not known, or one that is lacking."""
+    if not isinstance(table, dict):
+        raise StructureError(f"{where} is {table!r}, expected a table")
+    for key in table:
+        if key not in known:
+            raise StructureError(f"{where} has no key {key!r}{nearest(key, known)}")
+    for key in required:
+        if key not in table:
+            raise StructureError(f"{where} lacks the key {key!r}")
+
+
+def _table(component: Component) -> dict[str, Any]:
+    """Return the fields that say something: neither `None` nor empty."""
+    fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.name != "computed"}
+    return {key: value for key, value in fields.items() if value not in (None, {}, ())}
+
+
+def _value(value: Any) -> str:
+    """Return a TOML value on one line; numbers keep every bit."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(float(value))
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{json.dumps(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    raise StructureError(f"{value!r} cannot be written as text; arguments are numbers, texts, lists and tables")

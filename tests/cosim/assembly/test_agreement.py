@@ -1,0 +1,505 @@
+"""Facts that several parts know: no scene disagrees with itself; a part changed alone is named, with its owner."""
+
+import itertools
+import random
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from hfsa.components._modelling.parts import argument_values
+from hfsa.cosim.assembly.agreement import conflicts, disagreements, known_facts, same
+from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.load_scene import load_scene, scenes, written
+from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.systems.scene_file import scene_text
+from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+
+NUMBERS = {
+    "sdelta_hfsa": {
+        "posture.rotation": "3,2,1",
+        "payload.mass": "1",
+        "damping": "0.02",
+        "gravity": "9.81",
+        "sample_time": "1e-3",
+        "encoder_noise": "1e-5",
+    },
+    "sdelta_shaker": {"posture.position": "0,0.01,0.15", "payload.mass": "0", "damping": "0.02"},
+    "sdelta_accelerometer": {"posture.rotation": "3,2,1", "payload.mass": "5", "robot_damping": "0.02"},
+    "stage_tracking": {"pzt.blocking_force": "2000", "pzt.stroke": "20e-6", "damping_time": "1e-5"},
+    "stage_bode": {"pzt.stiffness": "1e8", "pzt.full_voltage": "100", "damping_time": "1e-5", "bias": "30"},
+    "stage_accelerometer": {"pzt.blocking_force": "2000", "damping_time": "1e-5", "bias": "30"},
+    "stage_extremes": {"damping_time": "1e-5"},
+    "beam_payload": {"kind": "tilted", "tilt": "30", "payload.mass": "0.3", "payload.center": "0.01,0,0.02"},
+}
+"""Values that are not the defaults, so that none of them agrees by chance."""
+
+OF_ONE_PART = ("design", "sensor")
+"""Options that reach a single part, and no fact."""
+
+OWNERS = {
+    "posture of the SDelta": {"posture.rotation", "posture.position"},
+    "payload of the SDelta": {"payload.mass", "payload.center", "payload.inertia"},
+    "stiffness of the SDelta": {"stiffness"},
+    "damping ratio of the SDelta": {"damping", "robot_damping"},
+    "gravity on the SDelta": {"gravity"},
+    "kinematics of the stage": {"kinematics"},
+    "damping time of the stage": {"damping_time"},
+    "stiffness of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.stroke"},
+    "force per volt of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.full_voltage"},
+    "free stroke of the stacks": {"pzt.stroke"},
+    "full voltage of the stacks": {"pzt.full_voltage"},
+    "mass of what the beams carry": {"payload.mass"},
+    "inertia of what the beams carry": {"payload.inertia"},
+    "mass centre of what the beams carry": {"payload.center"},
+}
+
+VARIANTS = [
+    ("sdelta_hfsa", {"law": "pd", "gravity": "9.81"}),
+    ("sdelta_hfsa", {"law": "pd", "feed_forward": "rigid"}),
+    ("sdelta_hfsa", {"law": "ctc", "feedback": "pose"}),
+    ("sdelta_hfsa", {"law": "ctc_cartesian", "feed_forward": "elastic", "gravity": "9.81"}),
+    ("sdelta_shaker", {}),
+    ("sdelta_accelerometer", {}),
+    ("stage_tracking", {"law": "ctc"}),
+    ("stage_tracking", {"law": "pd_ff", "motion": "step", "stack": "hysteretic"}),
+    ("stage_tracking", {"law": "integral_ff"}),
+    ("stage_tracking", {"law": "ctc", "actuator": "force", "motion": "step"}),
+    ("stage_bode", {}),
+    ("stage_accelerometer", {"stage": "exact"}),
+    ("stage_extremes", {}),
+    ("beam_payload", {"suspension": "massless"}),
+]
+
+
+def options(name: str) -> Iterator[dict[str, Any]]:
+    """All combinations of a scene's words and switches."""
+    words = {
+        a.name: a.values or (True, False) for a in scenes()[name].arguments.values() if a.values or a.annotation is bool
+    }
+    words = {option: values for option, values in words.items() if option not in OF_ONE_PART}
+    for values in itertools.product(*words.values()):
+        yield dict(zip(words, values, strict=True))
+
+
+@pytest.mark.parametrize("name", list(scenes()))
+def test_no_scene_disagrees_with_itself(name):
+    every, able = list(options(name)), 0
+    numbers = NUMBERS.get(name, {})
+    some = random.Random(0).sample(every, min(40, len(every)))
+    for arguments in [*({**numbers, **words} for words in every), *some]:
+        try:
+            scene = written(scenes()[name], arguments)
+        except StructureError:  # a law that commands volts does not go with ideal forces
+            continue
+        able += 1
+        assert conflicts(scene.system) == [], arguments
+    assert able > len(every) / 2
+
+
+# One part alone -------------------------------------------------------------------------------------------------------
+
+
+def other(component: Component, name: str, value: Any, factor: float) -> Any:
+    """Another value of an argument or a variable."""
+    argument = parts()[component.part].arguments.get(name)
+    if argument is not None and argument.values:
+        return next(word for word in argument.values if word not in (value, "measured"))
+    if isinstance(value, list | tuple):
+        return tuple(factor * item + 1e-4 for item in value)
+    return factor * float(value) + (1e-4 if value == 0 else 0)
+
+
+def single_changes(system: System) -> Iterator[tuple[str, Any, str, str]]:
+    """Changes of one part: what is typed and its value, component and fact, where another part knows the fact too.
+
+    Each by a factor of its own, so that no quotient of two stays as it was.
+    """
+    factors = (1.01 + 0.001 * i for i in itertools.count())
+    for fact, holders in known_facts(system).items():
+        if len({holder.source for holder in holders}) == 1:
+            continue
+        for holder in holders:
+            part, is_analysis = holder.source
+            if is_analysis:
+                continue
+            known = parts()[part].facts[fact].name
+            for field, value in holder.values.items():
+                name = f"{known}.{field}" if field else known
+                component = system[holder.component]
+                now = component.start.get(name, value)
+                yield (
+                    f"{holder.component}.{name}",
+                    other(component, name, now, next(factors)),
+                    holder.component,
+                    fact.name,
+                )
+
+
+@pytest.mark.parametrize(("name", "words"), VARIANTS)
+def test_a_part_that_is_changed_alone_is_in_conflict(name, words):
+    changes = list(single_changes(load_scene(name, words).system))
+    if name not in ("sdelta_shaker",):  # whose reference knows the posture only
+        assert len(changes) > 1
+    for key, value, component, fact in changes:
+        found = conflicts(load_scene(name, {**words, key: value}).system)
+        assert fact in [conflict.fact.name for conflict in found], key
+        holders = next(conflict.holders for conflict in found if conflict.fact.name == fact)
+        assert component in [holder.component for holder in holders]
+
+
+@pytest.mark.parametrize(("name", "words"), VARIANTS)
+def test_the_sentence_names_who_differs_by_how_much_and_the_owner(name, words):
+    """One change for each fact, all at once."""
+    typed = {}
+    for key, value, component, fact in single_changes(load_scene(name, words).system):
+        typed.setdefault(fact, (key, value, component))
+    arguments = {**words, **{key: value for key, value, _ in typed.values()}}
+    said = {
+        text.partition(" differs: ")[0]: text for text in disagreements(name, arguments, load_scene(name, arguments))
+    }
+    assert typed.keys() <= said.keys()
+    for fact, (key, value, component) in typed.items():
+        assert component in said[fact]
+        assert isinstance(value, tuple) or key.startswith("stack[") or _shown(value) in said[fact], said[fact]
+        owners = [word.removeprefix("-p ").removesuffix("=VALUE") for word in said[fact].split("; ")[-1].split(" and ")]
+        owners[-1] = owners[-1].removesuffix("=VALUE changes all of them")
+        assert set(owners) <= OWNERS[fact], said[fact]
+
+
+def _shown(value: Any) -> str:
+    return value if isinstance(value, str) else f"{float(value):.6g}"
+
+
+# All parts by hand ----------------------------------------------------------------------------------------------------
+
+
+def resolved(system: System) -> dict[str, tuple[Any, ...]]:
+    """Level, arguments and start values of each component, the defaults of its part among them."""
+    found = {}
+    for c in system.components:
+        part = parts()[c.part]
+        values = argument_values(c.part, part.build, {k: v for k, v in c.arguments.items() if part.has_argument(k)})
+        found[c.name] = (c.level, values, dict(c.start))
+    return found
+
+
+def assert_same(one: System, another: System) -> None:
+    first, second = resolved(one), resolved(another)
+    assert first.keys() == second.keys()
+    for name, (level, arguments, start) in first.items():
+        assert level == second[name][0]
+        for these, those in ((arguments, second[name][1]), (start, second[name][2])):
+            assert these.keys() == those.keys()
+            for key, value in these.items():
+                assert same(value, those[key]), f"{name}.{key}: {value} by the scene, {those[key]} by hand"
+
+
+def by_hand(name: str, words: dict[str, Any], fact: str, field: str, value: Any) -> dict[str, Any]:
+    """Every part that knows a fact given another value, and every number that an analysis made of the old one."""
+    system, typed = load_scene(name, words).system, {}
+    for known_fact, holders in known_facts(system).items():
+        if known_fact.name != fact:
+            continue
+        for holder in holders:
+            part = parts()[holder.source[0]]
+            argument = ".".join(filter(None, (part.facts[known_fact].name, field)))
+            if not holder.source[1]:
+                typed[f"{holder.component}.{argument}"] = value
+                continue
+            for variable, analysis in system[holder.component].computed.items():
+                if analysis.part != part.name:
+                    continue
+                changed = part.analysis(**{**analysis.arguments, argument: value})
+                stem, _, members = analysis.key.partition("[")
+                first = int(members.partition("..")[0] or 1) if members else 1
+                at = int(variable.partition("[")[2].partition("]")[0]) - 1
+                typed[f"{holder.component}.{variable}"] = float(changed[stem][first - 1 + at])
+    return typed
+
+
+CONTROL = st.fixed_dictionaries(
+    {
+        "law": st.sampled_from(["pd", "ctc", "ctc_cartesian"]),
+        "feed_forward": st.sampled_from(["none", "rigid", "elastic"]),
+        "execution": st.sampled_from(["sampled", "continuous"]),
+        "gravity": st.just(9.81),
+    }
+)
+ROBOT_FACTS = st.one_of(
+    st.tuples(st.just(("payload.mass", "payload of the SDelta", "mass")), st.floats(0, 20)),
+    st.tuples(st.just(("payload.center", "payload of the SDelta", "center")), st.tuples(*[st.floats(-0.1, 0.1)] * 3)),
+    st.tuples(
+        st.just(("payload.inertia", "payload of the SDelta", "inertia")), st.tuples(*[st.floats(0.01, 0.019)] * 3)
+    ),
+    st.tuples(st.just(("posture.rotation", "posture of the SDelta", "rotation")), st.tuples(*[st.floats(-5, 5)] * 3)),
+    st.tuples(st.just(("gravity", "gravity on the SDelta", "")), st.floats(0, 20)),
+    st.tuples(st.just(("damping", "damping ratio of the SDelta", "")), st.floats(1e-3, 0.1)),
+    st.tuples(
+        st.just(("stiffness", "stiffness of the SDelta", "")), st.sampled_from(["ch3_full", "ch3_rods", "ch4_full"])
+    ),
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(CONTROL, ROBOT_FACTS)
+def test_the_robots_arguments_are_all_parts_by_hand(words, changed):
+    (argument, fact, field), value = changed
+    assume((argument, words["feed_forward"]) != ("stiffness", "rigid"))  # which takes the robot for rigid
+    typed = by_hand("sdelta_hfsa", words, fact, field, value)
+    hand = load_scene("sdelta_hfsa", {**words, **typed})
+    assert_same(load_scene("sdelta_hfsa", {**words, argument: value}).system, hand.system)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from([words for name, words in VARIANTS if name == "stage_tracking"]),
+    st.sampled_from([("damping_time", "damping time of the stage"), ("kinematics", "kinematics of the stage")]),
+    st.floats(0, 1e-4),
+)
+def test_the_stages_arguments_are_all_parts_by_hand(words, changed, number):
+    argument, fact = changed
+    value = "calibrated" if argument == "kinematics" else number
+    typed = by_hand("stage_tracking", words, fact, "", value)
+    hand = load_scene("stage_tracking", {**words, **typed})
+    assert_same(load_scene("stage_tracking", {**words, argument: value}).system, hand.system)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from([(n, w) for n, w in VARIANTS if n.startswith("stage_") and n != "stage_extremes"]),
+    st.floats(100, 1e4),
+    st.floats(5e-6, 1e-4),
+)
+def test_another_stack_is_all_parts_by_hand(variant, force, stroke):
+    """By the formulas of a stack of the Tokin's ceramic: k33, Q_m and density as of F0 = 833 N, s0 = 16 um."""
+    name, words = variant
+    scene = load_scene(name, {**words, "pzt.blocking_force": force, "pzt.stroke": stroke})
+    size = force * stroke / (833 * 16e-6)
+    k, tip = force / stroke, size * 7700 * 5e-3 * 5e-3 * 20e-3 / 3
+    line = {"stack.stiffness": k, "stack.coupling": force / 150}
+    expected = {
+        "stage": {"stack.stiffness": k, "stack.tip_mass": tip, "stack.damping": (k * tip) ** 0.5 / 25},
+        "voltage": {**line, "maximum.voltage": 150.0},
+        "feed_forward": line,
+        **{
+            f"stack[{i}]": {
+                "maximum.force": force,
+                "maximum.elongation": stroke,
+                "maximum.voltage": 150.0,
+                "clamped_capacitance": size * (1.4e-6 - 833 * 16e-6 / 150**2),
+            }
+            for i in (1, 2, 3)
+        },
+    }
+    for component in scene.system.components:
+        if component.name == "stage" and component.arguments.get("causality") == "force":
+            continue
+        for variable, value in expected.get(component.name, {}).items():
+            assert component.start[variable] == pytest.approx(value, rel=1e-9), f"{component.name}.{variable}"
+    if "elongation" in "".join(scene.system["stage"].start):
+        rest = [scene.system["stage"].start[f"leg[{i}].elongation"] for i in (1, 2, 3)]
+        stack = {"stack.blocking_force": force, "stack.stroke": stroke}
+        volts = parts()["rrr_stage"].analysis(elongation=rest, **stack)["voltage"]
+        assert list(volts) == pytest.approx([75.0] * 3, rel=1e-6)
+
+
+# What does not have to agree ------------------------------------------------------------------------------------------
+
+
+def robot_with(reference: str, robot: str, number: int = 1) -> tuple[list[Component], list[Connection]]:
+    """A robot that follows a reference, each in a posture of its own."""
+    return [
+        Component(f"reference[{number}]", "sdelta_reference", None, {"posture.position": reference}),
+        Component(f"robot[{number}]", "sdelta", None, {"posture.position": robot}),
+    ], [Connection(f"reference[{number}].drive[1..3].slide", f"robot[{number}].drive[1..3].slide")]
+
+
+def test_two_machines_beside_each_other_are_two():
+    """Their postures differ, and may; within one they may not."""
+    (one, joined), (two, apart) = robot_with("0,0,0.15", "0,0,0.15"), robot_with("0,0,0.16", "0,0,0.16", 2)
+    assert conflicts(System([*one, *two], [*joined, *apart])) == []
+    (two, apart) = robot_with("0,0,0.16", "0,0,0.17", 2)
+    (found,) = conflicts(System([*one, *two], [*joined, *apart]))
+    assert [holder.component for holder in found.holders] == ["reference[2]", "robot[2]"]
+
+
+@given(st.floats(-1e300, 1e300), st.floats(-1e-10, 1e-10))
+def test_a_number_is_itself_but_for_rounding(number, rounding):
+    assert same(number, number)
+    assert same([number, 0.0], [number * (1 + rounding), 0.0])
+    assert same((number, 1e-13 * number), (number, 0.0))
+    assert not same(number, number + abs(number) + 1)
+    assert not same([number], [number, number])
+
+
+def test_numbers_agree_but_for_rounding():
+    assert conflicts(System(*robot_with("0,0,0.15", "0,1e-18,0.15000000000000002"))) == []
+    assert conflicts(System(*robot_with("0,0,0.15", "0,0,0.1500001"))) != []
+
+
+def test_stacks_that_own_their_stiffness_may_differ():
+    """Each pushes by its own line; a stage that owns the stiffness of all has one number for them."""
+    stacks = [
+        Component(f"stack[{i}]", "pzt_stack", None, {"causality": "force"}, {"maximum.force": 800.0 + i})
+        for i in (1, 2)
+    ]
+    pushed = [Connection(f"stack[{i}].stack.force", f"stage.stack[{i}].force") for i in (1, 2)]
+    assert conflicts(System([*stacks, Component("stage", "rrr_stage", None, {"causality": "force"})], pushed)) == []
+    blocked = [Component(s.name, s.part, None, {"causality": "source"}, s.start) for s in stacks]
+    pushed = [Connection(f"stack[{i}].stack.blocking_force", f"stage.stack[{i}].blocking_force") for i in (1, 2)]
+    found = conflicts(System([*blocked, Component("stage", "rrr_stage")], pushed))
+    assert [conflict.fact.name for conflict in found] == ["stiffness of the stacks"]
+
+
+def hung(upper: float, lower: float) -> System:
+    """A body on beams, and another one hung on it: each suspension damps the body that it carries."""
+    bodies = [Component(f"body[{i}]", "rigid_body", None, {"body.mass": m}) for i, m in ((1, 0.1), (2, 0.2))]
+    beams = [
+        Component(f"beams[{i}]", "beam_suspension", None, {"platform.mass": m}) for i, m in ((1, upper), (2, lower))
+    ]
+    joins = [Connection(f"body[{i}].platform.position[1..3]", f"beams[{i}].platform.position[1..3]") for i in (1, 2)]
+    return System(
+        [*bodies, *beams], [*joins, Connection("body[1].platform.position[1..3]", "beams[2].base.position[1..3]")]
+    )
+
+
+def test_a_body_agrees_with_the_beams_that_carry_it_not_with_those_that_hang_on_it():
+    assert conflicts(hung(0.1, 0.2)) == []
+    (found,) = conflicts(hung(0.2, 0.2))
+    assert [holder.label for holder in found.holders] == ["body[1].body.mass", "beams[1].platform.mass"]
+
+
+def test_a_mass_centre_counts_from_where_the_body_counts():
+    """The suspension's reference point may lie elsewhere than the body's: body.center = from_platform + its own."""
+    center, arm = (0.01, 0.02, 0.03), (0.004, 0.0, -0.001)
+    body = Component("body", "rigid_body", None, {"body.center": center})
+    join = [Connection("body.platform.position[1..3]", "beams.platform.position[1..3]")]
+    own = tuple(c - a for c, a in zip(center, arm, strict=True))
+    for platform, agree in ((own, True), (center, False)):
+        beams = Component("beams", "beam_suspension", None, {"platform.center": platform, "from_platform": arm})
+        assert (conflicts(System([body, beams], join)) == []) is agree
+
+
+def test_a_controller_on_a_simpler_model_is_on_purpose():
+    for model in ("constant_jacobian", "exact"):
+        assert conflicts(load_scene("stage_tracking", {"stage": "exact", "model": model}).system) == []
+
+
+def test_what_a_level_does_not_use_may_differ():
+    """The rigid feed-forward knows no springs."""
+    for level, found in (("rigid", []), ("elastic", ["stiffness of the SDelta"])):
+        scene = load_scene("sdelta_hfsa", {"feed_forward": level, "robot.stiffness": "ch3_rods"})
+        assert [conflict.fact.name for conflict in conflicts(scene.system)] == found
+
+
+def test_a_torque_that_is_fed_forward_takes_the_place_of_the_controllers_gravity():
+    scene = load_scene("sdelta_hfsa", {"law": "ctc", "feed_forward": "rigid", "gravity": "9.81"})
+    assert scene.system["controller"].start["gravity"] == 0
+    assert conflicts(scene.system) == []
+    alone = load_scene("sdelta_hfsa", {"law": "ctc", "robot.gravity": "9.81"})
+    assert [conflict.fact.name for conflict in conflicts(alone.system)] == ["gravity on the SDelta"]
+
+
+def test_a_number_of_the_users_own_follows_from_nothing():
+    """The gains are then no longer those of the payload, and the holding torque no longer that of gravity."""
+    typed = {f"controller.axis[1..6].{gain}": 1.0 for gain in ("proportional_gain", "derivative_gain", "feed_forward")}
+    assert conflicts(load_scene("sdelta_hfsa", {"robot.payload.mass": "1", "robot.gravity": "1", **typed}).system) == []
+    typed.popitem()
+    assert conflicts(load_scene("sdelta_hfsa", {"robot.payload.mass": "1", **typed}).system) != []
+
+
+# Whatever a system comes from -----------------------------------------------------------------------------------------
+
+MASSLESS = {"suspension": "massless", "payload.body.mass": "0.2"}
+
+
+def test_a_scene_of_the_users_own_is_asked_too(tmp_path):
+    scene = load_scene("beam_payload", MASSLESS)
+    file = tmp_path / "mine.toml"
+    file.write_text(scene_text(scene))
+    (said,) = disagreements(str(file), {}, load_scene(str(file)))
+    assert said == (
+        "mass of what the beams carry differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
+        "the scene has no argument that changes all of them"
+    )
+
+
+def test_members_of_one_fmu_are_asked_too():
+    system = fused(load_scene("beam_payload", MASSLESS).system, [["suspension", "payload"]])
+    assert len(system.components) == 1
+    assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of what the beams carry"]
+
+
+def test_what_cannot_be_read_is_left_to_those_who_build_it():
+    components, joined = robot_with("0,0,0.15", "nowhere")
+    assert conflicts(System(components, joined)) == []
+    assert conflicts(System([*components, Component("stranger", "no_such_part")], joined)) == []
+    stacks = [
+        Component(f"stack[{i}]", "pzt_stack", None, {}, {"maximum.force": force}) for i, force in ((1, "much"), (2, 1))
+    ]
+    pushed = [Connection(f"stack[{i}].stack.blocking_force", f"stage.stack[{i}].blocking_force") for i in (1, 2)]
+    assert conflicts(System([*stacks, Component("stage", "rrr_stage", None, {"causality": "forced"})], pushed)) == []
+
+
+@pytest.mark.parametrize("name", sorted(name for name, part in parts().items() if part.facts))
+def test_a_part_declares_names_that_it_has(name):
+    part = parts()[name]
+    own = set(argument_values(name, part.build, {})) | set(argument_values(name, part.analyze, {}))
+    inputs = set()
+    if part.build is not None:
+        model = part.model()
+        inputs = {quantity.name for quantity in model}
+        own |= inputs
+    for fact, known in part.facts.items():
+        for argument in filter(None, (known.name, known.per, known.plus)):
+            assert any(n == argument or n.startswith(f"{argument}.") for n in own), f"{fact.name}: {argument}"
+        assert not known.unfed or known.unfed in inputs
+        assert set(known.levels) <= set(part.levels)
+        assert not known.results or set(known.results) <= set(part.analysis())
+
+
+# Typed names ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_range_of_components_is_each_of_them():
+    whole = load_scene("stage_tracking", {"stack[1..3].maximum.force": "2000", "stack[2..3].level": "linear"})
+    single = load_scene(
+        "stage_tracking",
+        {
+            **{f"stack[{i}].maximum.force": 2000 for i in (1, 2, 3)},
+            "stack[2].level": "linear",
+            "stack[3].level": "linear",
+        },
+    )
+    assert whole == single
+    structural = load_scene("sdelta_hfsa", {"drive[1..3].encoder_noise": "true"})
+    assert all(structural.system[f"drive[{j}]"].arguments["encoder_noise"] == "true" for j in (1, 2, 3))
+
+
+@pytest.mark.parametrize(
+    ("name", "typed", "words"),
+    [
+        ("sdelta_shaker", "gravity", "no argument 'gravity', but components have it: -p robot.gravity=VALUE"),
+        ("stage_bode", "maximum.force", r"but components have it: -p stack\[1..3\].maximum.force=VALUE"),
+        ("stage_bode", "stack[1..4].maximum.force", r"no component is called 'stack\[4\]'"),
+        ("stage_bode", "stak[1..3].maximum.force", r"did you mean stack\[1..3\].maximum.force"),
+        ("stage_bode", "stack[3..1].maximum.force", r"range \[3..1\] in stack\[3..1\] is empty"),
+        ("sdelta_hfsa", "payload.mas", "did you mean payload.mass"),
+        ("sdelta_hfsa", "body.mass", "no argument 'body.mass'; did you mean"),
+        ("beam_payload", "platform.mass", "but components have it: -p payload.platform.mass=VALUE"),
+    ],
+)
+def test_an_argument_that_is_not_there_is_answered_with_what_works(name, typed, words):
+    with pytest.raises(StructureError, match=words):
+        load_scene(name, {typed: "1"})
+
+
+def test_every_suggestion_works():
+    for name, typed, value in (("sdelta_shaker", "gravity", "1"), ("stage_bode", "maximum.force", "900")):
+        with pytest.raises(StructureError) as error:
+            load_scene(name, {typed: value})
+        suggested = str(error.value).partition("-p ")[2].removesuffix("=VALUE")
+        assert load_scene(name, {suggested: value}).system != load_scene(name).system

@@ -1,0 +1,271 @@
+"""Systems and scenes as data: what is refused before anything runs, and the text a scene is stored as."""
+
+import pytest
+
+from hfsa.cosim.systems.feedthrough import feedthrough, refuse_loops
+from hfsa.cosim.systems.scene_file import read_scene, read_scene_text, scene_text
+from hfsa.cosim.systems.system import (
+    Component,
+    Connection,
+    Connector,
+    Scene,
+    StructureError,
+    System,
+    check,
+    companions,
+    expand,
+)
+
+
+def ports(**kinds: str) -> dict[str, Connector]:
+    """Connectors by name from words: causality, unit, then the inputs that an output follows (`*` for all)."""
+    found = {}
+    for name, words in kinds.items():
+        causality, unit, *inputs = words.split()
+        followed = None if inputs == ["*"] else tuple(inputs)
+        found[name] = Connector(name, 0, causality, unit=unit, dependencies=followed)
+    return found
+
+
+def ring(first: str, second: str) -> tuple[System, dict]:
+    system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u"), Connection("b.y", "a.u")])
+    return system, {"a": ports(u="input m", y=first), "b": ports(u="input m", y=second)}
+
+
+# Names ----------------------------------------------------------------------------------------------------------------
+
+
+def test_ranges():
+    assert expand("drive[1..3].slide") == ["drive[1].slide", "drive[2].slide", "drive[3].slide"]
+    assert expand("a[2..3].b[1..2]") == ["a[2].b[1]", "a[2].b[2]", "a[3].b[1]", "a[3].b[2]"]
+    assert expand("plain[3].name") == ["plain[3].name"]
+    with pytest.raises(StructureError, match="empty"):
+        expand("a[3..1]")
+
+
+def test_a_range_joins_pairwise():
+    system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y[1..2]", "b.u[4..5]")])
+    assert [str(c) for c in system.connections] == ["a.y[1] -> b.u[4]", "a.y[2] -> b.u[5]"]
+
+
+def test_companions():
+    assert companions("command.position[3]") == (
+        "command.position_rate[3]",
+        "command.position_acceleration[3]",
+        "command.position_jerk[3]",
+    )
+    assert companions("base.position") == ("base.position_rate", "base.position_acceleration", "base.position_jerk")
+
+
+# Refused at once ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("connections", "words"),
+    [
+        ([Connection("a.y[1..3]", "b.u[1..2]")], r"joins 3 output\(s\) to 2 input\(s\)"),
+        ([Connection("a.y", "b.u"), Connection("a.z", "b.u")], "input b.u is fed twice: by a.y and by a.z"),
+        ([Connection("plnt.y", "b.u")], "no component is called 'plnt'; did you mean plant"),
+        ([Connection("y", "b.u")], "'y' is not a full name"),
+    ],
+)
+def test_wrong_wiring(connections, words):
+    with pytest.raises(StructureError, match=words):
+        System([Component("a", "x"), Component("b", "x"), Component("plant", "x")], connections)
+
+
+def test_names_of_components():
+    with pytest.raises(StructureError, match="two components are called a"):
+        System([Component("a", "x"), Component("a", "y")])
+    with pytest.raises(StructureError, match="not an identifier"):
+        Component("a.b", "x")
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "words"),
+    [
+        ("output N", "input m", r"a\.y -> b\.u: a\.y is in N, but b\.u in m"),
+        ("input m", "input m", r"a\.y is an FMU's input, expected an output"),
+        ("output m", "parameter m", r"b\.u is an FMU's parameter, expected an input"),
+    ],
+)
+def test_connectors_that_do_not_fit(start, end, words):
+    system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
+    with pytest.raises(StructureError, match=words):
+        check(system, {"a": ports(y=start), "b": ports(u=end)})
+
+
+def test_a_unit_may_be_spelt_differently():
+    """A foreign FMU's `Newton` is our `N` where both say it is kg.m/s2; one that states no unit takes any."""
+    newton = (1.0, 1.0, -2.0, 0, 0, 0, 0, 0, 1.0, 0)
+    system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
+    ours = {"u": Connector("u", 0, "input", unit="N", base_unit=newton)}
+    check(system, {"a": {"y": Connector("y", 0, "output", unit="Newton", base_unit=newton)}, "b": ours})
+    check(system, {"a": {"y": Connector("y", 0, "output")}, "b": ours})
+    pounds = (*newton[:8], 4.448, 0.0)
+    with pytest.raises(StructureError, match="in lbf"):
+        check(system, {"a": {"y": Connector("y", 0, "output", unit="lbf", base_unit=pounds)}, "b": ours})
+
+
+def test_unknown_variables():
+    system = System([Component("a", "x", start={"gian": 1.0})])
+    with pytest.raises(StructureError, match=r"a \(x\) has no variable 'gian'; did you mean gain"):
+        check(system, {"a": ports(gain="parameter 1")})
+
+
+# Loops ----------------------------------------------------------------------------------------------------------------
+
+
+def test_an_algebraic_loop_is_spelt_out():
+    with pytest.raises(StructureError, match=r"a\.y -> b\.u -> b\.y -> a\.u|b\.y -> a\.u -> a\.y -> b\.u"):
+        refuse_loops(*ring("output m u", "output m u"))
+
+
+def test_unstated_dependencies_count_as_all():
+    with pytest.raises(StructureError, match="algebraic loop"):
+        refuse_loops(*ring("output m *", "output m u"))
+
+
+def test_a_state_breaks_the_loop():
+    system, connectors = ring("output m u", "output m")
+    refuse_loops(system, connectors)
+    assert feedthrough(system, connectors).levels == {"b.y": 0, "a.y": 1}
+
+
+def test_a_loop_shares_its_level_with_nothing_else():
+    system, connectors = ring("output m u", "output m u")
+    more = System(
+        [*system.components, Component("c", "x"), Component("d", "x")],
+        [*system.connections, Connection("c.y", "d.u"), Connection("d.y", "c.u")],
+    )
+    found = feedthrough(more, {**connectors, "c": ports(u="input m", y="output m"), "d": connectors["b"]})
+    assert found.levels == {"a.y": 1, "b.y": 1, "c.y": 0, "d.y": 2}
+    assert [{str(connection) for connection in loop} for loop in found.loops] == [{"a.y -> b.u", "b.y -> a.u"}]
+
+
+def test_two_instances_may_pass_values_back_and_forth():
+    """Not a loop: a.pose has no feedthrough, b.force follows it, a.acceleration follows the force."""
+    system = System(
+        [Component("a", "x"), Component("b", "x"), Component("c", "x")],
+        [Connection("a.pose", "b.pose"), Connection("b.force", "a.force"), Connection("a.acc", "c.acc")],
+    )
+    connectors = {
+        "a": ports(force="input N", pose="output m", acc="output m/s2 force"),
+        "b": ports(pose="input m", force="output N pose"),
+        "c": ports(acc="input m/s2"),
+    }
+    check(system, connectors)
+    levels = feedthrough(system, connectors).levels
+    assert levels["a.pose"] < levels["b.force"] < levels["a.acc"]
+
+
+def test_outputs_share_a_level_where_nothing_waits():
+    """One call fetches both: the output that could be fetched earlier feeds nothing that is passed on."""
+    system = System(
+        [Component("s", "x"), Component("a", "x"), Component("b", "x")],
+        [Connection("s.y", "a.u"), Connection("a.follows", "b.u"), Connection("a.holds", "b.v")],
+    )
+    connectors = {
+        "s": ports(y="output m"),
+        "a": ports(u="input m", follows="output m u", holds="output m"),
+        "b": ports(u="input m", v="input m"),
+    }
+    assert feedthrough(system, connectors).levels == {"s.y": 0, "a.follows": 1, "a.holds": 1}
+
+
+# Scenes ---------------------------------------------------------------------------------------------------------------
+
+
+def scene(**changes) -> Scene:
+    robot = Component("robot", "sdelta", "cartesian", {"posture.rotation": (1.0, 2.0, 3e-7)}, {"damping_ratio": 0.1})
+    fields = {
+        "system": System([Component("a", "x"), robot], [Connection("a.y[1..2]", "robot.drive[1..2].slide")]),
+        "inputs": ["a.u[1..3]"],
+        "outputs": ["robot.z"],
+        "band": (1, 50),
+        "amplitude": {"m": 1e-5, "N.m": 0.1},
+        "step_size": 5e-5,
+        "stop_time": 2.0,
+        "marks": {"vibration test": 255.0},
+        "scale": {"robot.z": 1e-3, "a.y[1..2]": 0.1 + 0.2},
+    }
+    return Scene(**{**fields, **changes})
+
+
+def test_a_scene_keeps_every_bit_as_text(tmp_path):
+    given = scene(step_size=0.1 + 0.2)
+    text = scene_text(given)
+    assert read_scene_text(text) == given
+    assert scene_text(read_scene_text(text)) == text
+    (tmp_path / "own.toml").write_text(text)
+    assert read_scene(tmp_path / "own.toml") == given
+    assert scene_text(scene()) != text
+    assert given.scale == {"robot.z": 1e-3, "a.y[1]": 0.1 + 0.2, "a.y[2]": 0.1 + 0.2}
+
+
+def test_a_scene_written_by_hand():
+    found = read_scene_text(
+        """
+        inputs = ["mass.base.position"]
+        outputs = ["mass.position"]
+        band = [1, 100]
+        amplitude = { m = 1e-3 }
+        step_size = 1e-4
+        stop_time = 1
+        [[components]]
+        name = "mass"
+        part = "mass_on_spring"
+        start = { damping = 1 }
+        """
+    )
+    assert found.system["mass"].start == {"damping": 1}
+    assert (found.algorithm, found.band, found.source.part) == ("auto", (1.0, 100.0), "sine_source")
+
+
+def test_a_scene_with_a_motion_of_its_own_needs_neither_inputs_nor_amplitude():
+    given = scene(inputs=(), amplitude={})
+    assert read_scene_text(scene_text(given)) == given
+    lines = [line for line in scene_text(given).splitlines() if not line.startswith(("band", "amplitude"))]
+    found = read_scene_text("\n".join(lines))
+    assert (found.inputs, found.amplitude, found.band) == ((), {}, (1.0, 100.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"outputs": []}, "a scene needs outputs"),
+        ({"amplitude": {}}, "a scene with inputs needs their amplitude"),
+        ({"outputs": ["robt.z"]}, "no component is called 'robt'; did you mean robot"),
+        ({"band": (5.0, 1.0)}, "band is 5 to 1 Hz"),
+        ({"marks": {"test": "255 Hz"}}, "mark 'test' is at '255 Hz', expected a frequency in Hz"),
+        ({"scale": {"robt.z": 1.0}}, "no component is called 'robt'; did you mean robot"),
+        ({"scale": {"robot.z[1..2]": -1e-3}}, r"the scale of robot.z\[1\] is -0.001, expected a positive number"),
+        ({"scale": {"robot.z": "12 um"}}, "the scale of robot.z is '12 um', expected a positive number in its unit"),
+        ({"step_size": 0.0}, "step_size is 0, expected a positive number"),
+        ({"algorithm": "gaus_seidel"}, "no algorithm is called 'gaus_seidel'; did you mean gauss_seidel"),
+    ],
+)
+def test_a_scene_that_makes_no_sense(change, words):
+    with pytest.raises(StructureError, match=words):
+        scene(**change)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('algorithm = "auto"', 'algoritm = "jacobi"', "own.toml has no key 'algoritm'; did you mean algorithm"),
+        ('part = "sdelta"', 'prt = "sdelta"', "component has no key 'prt'; did you mean part"),
+        ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
+        ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
+        ('marks = { "vibration test" = 255.0 }', "marks = 255", "marks is 255, expected a table of numbers"),
+        ('scale = { "robot.z" = 0.001', 'scale = "small" # {', "scale is 'small', expected a table of numbers"),
+        ("stop_time = 2.0", "", "own.toml lacks the key 'stop_time'"),
+        ("stop_time = 2.0", "stop_time = ", "own.toml: not a TOML document"),
+        ("[[components]]", "[[component]]", "has no key 'component'; did you mean components"),
+    ],
+)
+def test_a_scene_file_that_is_wrong(old, new, words):
+    text = scene_text(scene())
+    assert old in text
+    with pytest.raises(StructureError, match=words):
+        read_scene_text(text.replace(old, new), "own.toml")
