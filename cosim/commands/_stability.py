@@ -19,13 +19,14 @@ from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.commands._reports import algorithm_data, order_data
 from hfsa.cosim.commands._shell import rendered, table
 from hfsa.cosim.experiments.orders import with_computed_order
-from hfsa.cosim.experiments.stability_map import STEP_SIZE, Axis, StabilityMap, default_path, parse_axis, stability_map
+from hfsa.cosim.experiments.stability_map import STEP_SIZE, default_path, parse_axis, stability_map
 from hfsa.cosim.experiments.sweep import Loaded, load, with_levels
 from hfsa.cosim.fidelity.step_judge import settled
-from hfsa.cosim.figures.stability_map import map_figure, write_map
+from hfsa.cosim.figures.stability_map import map_figure
 from hfsa.cosim.figures.style import save
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linearize
+from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.systems.system import ALGORITHMS, AUTO, StructureError
 

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
 from hfsa.cosim.commands._shell import rendered, table
-from hfsa.cosim.figures.study import map_figure, save
-from hfsa.cosim.results.study_file import write_map
+from hfsa.cosim.figures.response_map import map_figure, save
+from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.system import StructureError
@@ -147,14 +148,32 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
     return data, "\n".join(lines)
 
 
+def as_record(found: studies.ResponseMap) -> ResponseMap:
+    """Return a map as it is written and drawn: numbers with their units, without the equations behind them."""
+    study, present = found.study, found.study.at(found.study.values)
+    axes = {
+        name: Quantity(values, variable.unit, variable.description, variable.value)
+        for name, values in found.axes.items()
+        for variable in (study.variables[name],)
+    }
+    responses = {
+        name: Quantity(values, response.unit, response.description, float(present[name][0]))
+        for name, values in found.responses.items()
+        for response in (study.responses[name],)
+    }
+    design = {name: (variable.value, variable.unit) for name, variable in study.variables.items()}
+    return ResponseMap(study.title, axes, responses, design)
+
+
 def _map(
     study: Study, ranges: Mapping[str, Range | None], path: Path, words: str, force: bool
 ) -> tuple[dict[str, Any], str]:
     """Write a map and its picture; return what they hold."""
     found = response_map(study, ranges)
-    write_map(path, found, words, force)
+    written = as_record(found)
+    write_map(path, written, words, force)
     picture = path.with_suffix(_PICTURE)
-    save(map_figure(found), picture)
+    save(map_figure(written), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))
     extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}
     data = {

@@ -15,7 +15,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
 from hfsa.cosim.fmi.co_simulation import StepError, open_instances
 from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 from hfsa.cosim.systems.system import AUTO, Scene, StructureError, in_order, nearest
 
 STEP_SIZE = "step_size"
@@ -51,49 +52,7 @@ SLOW = 0.2
 FAR = 1e3
 """Times as large as at the beginning that a deviation has grown for sure, or as small that it has died out."""
 
-GEOMETRIC = 10.0
-"""Ratio of an axis' ends from which its points are evenly spaced by ratio."""
-
 _AXIS = re.compile(r"^(?P<name>[^=]+)=(?P<low>[^:]+):(?P<high>[^:]+):(?P<points>\d+)$")
-
-
-@dataclass(frozen=True)
-class Axis:
-    """An argument and its values, (n,), in the argument's unit."""
-
-    name: str
-    values: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class StabilityMap:
-    """What was found over one or two axes, arrays of their shape.
-
-    Attributes:
-        growth: of the fastest mode that counts [1/s], NaN where the scene cannot be built.
-        stable: whether no mode that counts grows, and the passes of a fixed point lead to it; false where not built.
-        verified: 1 where a simulation agrees, 0 where it does not, -1 where there was none or the mode is too slow.
-        messages: why points could not be built, each once.
-    """
-
-    scene: str
-    algorithm: str
-    step_size: float
-    axes: Sequence[Axis]
-    growth: NDArray[np.float64]
-    stable: NDArray[np.bool_]
-    verified: NDArray[np.int8]
-    messages: Sequence[str]
-
-    @property
-    def built(self) -> NDArray[np.bool_]:
-        """Where the scene can be built."""
-        return ~np.isnan(self.growth)
-
-    @property
-    def agreement(self) -> tuple[int, int]:
-        """Points at which a simulation agrees, and points that were simulated."""
-        return int((self.verified == 1).sum()), int((self.verified >= 0).sum())
 
 
 def parse_axis(words: str) -> Axis:

@@ -1,12 +1,4 @@
-"""Writes a stability map in HDF5, and draws it.
-
-/         title created tool tool_version git_commit command python platform format_version status
-/system   the scene, as words
-/map      the axes: dimension scales; growth [1/s], stable (true or false), verified (1 a simulation agrees, 0 it does
-          not, -1 none) over them; algorithm step_size [s] (attributes)
-"""
-
-from pathlib import Path
+"""Draws a stability map: growth over one axis, or stable and unstable over two."""
 
 import matplotlib as mpl
 import numpy as np
@@ -14,33 +6,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from hfsa.cosim.experiments.stability_map import GEOMETRIC, Axis, StabilityMap
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE
-from hfsa.cosim.results.files import hdf5
-from hfsa.cosim.results.hdf5 import Node
-from hfsa.cosim.results.records import SystemRecord
-
-
-def write_map(path: Path, found: StabilityMap, title: str, force: bool = False) -> None:
-    """Write a map, complete or not at all, with `force` in place of a results file; `ResultsError` where that fails."""
-    words = ", ".join([found.scene, *(axis.name for axis in found.axes)])
-    store = hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found), force)
-    hdf5.set_status(store.file, hdf5.COMPLETE)
-    store.close()
-
-
-def _fill(file: Node, found: StabilityMap) -> None:
-    """Write a map's axes, growths and verdicts."""
-    group = file.create_group("map")
-    names = [axis.name for axis in found.axes]
-    for axis in found.axes:
-        hdf5.scale(group, axis.name, axis.values)
-    hdf5.filled(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
-    stable = hdf5.filled(group, "stable", names, 0, np.int8)
-    stable[...] = found.stable
-    stable.attrs["dtype"] = "bool"  # so xarray reads it as what it is
-    hdf5.filled(group, "verified", names, -1, np.int8)[...] = found.verified
-    group.attrs["algorithm"], group.attrs["step_size"] = found.algorithm, found.step_size
+from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 
 
 def map_figure(found: StabilityMap, title: str) -> Figure:

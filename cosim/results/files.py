@@ -31,7 +31,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.results.files import hdf5
+from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.interrupts import held
 from hfsa.cosim.results.records import (

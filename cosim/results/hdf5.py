@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from hfsa.cosim.results.files import target
+from hfsa.cosim.results import target
 from hfsa.cosim.results.interrupts import held
 from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice, ResultsError, SystemRecord
 

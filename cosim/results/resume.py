@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim.results.files import hdf5
+from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import Plan, ResultsError, SystemRecord
 

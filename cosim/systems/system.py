@@ -35,7 +35,7 @@ MONOLITHIC_DAE = "monolithic_dae"
 ALGORITHMS = (*HELD, *EXTRAPOLATED, *ITERATED, ERROR_CONTROLLED, "linearized_feedback", MONOLITHIC, MONOLITHIC_DAE)
 """Ways to run a system, see `masters/algorithms.py`."""
 AUTO = "auto"
-"""In place of an algorithm: the cheapest whose predicted error is within the tolerance (`analysis/algorithm_choice.py`)."""
+"""In place of an algorithm: the cheapest whose error is within the tolerance (`analysis/algorithm_choice.py`)."""
 
 ORDERS: Mapping[str, int] = {
     **dict.fromkeys(HELD, 1),

@@ -389,7 +389,7 @@ WRITER = """
     import errno, os, sys
     from pathlib import Path
     import numpy as np
-    from hfsa.cosim.results.files import target
+    from hfsa.cosim.results import target
     from hfsa.cosim.results.files import Plan, Point, ResultsError, Signal, Status, SweepFile, SystemRecord
 
     def no_links(*_):

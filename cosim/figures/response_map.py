@@ -1,6 +1,6 @@
 """The figure of a response map: contours of every response over two dimensions, the present design marked.
 
-    save(map_figure(response_map(study, {"tm": None, "l": None})), Path("results/map.png"))
+    save(map_figure(found), Path("results/map.png"))
 
 Where nothing can be built the figure is blank. Colours and lines leave out a twentieth of the values at either end, so
 that a pole does not take them all.
@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hfsa.components._modelling.study import ResponseMap, Variable
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
+from hfsa.cosim.results.response_map import Quantity, ResponseMap
 from hfsa.cosim.signals.prefixes import prefixed, readable
 
 __all__ = ["map_figure", "save"]
@@ -29,27 +29,25 @@ _MARK: Any = {"color": ACCENT, "markersize": 9, "markeredgecolor": "white", "cli
 
 def map_figure(found: ResponseMap) -> Figure:
     """Return the figure of a map, one panel per response."""
-    study = found.study
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.6 * len(study.responses), 4.4), layout="constrained", dpi=160)
-        figure.suptitle(study.title, fontsize=12.5, fontweight="bold")
-        panels = figure.subplots(1, len(study.responses), sharex=True, sharey=True, squeeze=False)[0]
-        scales = [prefixed(float(values[-1]), study.variables[name].unit) for name, values in found.axes.items()]
-        x, y = (factor * values for (factor, _), values in zip(scales, found.axes.values(), strict=True))
-        names = list(found.axes)
-        present = [factor * study.variables[name].value for (factor, _), name in zip(scales, names, strict=True)]
-        for axes, (name, response) in zip(panels, study.responses.items(), strict=True):
-            _draw(figure, axes, x, y, found.responses[name].T, response.unit)
+        figure = Figure(figsize=(4.6 * len(found.responses), 4.4), layout="constrained", dpi=160)
+        figure.suptitle(found.title, fontsize=12.5, fontweight="bold")
+        panels = figure.subplots(1, len(found.responses), sharex=True, sharey=True, squeeze=False)[0]
+        scales = [prefixed(float(axis.values[-1]), axis.unit) for axis in found.axes.values()]
+        x, y = (factor * axis.values for (factor, _), axis in zip(scales, found.axes.values(), strict=True))
+        present = [factor * axis.present for (factor, _), axis in zip(scales, found.axes.values(), strict=True)]
+        labels = [_label(*item, unit) for item, (_, unit) in zip(found.axes.items(), scales, strict=True)]
+        for axes, response in zip(panels, found.responses.values(), strict=True):
+            _draw(figure, axes, x, y, response.values.T, response.unit)
             axes.set_title(response.description, fontsize=9.5, loc="left")
-            axes.set_xlabel(_label(names[0], study.variables[names[0]], scales[0][1]))
+            axes.set_xlabel(labels[0])
             if x[0] <= present[0] <= x[-1] and y[0] <= present[1] <= y[-1]:
-                (value,) = study.at(study.values)[name]
-                axes.plot(*present, "o", label=f"the design, {readable(value, response.unit)}", **_MARK)
-            if np.any(np.isnan(found.responses[name])):
+                axes.plot(*present, "o", label=f"the design, {readable(response.present, response.unit)}", **_MARK)
+            if np.any(np.isnan(response.values)):
                 axes.plot([], [], "s", color="white", markeredgecolor=INK, label="blank: cannot be built")
             if axes.get_legend_handles_labels()[0]:
                 axes.legend(loc="upper right", frameon=True, fontsize=8.5)
-        panels[0].set_ylabel(_label(names[1], study.variables[names[1]], scales[1][1]))
+        panels[0].set_ylabel(labels[1])
     return figure
 
 
@@ -69,6 +67,6 @@ def _draw(
     bar.ax.set_title("" if shown == "1" else shown, fontsize=9)
 
 
-def _label(name: str, variable: Variable, unit: str) -> str:
-    """Return what stands at an axis."""
-    return f"{variable.description}, {name} ({unit})"
+def _label(name: str, axis: Quantity, unit: str) -> str:
+    """Return the label of an axis, its values being in that unit."""
+    return f"{axis.description}, {name} ({unit})"
