@@ -28,6 +28,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.beam_kinds import KindName
 from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
@@ -43,7 +44,6 @@ from hfsa.components._mechanics.rigid_body import (
     mass_matrix,
     put_out,
 )
-from hfsa.components._modelling.model import Model
 
 
 def beam_stage(

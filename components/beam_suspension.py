@@ -32,6 +32,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.beam_assembly import at_point
 from hfsa.components._mechanics.beam_kinds import KindName
 from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
@@ -50,7 +51,6 @@ from hfsa.components._mechanics.rigid_body import (
     put_out,
 )
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, ModelError
 
 FACTS = {
     BODY_MASS: Known("platform.mass"),

@@ -34,8 +34,9 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_kinematics import DRIVE_MATRIX
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
 
 ROTOR_INERTIA = 0.672e-4

@@ -20,7 +20,7 @@ transmission at 0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular win
 
 import casadi as ca
 
-from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components import Model, ModelError
 
 
 def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)

@@ -6,7 +6,7 @@ Bode plot, base.position to position: 0 dB at low frequency, a resonance at sqrt
 sqrt(stiffness mass) / damping high (46 dB at 15.9 Hz with the defaults), and -40 dB per decade above it.
 """
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 
 
 def mass_on_spring() -> Model:

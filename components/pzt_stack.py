@@ -46,10 +46,11 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.pzt import BLOCKING_FORCE, FULL_VOLTAGE, PULL_FROM_ROUNDING, TOKIN, Stack
 from hfsa.components._mechanics.rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STACK_STROKE, STACK_VOLTAGE
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 
 FACTS = {
     STACK_STIFFNESS: Known("maximum.force", per="maximum.elongation"),

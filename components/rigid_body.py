@@ -19,6 +19,7 @@ against its own phase, an accelerated base leaves it behind and is in phase with
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.beam_module import without_rounding
 from hfsa.components._mechanics.body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
 from hfsa.components._mechanics.rigid_body import (
@@ -33,7 +34,6 @@ from hfsa.components._mechanics.rigid_body import (
     put_out,
 )
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model
 
 FACTS = {BODY_MASS: Known("body.mass"), BODY_INERTIA: Known("body.inertia"), BODY_CENTER: Known("body.center")}
 

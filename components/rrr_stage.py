@@ -42,6 +42,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics import rrr_hinge as hinge
 from hfsa.components._mechanics.modes import modes
@@ -56,7 +57,7 @@ from hfsa.components._mechanics.rrr_facts import (
 )
 from hfsa.components._mechanics.rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, ModelError, one_of
+from hfsa.components._modelling.model import one_of
 
 Level = Literal["jacobian", "constant_jacobian", "exact"]
 Causality = Literal["source", "force"]

@@ -39,6 +39,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
 from hfsa.components._mechanics.screws import shift, unit_screw
@@ -49,7 +50,7 @@ from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, s
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 
 FACTS = {
     POSTURE: Known("posture"),

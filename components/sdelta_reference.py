@@ -26,12 +26,13 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.screws import expm1
 from hfsa.components._mechanics.sdelta_facts import POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, tube_motion
 from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive, show_motors, show_tubes
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 
 FACTS = {POSTURE: Known("posture")}
 

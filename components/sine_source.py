@@ -10,7 +10,7 @@ without ramp and amplitude. There is no input, so there is no Bode plot: it draw
 
 import casadi as ca
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.components._modelling.units import rate_unit
 
 

@@ -21,11 +21,12 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_facts import KINEMATICS, STACK_STROKE
 from hfsa.components._mechanics.rrr_kinematics import LinkSet, elongations, links
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, ModelError, one_of
+from hfsa.components._modelling.model import one_of
 
 FACTS = {KINEMATICS: Known("kinematics"), STACK_STROKE: Known("stroke")}  # the analysis alone
 

@@ -45,12 +45,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics import tba_limbs as limbs
 from hfsa.components._mechanics.tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
 from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, KOutRule, Shape
 from hfsa.components._mechanics.tba_study import design_study
-from hfsa.components._modelling.model import Model, ModelError, one_of
+from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
 from hfsa.components._modelling.study import Study, slopes
 

@@ -6,7 +6,7 @@ the error at a communication point is that of the values at this point.
 Bode plot, reference to error: 1 at all frequencies; measured to error: -1.
 """
 
-from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components import Model, ModelError
 
 
 def tracking_error(*, axes: int = 1, unit: str = "m") -> Model:

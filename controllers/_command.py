@@ -13,7 +13,8 @@ from typing import Literal
 
 import casadi as ca
 
-from hfsa.components._modelling.model import Model, ModelError, one_of
+from hfsa.components import Model, ModelError
+from hfsa.components._modelling.model import one_of
 
 Level = Literal["continuous", "sampled"]
 

@@ -15,10 +15,10 @@ k T / (2 alpha). Between ticks the hold adds sin(pi f T) / (pi f T) and a delay 
 Source: thesis of 2000 on the 3-RRR stage, eq (5.9).
 """
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STACK_VOLTAGE
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, ModelError
 from hfsa.controllers._command import clipped
 
 FACTS = {

@@ -17,7 +17,7 @@ Bode plot, measured to command below the limit: flat at Kp with 180 degrees, at 
 hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
 """
 
-from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components import Model, ModelError
 from hfsa.controllers._command import Level, execution
 
 

@@ -40,12 +40,13 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
 from hfsa.components._mechanics.sdelta_kinematics import show_motors
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
 

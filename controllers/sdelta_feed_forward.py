@@ -28,6 +28,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
@@ -37,7 +38,7 @@ from hfsa.components._mechanics.sdelta_kinematics import Kinematics, show_motors
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model, one_of
+from hfsa.components._modelling.model import one_of
 from hfsa.controllers._sdelta_inverse import DRIVE_INERTIA
 
 FACTS = {

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import ModelError
 from hfsa.components.c_drive import inertia
 
 FACTS = {

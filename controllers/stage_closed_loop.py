@@ -33,8 +33,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.rrr_kinematics import LinkSet
-from hfsa.components._modelling.model import ModelError, one_of
+from hfsa.components._modelling.model import one_of
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
 

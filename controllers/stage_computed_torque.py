@@ -28,10 +28,10 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._mechanics.rrr_facts import DAMPING_TIME, KINEMATICS
 from hfsa.components._mechanics.rrr_kinematics import LinkSet
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
 

@@ -15,11 +15,11 @@ Source: thesis of 2000 on the 3-RRR stage, ch. 4 for H, eq (5.9) for the line.
 
 import casadi as ca
 
+from hfsa.components import Model
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_facts import KINEMATICS, STACK_COUPLING, STACK_STIFFNESS
 from hfsa.components._mechanics.rrr_kinematics import LinkSet
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
 
 FACTS = {

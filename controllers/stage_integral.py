@@ -16,10 +16,10 @@ Bode plot, measured to command within the limits, from tick to tick: -k_i T / (1
 per decade and +90 degrees where w T is small.
 """
 
+from hfsa.components import Model
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_facts import STACK_VOLTAGE
 from hfsa.components._modelling.facts import Known
-from hfsa.components._modelling.model import Model
 from hfsa.controllers._command import clipped
 
 FACTS = {STACK_VOLTAGE: Known("maximum.voltage")}

@@ -32,8 +32,8 @@ from hfsa.cosim.commands._options import (
     Signals,
     Tolerance,
     Verify,
-    refuse_signal,
 )
+from hfsa.cosim.systems.names import refuse_signal
 
 app = App(
     name="hfsa",
@@ -164,7 +164,7 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     files
         FMU files.
     """
-    from hfsa.cosim.systems.system import StructureError
+    from hfsa.cosim.systems.errors import StructureError
     from hfsa.fmus.check import examine
 
     if missing := [str(file) for file in files if not file.is_file()]:
@@ -435,7 +435,7 @@ def sweep(
     if open_loop is not None:
         from hfsa.cosim.experiments.open_loop import sweep_loop
         from hfsa.cosim.results.target import check_new
-        from hfsa.cosim.systems.system import StructureError
+        from hfsa.cosim.systems.errors import StructureError
 
         if method != "linear" or input or signal or resume:
             raise StructureError("--open-loop takes --method linear, and no --input, --signal and --resume")

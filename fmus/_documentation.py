@@ -2,7 +2,7 @@
 
 from lxml import etree
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
 from hfsa.fmus.model_description import Version

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hfsa.components import Model
 from hfsa.components._modelling.functions import Functions
-from hfsa.components._modelling.model import Kind, Model
+from hfsa.components._modelling.model import Kind
 
 STEPS_PER_PERIOD, PERIODS, MOST_STEPS = 20, 20, 10_000
 

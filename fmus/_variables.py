@@ -9,8 +9,9 @@ and last, in FMI 3, the derivatives of its inputs within a communication step, w
 from dataclasses import dataclass
 from enum import StrEnum
 
+from hfsa.components import Model
 from hfsa.components._modelling.functions import Functions
-from hfsa.components._modelling.model import Kind, Model, Quantity
+from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.units import rate_unit
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import casadi as ca
 
+from hfsa.components import Model
 from hfsa.components._modelling.functions import ARGUMENTS, Functions, functions
-from hfsa.components._modelling.model import Model
 from hfsa.fmus._variables import Role, Variable, solver_of, variables
 from hfsa.fmus.errors import ExportError
 

@@ -13,7 +13,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus._documentation import documentation
 from hfsa.fmus._sundials import sundials

@@ -11,7 +11,7 @@ from typing import Literal
 
 from lxml import etree
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.components._modelling.units import BASE
 from hfsa.components._modelling.units import unit as parse_unit
 from hfsa.fmus._dependencies import Dependency, dependencies

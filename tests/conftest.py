@@ -19,7 +19,7 @@ from published import entries, numbers
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.components._modelling.parts import find
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.export import export

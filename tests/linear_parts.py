@@ -11,7 +11,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.systems.system import Component, Connection, System
 
 

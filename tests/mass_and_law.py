@@ -1,6 +1,6 @@
 """A mass under a law without memory, which tests of stability share: closed forms of their limits are known."""
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 
 KP, KV = 5e16, 6e8
 """Gains of the source's stage, per mass [1/s2], [1/s]."""

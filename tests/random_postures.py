@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import assume, reject
 from hypothesis import strategies as st
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
-from hfsa.components._modelling.model import ModelError
 
 
 def numbers_in(low: float, high: float, size: int) -> st.SearchStrategy[np.ndarray]:

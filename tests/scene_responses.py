@@ -14,7 +14,7 @@ from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.measurement.rig import Rig, Settings, Task
 from hfsa.cosim.measurement.sweep import Bench
 from hfsa.cosim.results.records import Point, Status
-from hfsa.cosim.systems.system import Scene
+from hfsa.cosim.systems.scene import Scene
 
 Opened = Callable[[dict[str, Path]], dict[str, Instance]]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import expm
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.systems.system import Component, Connection, System
 
 DAMPING, STIFFNESS = 0.5, 100.0

@@ -1,8 +1,10 @@
 """The house as a whole: style, floors, packaging, and that nothing depends on the checkout."""
 
+import os
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -27,6 +29,39 @@ def test_style():
 def test_floors():
     """A room imports only from below, and only a .fmu file joins the two wings."""
     run(str(Path(sys.executable).with_name("lint-imports")))
+
+
+ROOF = {"assembly", "fidelity", "experiments", "commands"}
+"""The rooms of the right wing that see the left one."""
+
+
+def below_the_roof() -> set[str]:
+    """Every room of the right wing but the roof."""
+    return {folder.parent.name for folder in (ROOT / "cosim").glob("*/__init__.py")} - ROOF
+
+
+def test_the_wall_goes_around_every_room():
+    """A new room is inside by default: it is in the contract, or this test fails."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (wall,) = (contract for contract in contracts if "hfsa.cosim.measurement" in contract.get("source_modules", ()))
+    assert set(wall["source_modules"]) == {f"hfsa.cosim.{room}" for room in below_the_roof()}
+    assert wall["forbidden_modules"] == ["hfsa.components", "hfsa.controllers", "hfsa.fmus"]
+    assert not wall.get("ignore_imports")
+
+
+def test_the_wall_holds(tmp_path):
+    """An import of the left wing planted into any room below the roof is found."""
+    for package in PACKAGES:
+        shutil.copytree(ROOT / package, tmp_path / "hfsa" / package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for room in below_the_roof():
+        (tmp_path / "hfsa/cosim" / room / "planted.py").write_text("from hfsa.components import Model\n")
+    command = [str(Path(sys.executable).with_name("lint-imports")), "--no-cache"]
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True)
+    assert done.returncode == 1
+    words = done.stdout.decode()
+    for room in below_the_roof():
+        assert f"hfsa.cosim.{room}.planted -> hfsa.components" in words
 
 
 def test_parts_stand_alone():
@@ -56,7 +91,12 @@ def test_no_local_path_or_lock_address():
 def wheel(tmp_path_factory) -> Path:
     """The wheel of a copy of the checkout, so that nothing an earlier build left is in it, unpacked."""
     folder = tmp_path_factory.mktemp("wheel")
-    left_out = shutil.ignore_patterns(".git", ".venv", ".*_cache", "build", "*.egg-info", "results", "__pycache__")
+    everywhere = shutil.ignore_patterns(".git", ".venv", ".*_cache", "*.egg-info", "__pycache__")
+
+    def left_out(place: str, names: list[str]) -> set[str]:
+        """What an earlier build or a run has left."""
+        return {*everywhere(place, names), *({"build", "results"} if Path(place) == ROOT else ())}
+
     shutil.copytree(ROOT, folder / "copy", symlinks=True, ignore=left_out)
     run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(folder / "copy"))
     (file,) = folder.glob("*.whl")

@@ -1,1 +1,5 @@
-"""The actions that a cycle of the master is made of: exchange, step, extrapolate, iterate, feed back, solve, record."""
+"""What a communication step is made of: fetch, set, step, extrapolate, iterate, feed back, solve, record.
+
+An algorithm (`masters/`) is an order of these actions, and `linear/` knows the linear map of each. Read `action.py` and
+`wiring.py` first. It imports `fmi`, `systems` and `signals`.
+"""

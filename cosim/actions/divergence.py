@@ -18,7 +18,9 @@ from dataclasses import dataclass
 
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.signals.prefixes import readable
-from hfsa.cosim.systems.system import Connector, Scene, System, connector
+from hfsa.cosim.systems.connectors import Connector, connector
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import System
 
 FACTOR = 1000.0
 """Times its scale, the value of a variable above which a run has no meaning."""

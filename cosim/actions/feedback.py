@@ -16,8 +16,8 @@ from hfsa.cosim.actions.action import Group, Work
 from hfsa.cosim.actions.extrapolation import Remember
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.feedback_loops import Loop
-from hfsa.cosim.systems.system import Connector
 
 
 class Gains(Work):

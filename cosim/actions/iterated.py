@@ -32,7 +32,7 @@ from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call, StepError
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 TOLERANCE = 1e-10
 """Largest last change of a value, relative to the value or its nominal."""
@@ -137,6 +137,10 @@ class Converge(Work):
         self.guess, self.change, self.inverse = np.zeros(len(wiring.bus)), np.zeros(n), np.zeros((n, n))
         self.progress = Progress()
         self.attempt: Callable[[], int] = self._attempt
+
+    def another(self) -> "Converge":
+        """Return one more iteration of the same steps, with an inverse and a past of its own."""
+        return Converge(self.wiring, self.method, self._gradient)
 
     @property
     def passes(self) -> int:

@@ -6,7 +6,7 @@ import numpy as np
 
 from hfsa.cosim.actions.divergence import DivergenceError, Scale
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.systems.system import Connector
+from hfsa.cosim.systems.connectors import Connector
 
 
 class Watch:

@@ -1,18 +1,33 @@
-"""The order of actions between two communication points, made shorter where an action would change nothing."""
+"""The order of actions between two communication points: sampled instances first, and nothing done twice."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
 Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
 """What an action runs."""
 
 Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
+
+
+def sampled_first(wiring: Wiring) -> Iterator[Action]:
+    """Yield the steps of the sampled instances, one after the other, each with what its tick changes for those behind.
+
+    What is passed on goes to all that have not stepped, through direct feedthrough where there is some.
+    """
+    stepped = set()
+    for stepper in wiring.sampled:
+        yield stepper
+        stepped.add(stepper.instance)
+        for action in wiring.exchange():
+            if not (isinstance(action, Transfer) and action.target in stepped):
+                yield action
 
 
 def without_repetition(cycle: Iterable[Action]) -> list[Action]:

@@ -15,8 +15,10 @@ from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.fmi.description import SAMPLE_TIME
+from hfsa.cosim.systems.connectors import Connector, check
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import feedthrough, spelt
-from hfsa.cosim.systems.system import Connection, Connector, StructureError, System, check
+from hfsa.cosim.systems.system import Connection, System
 
 
 class Wiring:

@@ -17,11 +17,9 @@ from hfsa.cosim.analysis.sampling import sample_times, sampling_limit
 from hfsa.cosim.analysis.step_effect import Effect, Question
 from hfsa.cosim.analysis.step_limits import advice, fitting
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.masters.algorithms import CANDIDATES
 from hfsa.cosim.results.records import AlgorithmChoice
-from hfsa.cosim.systems.system import StructureError
-
-CANDIDATES = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "quasi_newton")
-"""Algorithms that `auto` takes, the cheapest first."""
+from hfsa.cosim.systems.errors import StructureError
 
 _HALVINGS = 12
 """Halved steps that are tried to show what a step hides, or until one is good enough."""

@@ -9,7 +9,9 @@ component that no other feeds; what it drives the system with is its parameter `
 from collections.abc import Mapping
 
 from hfsa.cosim.signals.excitation import window_steps
-from hfsa.cosim.systems.system import Connector, StructureError, System
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 _FREQUENCY = "frequency"
 

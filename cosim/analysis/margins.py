@@ -23,7 +23,9 @@ from scipy.optimize import brentq, minimize_scalar
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import Linearization, linearize, upstream
 from hfsa.cosim.linear.sampled import SampledSystem
-from hfsa.cosim.systems.system import Connection, StructureError, System, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.system import Connection, System
 
 _POINTS_PER_DECADE = 200
 # Distances from a mode, in units of its half width: a resonance turns the phase by 180 degrees within a few.

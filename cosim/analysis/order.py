@@ -32,10 +32,8 @@ from hfsa.cosim.results.records import OrderChoice
 from hfsa.cosim.signals.excitation import logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import Scale, near_modes
-from hfsa.cosim.systems.system import System, connector
-
-ORDERED = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic", "linearized_feedback")
-"""Algorithms to which the order makes a difference."""
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.system import System
 
 MOST = 120
 """Orders up to which all that differ are compared."""

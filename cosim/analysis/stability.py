@@ -21,7 +21,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -29,12 +29,10 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block, Blocks, block
 from hfsa.cosim.linear.cycle import Layout, Listen, Replace, Source, operations
-from hfsa.cosim.linear.feedback import FeedbackLayout, followed
 from hfsa.cosim.linear.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
-from hfsa.cosim.masters.master import Master, sampled_first
-from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim.systems.feedback_loops import feedback_loops
-from hfsa.cosim.systems.system import ALGORITHMS, StructureError, System, in_order
+from hfsa.cosim.masters.algorithms import DEFAULT, algorithm_named
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System, in_order
 
 OSCILLATORY = 1.0
 """Frequency [Hz] from which on a mode is oscillatory; below it, aperiodic, it cannot be told from one at 0 Hz."""
@@ -199,7 +197,7 @@ class Cycle:
         self,
         system: System,
         instances: Mapping[str, Instance],
-        algorithm: str = ALGORITHMS[0],
+        algorithm: str = DEFAULT,
         *,
         source: str | None = None,
         lock_in: str | None = None,
@@ -254,27 +252,8 @@ class Cycle:
         """Find out where everything is when linearised FMUs step in the order of the system."""
         self._blocks = blocks
         observation = self._source, self._lock_in, self._observed
-        if self._algorithm == LINEARIZED_FEEDBACK:
-            self._layout = self._fed_back(*observation)
-        else:
-            master = Master(self._instances, self._system, self._algorithm)
-            self._layout = Layout(master.wiring, master.cycle, blocks, *observation)
-
-    def _fed_back(self, *observation: Any) -> Layout:
-        """Return the layout of linearised feedback, which the FMUs' blocks suffice for: no ports are asked of them."""
-        wiring = Master(self._instances, self._system).wiring
-        found = followed(feedback_loops(self._system, wiring.connectors), self._blocks)
-        loops = [o for o in found if self._is_a_part(o.plant) or o.gain in wiring.connectors[o.plant]]
-        if not loops:
-            raise StructureError(
-                f"{LINEARIZED_FEEDBACK}: there is nothing to feed back: no part has an output that comes back to it "
-                "through a continuous component without a state between"
-            )
-        return FeedbackLayout(wiring, [*sampled_first(wiring)], self._blocks, loops, *observation)
-
-    def _is_a_part(self, component: str) -> bool:
-        """Whether a component is made of parts, and can therefore be exported with ports."""
-        return not self._system[component].part.endswith(".fmu")
+        row = algorithm_named(self._algorithm)
+        self._layout = row.layout_of(self._system, self._instances, blocks, *observation)
 
     def with_algorithm(self, algorithm: str) -> "Cycle":
         """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""

@@ -33,7 +33,9 @@ from hfsa.cosim.linear.linearize import Growth, Linearization
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import near_modes
-from hfsa.cosim.systems.system import System, companions, connector
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.names import companions
+from hfsa.cosim.systems.system import System
 
 COUNTING = 1e-2
 """Part of a response's largest magnitude above which its error counts, -40 dB."""

@@ -23,11 +23,9 @@ import numpy as np
 from hfsa.cosim.analysis.sampling import sample_times
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim.systems.system import EXTRAPOLATED, HELD, ITERATED, StructureError, System
-
-LIMITED = (*HELD, *EXTRAPOLATED, *ITERATED, LINEARIZED_FEEDBACK)
-"""Algorithms whose limit is known."""
+from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 SHORTEST, LONGEST, COARSE = 1e-4, 1e4, 2.0
 """Steps that are asked, over the scene's own, and their ratio at most."""
@@ -41,7 +39,7 @@ ACCURACY = 1e-5
 _PARTS, _MOST = (32, 16, 10, 8, 5, 4, 2, 1), 1000
 """Where parts tick: parts of the shortest sample time that are asked first, and its multiples up to this, `FINE`."""
 
-_ADVISED = ("gauss_seidel", "gauss_seidel_linear", "quasi_newton", LINEARIZED_FEEDBACK)
+_ADVISED = tuple(name for name, row in ALGORITHMS.items() if row.is_advised)
 """Algorithms that may be named in place of an unstable one."""
 
 

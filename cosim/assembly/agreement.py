@@ -19,12 +19,15 @@ from typing import Any, Union, get_args, get_origin
 
 import numpy as np
 
+from hfsa.components import ModelError
 from hfsa.components._modelling.facts import Fact, Known
-from hfsa.components._modelling.model import ModelError
 from hfsa.components._modelling.parts import Argument, Part, argument_values, part_named
 from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
 from hfsa.cosim.assembly.models import AUTO, level_of, parts
-from hfsa.cosim.systems.system import Analysis, Component, Scene, StructureError, System, compact, expand
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import compact, expand
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Analysis, Component, System
 
 ROUNDING = 1e-9
 """Relative difference of numbers that are the same but for rounding."""

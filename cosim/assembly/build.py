@@ -16,18 +16,12 @@ from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim.systems.feedback_loops import feedback_loops
-from hfsa.cosim.systems.system import (
-    DERIVATIVES,
-    Component,
-    Connection,
-    Scene,
-    StructureError,
-    System,
-    companions,
-    connector,
-)
+from hfsa.cosim.masters.algorithms import algorithm_named
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import DERIVATIVES, companions
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 __all__ = ["LOCK_IN", "build", "files_for", "instrument", "load_scene"]
 
@@ -47,15 +41,13 @@ def build(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
 def files_for(system: System, algorithm: str, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
     """Return the FMU files of `build` as an algorithm takes them.
 
-    For `linearized_feedback` parts on its loops have ports for it; a finished `.fmu` stays without.
+    Parts have the ports that it asks for; a finished `.fmu` stays without.
     """
-    files = build(system, fmi)
-    if algorithm != LINEARIZED_FEEDBACK:
+    files, row = build(system, fmi), algorithm_named(algorithm)
+    if row.ports is None:
         return files
-    loops = feedback_loops(system, {name: describe(file).variables for name, file in files.items()})
-    for name in {loop.plant for loop in loops}:
+    for name, pairs in row.ports(system, {name: describe(file).variables for name, file in files.items()}).items():
         if not system[name].part.endswith(".fmu"):
-            pairs = dict.fromkeys((loop.input, loop.output) for loop in loops if loop.plant == name)
             files[name] = fmu_file(system[name], fmi, tuple(pairs))
     return files
 

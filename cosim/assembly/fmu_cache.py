@@ -23,13 +23,14 @@ from typing import Literal
 import hfsa.components
 import hfsa.controllers
 import hfsa.fmus
+from hfsa.components import Model
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.components._modelling.model import Model
 from hfsa.components._modelling.parts import SOLVER, read_arguments
 from hfsa.cosim.assembly.models import model_of, part_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.systems.system import Component, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component
 from hfsa.fmus._trial import death
 from hfsa.fmus.export import export
 

@@ -17,12 +17,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hfsa.components._modelling.model import Kind, Model
+from hfsa.components import Model
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.build import load_scene
 from hfsa.cosim.assembly.models import model_of, parts
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System, meant, permuted
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import meant, permuted
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 NAME = "fused"
 """Name of the one group of a system; of several it is `fused[1]`, `fused[2]`, ..."""

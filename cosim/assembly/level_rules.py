@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hfsa.cosim.assembly.models import level_of
-from hfsa.cosim.systems.system import StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)

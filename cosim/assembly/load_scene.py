@@ -11,13 +11,18 @@ from typing import Any
 import numpy as np
 
 import hfsa.cosim.scenes
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components import Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, find, part_named, read_arguments
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, parts
 from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.masters.algorithms import check_algorithm
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import compact, expand, nearest
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene
-from hfsa.cosim.systems.system import Analysis, Component, Scene, StructureError, compact, expand, nearest
+from hfsa.cosim.systems.system import Analysis, Component
 
 _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
@@ -54,6 +59,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
             if component not in known:
                 raise StructureError(f"scene {name} has no argument {key!r}: no component is called {component!r}")
             scene = _with_argument(scene, component, argument, value)
+    check_algorithm(scene.algorithm)
     return scene
 
 

@@ -4,10 +4,11 @@ from functools import cache
 
 import hfsa.components
 import hfsa.controllers
+from hfsa.components import Model
 from hfsa.components._modelling.compose import compose
-from hfsa.components._modelling.model import Model
 from hfsa.components._modelling.parts import Part, find, part_named
-from hfsa.cosim.systems.system import Component, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component
 
 AUTO = "auto"
 """The level of a component that is to be chosen by the scene's tolerance (`fidelity/levels.py`)."""

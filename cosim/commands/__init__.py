@@ -1,1 +1,4 @@
-"""What the verbs of the command line do; `cli.py` parses and calls."""
+"""The verbs of the command line: options in, words out.
+
+Read `_shell.py` first. It imports `experiments` and whatever is below.
+"""

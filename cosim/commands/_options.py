@@ -1,13 +1,10 @@
 """Options that several verbs of the command line share: their names, types, bounds, and one help text for all."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
-
-from hfsa.cosim.systems.system import StructureError, expand, named
 
 Arguments = Annotated[
     list[str] | None,
@@ -104,13 +101,3 @@ Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1)
 Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]
-
-
-def refuse_signal(file: Path, known: Iterable[str]) -> None:
-    """Raise `StructureError` for a file with the name of a signal, as `--signal` takes it; known are full names."""
-    known = list(known)
-    for name in expand(str(file)):
-        if found := named(name, known):
-            raise StructureError(
-                f"-o {file}: {found[0]} is a signal, which --signal takes; -o and --output take a file"
-            )

@@ -28,7 +28,8 @@ from hfsa.cosim.results.files import (
     read_run,
     read_status,
 )
-from hfsa.cosim.systems.system import StructureError, compact, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import compact, nearest
 
 _KINDS = {
     "inputs": (Kind.INPUT,),

@@ -99,7 +99,7 @@ def table(*headings: str) -> Any:
 
 def named_values(words: list[str] | None) -> dict[str, str]:
     """Return NAME=VALUE words as a mapping; `StructureError` for a word without `=` and for a name given twice."""
-    from hfsa.cosim.systems.system import StructureError
+    from hfsa.cosim.systems.errors import StructureError
 
     values: dict[str, str] = {}
     for word in words or ():

@@ -13,7 +13,7 @@ from typing import Any
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.analysis.stability import OSCILLATORY
-from hfsa.cosim.analysis.step_limits import LIMITED, StepLimit, step_limits
+from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.commands._reports import algorithm_data, order_data
@@ -26,9 +26,11 @@ from hfsa.cosim.figures.stability_map import map_figure
 from hfsa.cosim.figures.style import save
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linearize
+from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_map
 from hfsa.cosim.results.target import check_new, check_picture
-from hfsa.cosim.systems.system import ALGORITHMS, AUTO, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import AUTO
 
 CHOOSES = "chooses its steps"
 """What is said of an algorithm that no step is asked of."""

@@ -15,7 +15,7 @@ from hfsa.cosim.figures.response_map import map_figure, save
 from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 _SHARE = 20.0
 _WIDTH = 118

@@ -1,1 +1,4 @@
-"""experiments."""
+"""What a user does with a scene: one file, one experiment.
+
+Read `sweep.py` first. It imports `fidelity`, `assembly`, `measurement` and what is below them.
+"""

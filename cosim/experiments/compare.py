@@ -27,7 +27,7 @@ from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.measurement.verification import check_verifiable
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
 from hfsa.cosim.results.target import check_new
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 _UNSAFE = re.compile(r"[^\w.+,=-]+")
 _LONGEST_NAME = 150

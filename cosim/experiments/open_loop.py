@@ -23,8 +23,10 @@ from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.measurement.sweep import finished, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
 from hfsa.cosim.signals import excitation
+from hfsa.cosim.systems.connectors import check
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import Scene, StructureError, check
 
 OUTPUTS = (Signal("loop_gain", "1"), Signal("sensitivity", "1"))
 """What the file holds of a loop: L and S = 1 / (1 + L), over the connection as input."""

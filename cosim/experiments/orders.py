@@ -10,15 +10,17 @@ import dataclasses
 from contextlib import ExitStack
 from typing import Any
 
-from hfsa.cosim.analysis.algorithm_choice import CANDIDATES
-from hfsa.cosim.analysis.order import ORDERED, Case, Excitation, Modes, Responses, best_order
+from hfsa.cosim.analysis.order import Case, Excitation, Modes, Responses, best_order
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, stepping_in
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.masters.algorithms import CANDIDATES, ORDERED
 from hfsa.cosim.results.files import OrderChoice
-from hfsa.cosim.systems.system import AUTO, Scene, StructureError, meant, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import meant, nearest
+from hfsa.cosim.systems.scene import AUTO, Scene
 
 COMPUTED = "computed"
 """The word for an order that is to be computed."""

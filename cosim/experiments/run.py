@@ -27,8 +27,11 @@ from hfsa.cosim.measurement.run import Ready, run
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
 from hfsa.cosim.results.files import Identity
+from hfsa.cosim.systems.connectors import Connector, check
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import Connector, Scene, StructureError, System, check
+from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)

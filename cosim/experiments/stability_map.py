@@ -23,16 +23,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
-from hfsa.cosim.analysis.algorithm_choice import CANDIDATES
 from hfsa.cosim.analysis.stability import Cycle, Mode
-from hfsa.cosim.analysis.step_limits import LIMITED
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
 from hfsa.cosim.fmi.co_simulation import StepError, open_instances
-from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED, open_master
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
-from hfsa.cosim.systems.system import AUTO, Scene, StructureError, in_order, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.scene import AUTO, Scene
+from hfsa.cosim.systems.system import in_order
 
 STEP_SIZE = "step_size"
 """Name of the communication step [s] among the arguments of a map."""

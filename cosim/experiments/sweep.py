@@ -23,7 +23,6 @@ from hfsa.cosim.assembly.agreement import disagreements
 from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.assembly.load_scene import scenes
 from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
-from hfsa.cosim.commands._options import refuse_signal
 from hfsa.cosim.experiments.orders import offered, with_computed_order, with_order
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
@@ -43,20 +42,13 @@ from hfsa.cosim.results.files import Identity, LevelChoice, Plan, SweepFile, The
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
 from hfsa.cosim.signals import excitation
 from hfsa.cosim.signals.frequency_response import negligible
+from hfsa.cosim.systems.connectors import Connector, check, connector
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import refuse_loops
+from hfsa.cosim.systems.names import companions, expand, named, nearest, refuse_signal
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import (
-    Connector,
-    Scene,
-    StructureError,
-    System,
-    check,
-    companions,
-    connector,
-    expand,
-    named,
-    nearest,
-)
+from hfsa.cosim.systems.system import System
 
 _CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
 """What a variable is in its FMU that is called so here; of several that fit one short name, the first goes before."""

@@ -46,7 +46,10 @@ from hfsa.cosim.measurement.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import Scale, near_modes
-from hfsa.cosim.systems.system import Connector, Scene, StructureError, System, check, connector
+from hfsa.cosim.systems.connectors import Connector, check, connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import System
 
 _POINTS = 400
 _LONGEST_PERIOD = 5000

@@ -24,7 +24,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hfsa.components._modelling.model import ModelError
+from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
 from hfsa.cosim.assembly.models import AUTO, parts
@@ -32,8 +32,10 @@ from hfsa.cosim.fidelity.level_error import Question, ask
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.results.records import LevelChoice, SystemRecord
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import Component, Scene, StructureError, System
+from hfsa.cosim.systems.system import Component, System
 
 
 def automatic(scene: Scene) -> list[str]:

@@ -24,7 +24,8 @@ from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
 from hfsa.cosim.results.files import Point, Signal, Status
-from hfsa.cosim.systems.system import Scene, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 
 _SMALLER = 0.1
 _TOLERANCE = 0.1

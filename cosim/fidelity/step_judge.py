@@ -20,16 +20,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.algorithm_choice import CANDIDATES, NOT_KNOWN, choose, instability, warnings
+from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
 from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
-from hfsa.cosim.analysis.step_limits import LIMITED
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.fmi.co_simulation import Instance, open_instances
 from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.linear.linearize import upstream
+from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED
 from hfsa.cosim.results.files import AlgorithmChoice
-from hfsa.cosim.systems.system import AUTO, Scene, System
+from hfsa.cosim.systems.scene import AUTO, Scene
+from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from hfsa.cosim.figures.style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
 from hfsa.cosim.signals.frequency_response import negligible, resonances
-from hfsa.cosim.systems.system import expand, named, nearest
+from hfsa.cosim.systems.names import expand, named, nearest
 
 __all__ = ["METHODS", "bode_figure", "save"]
 

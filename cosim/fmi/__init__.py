@@ -1,1 +1,4 @@
-"""FMU files and the calls of the standard, below `fmi/co_simulation.py` and `fmi/model_exchange.py`."""
+"""FMU files and the calls of the standard, FMI 2 and 3, Co-Simulation and Model Exchange.
+
+Read `description.py` and `co_simulation.py` first. It imports `systems` alone, and is all that knows fmpy.
+"""

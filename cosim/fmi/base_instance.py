@@ -21,7 +21,8 @@ from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
 from hfsa.cosim.fmi.library import TERMINATED, Library, Log
 from hfsa.cosim.fmi.model_exchange_library import MODEL_EXCHANGE
-from hfsa.cosim.systems.system import StructureError, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
 
 _LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {
     "co_simulation": CO_SIMULATION,

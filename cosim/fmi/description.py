@@ -10,7 +10,8 @@ from typing import Literal
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
 from lxml import etree
 
-from hfsa.cosim.systems.system import Connector, StructureError
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
 
 Interface = Literal["co_simulation", "model_exchange"]
 """As what an FMU is loaded."""

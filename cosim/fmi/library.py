@@ -25,7 +25,7 @@ from fmpy.fmi3 import fmi3LogMessageCallback
 from fmpy.logging import addLoggerProxy
 
 from hfsa.cosim.fmi.description import Description
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 TERMINATED = 100
 """Status of a step that went well but asks to end the run (FMI 3), beside the standards' 0 to 5."""

@@ -1,1 +1,4 @@
-"""Linear maps of FMUs and of the actions of a cycle."""
+"""FMUs as linear maps: their own derivatives, connected; and what the actions of a step do to them.
+
+Read `linearize.py`, then `cycle.py`. It imports `actions` and what is below it.
+"""

@@ -16,7 +16,9 @@ import scipy.linalg
 
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.fmi.description import NEXT, SAMPLE_TIME
-from hfsa.cosim.systems.system import Connection, StructureError, System, connector
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Connection, System
 
 
 @dataclass(frozen=True)

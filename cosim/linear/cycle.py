@@ -34,7 +34,7 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.linear.blocks import Block, block, unmoved
 from hfsa.cosim.linear.sampled import grid
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 SINE = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
 """Outputs of a sine source by the derivative that they are."""

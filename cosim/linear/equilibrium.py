@@ -9,9 +9,9 @@ What a tick would make of v is tried on a copy of the FMU's state, which is put 
 
 import numpy as np
 
+from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.linear.blocks import Blocks
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 NEWTON_STEPS = 20
 """Newton steps after which an equilibrium must be found."""
@@ -20,7 +20,7 @@ NEWTON_TOLERANCE = 1e-9
 """Largest last Newton step, relative to a state's size or its nominal."""
 
 
-def equilibrium(master: Master, blocks: Blocks) -> dict[str, float]:
+def equilibrium(exchange: Exchange, blocks: Blocks) -> dict[str, float]:
     """Bring the system, in initialization mode, to where nothing changes; return x and v by full name.
 
     Where a direction is free (a body without a spring), the shortest step is taken, in units of the nominals. Raises
@@ -48,7 +48,7 @@ def equilibrium(master: Master, blocks: Blocks) -> dict[str, float]:
         w = w + step
         for component, handle in handles.items():
             blocks.instances[component].set(handle, w[places[component]])
-        master.settle()
+        exchange.settle()
         relative = np.abs(step) / np.maximum(np.abs(w), nominal)
         left = np.abs(_change(blocks, w)) / rows
         if np.all(relative <= NEWTON_TOLERANCE) and np.all(left <= NEWTON_TOLERANCE):

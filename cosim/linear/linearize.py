@@ -29,12 +29,15 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from hfsa.cosim.actions.exchange import Exchange
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Blocks, Closed
 from hfsa.cosim.linear.equilibrium import equilibrium
 from hfsa.cosim.linear.sampled import SampledSystem
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.system import Connection, StructureError, System, companions
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import companions
+from hfsa.cosim.systems.system import Connection, System
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -233,9 +236,9 @@ def operating_point(
     system: System, instances: Mapping[str, Instance], blocks: Blocks, starts: Mapping[str, float]
 ) -> dict[str, float]:
     """Bring instances, in initialization mode, to an equilibrium of the system; return it by full name."""
-    master = Master(instances, system)
-    master.enter(starts=starts)
-    return equilibrium(master, blocks)
+    exchange = Exchange(Wiring(system, instances))
+    exchange.enter(starts=starts)
+    return equilibrium(exchange, blocks)
 
 
 def upstream(system: System, names: Iterable[str]) -> System:

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from hfsa.cosim.linear.blocks import Closed, Ticking
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 LONGEST_PATTERN = 10_000
 """Most spacings of the shortest sample time until the ticks of all repeat."""

@@ -1,26 +1,80 @@
-"""The ways to run one system, by name: which master steps it, and as what its FMUs are loaded.
+"""The table of algorithms: every way to run one system, by name.
 
     with closing(open_master(files, system, "gauss_seidel", 50e-6, library)) as master:
         recording = master.record(["robot.platform.position[3]"], rows=1001)
         master.initialize()
         master.advance(1000)
 
-Whatever the name, the master answers to the same words (`master.Master`), and what it records is the same.
+Rows are found in the files of this room (`algorithm.py`). Whatever the name, the master answers to the same words
+(`master.py`), and what it records is the same.
 """
 
-from collections.abc import Callable, Mapping
+import importlib
+import pkgutil
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from hfsa.cosim.fmi.co_simulation import Instance, Instances, Kind, open_instances
+import hfsa.cosim.masters
+from hfsa.cosim.fmi.co_simulation import Instance, open_instances
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
-from hfsa.cosim.masters.error_controlled import ErrorControlled
+from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.masters.monolithic.master import INTEGRATORS, Monolithic
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import ERROR_CONTROLLED, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.scene import AUTO
+from hfsa.cosim.systems.system import System
 
-COUPLING = 1e-2
-"""Part of the tolerance of a response that communication steps may err by."""
+
+def _found() -> dict[str, Algorithm]:
+    """Return the rows of all files in this room by name, cheaper steps first."""
+    room = hfsa.cosim.masters
+    names = [info.name for info in pkgutil.walk_packages(room.__path__, f"{room.__name__}.")]
+    files = [name for name in names if name != __name__ and "._" not in name]  # the stepping loop is `_step_...`
+    rows = [row for file in files for row in getattr(importlib.import_module(file), "ALGORITHMS", ())]
+    return {row.name: row for row in sorted(rows, key=lambda row: row.rank)}
+
+
+ALGORITHMS: Mapping[str, Algorithm] = _found()
+"""All algorithms by name, cheaper steps first."""
+
+DEFAULT = next(iter(ALGORITHMS))
+"""The algorithm that is taken where none is named, and nothing is known to choose by."""
+
+LIMITED = tuple(name for name, row in ALGORITHMS.items() if row.is_limited)
+"""Algorithms whose communication step is given, and whose longest stable one is known."""
+
+ORDERED = tuple(name for name, row in ALGORITHMS.items() if row.is_ordered)
+"""Algorithms to which the order of the components makes a difference."""
+
+CANDIDATES = tuple(name for name, row in ALGORITHMS.items() if row.is_candidate)
+"""Algorithms that `auto` may take, cheaper steps first."""
+
+
+def check_algorithm(name: str) -> None:
+    """Raise `StructureError` for a scene's algorithm that is neither in the table nor `auto`."""
+    if name != AUTO and name not in ALGORITHMS:
+        raise StructureError(f"no algorithm is called {name!r}{nearest(name, (AUTO, *ALGORITHMS))}")
+
+
+def algorithm_named(name: str) -> Algorithm:
+    """Return the row of that name; `StructureError` with the nearest names if there is none."""
+    if name not in ALGORITHMS:
+        raise StructureError(f"no algorithm is called {name!r}{nearest(name, ALGORITHMS)}")
+    return ALGORITHMS[name]
+
+
+def make_master(
+    instances: Mapping[str, Any],
+    system: System,
+    algorithm: str = DEFAULT,
+    step_size: float = 1e-3,
+    library: Path | None = None,
+    tolerance: float = 1e-3,
+) -> Master:
+    """Return the master of a system on instances, which stay the caller's; arguments and errors as of `open_master`."""
+    row = algorithm_named(algorithm)
+    return row.make(instances, system, row, step_size, library, tolerance)
 
 
 def open_master(
@@ -38,25 +92,10 @@ def open_master(
     response, relative, for algorithms that choose their steps. Raises `StructureError` where the wiring is wrong or an
     FMU does not offer what the algorithm takes; nothing is left loaded then.
     """
-    if algorithm in INTEGRATORS:
-        return _opened(
-            files, ModelExchangeInstance, lambda instances: Monolithic(instances, system, step_size, algorithm)
-        )
-
-    def make(instances: Mapping[str, Instance]) -> Master:
-        """Make the master of an algorithm that steps instances."""
-        if algorithm == ERROR_CONTROLLED:
-            return ErrorControlled(instances, system, step_size, COUPLING * tolerance, library)
-        return make_master(instances, system, algorithm, step_size, library)
-
-    return _opened(files, Instance, make)
-
-
-def _opened(files: Mapping[str, Path], kind: type[Kind], make: Callable[[Instances[Kind]], Master]) -> Master:
-    """Return the master that is made of instances of a kind; where that fails, nothing is left loaded."""
-    instances = open_instances(files, kind)
+    row = algorithm_named(algorithm)
+    instances = open_instances(files, ModelExchangeInstance if row.is_model_exchange else Instance)
     try:
-        return make(instances)
+        return row.make(instances, system, row, step_size, library, tolerance)
     except BaseException:
         instances.close()
         raise

@@ -17,7 +17,6 @@ says nothing against the longer ones that the error had let be.
 
 import dataclasses
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,10 +26,13 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.fmi.co_simulation import Instance, State, StepError
 from hfsa.cosim.fmi.description import SAMPLE_TIME
-from hfsa.cosim.linear.cycle import coupling_gradient
+from hfsa.cosim.masters.algorithm import Algorithm
+from hfsa.cosim.masters.iterated import QUASI_NEWTON
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.stepping import step_in_c
-from hfsa.cosim.systems.system import Connector, StructureError, System
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 TOLERANCE = 1e-5
 """Default error of a run, relative to the largest value of each quantity."""
@@ -65,16 +67,16 @@ class ErrorControlled(Master):
         self,
         instances: Mapping[str, Instance],
         system: System,
+        algorithm: Algorithm,
         step_size: float,
         tolerance: float = TOLERANCE,
         library: Path | None = None,
     ):
-        super().__init__(instances, system, "quasi_newton", step_size)
-        assert isinstance(self._moving, Converge)
-        self.algorithm, self.tolerance = "error_controlled", tolerance
-        self._half = self._moving
-        # each keeps the derivatives that suit its step
-        self._whole = Converge(self.wiring, "quasi_newton", partial(coupling_gradient, self.wiring))
+        super().__init__(instances, system, algorithm, step_size)
+        assert isinstance(self._scheme.moving, Converge)
+        self.tolerance = tolerance
+        self._half = self._scheme.moving
+        self._whole = self._half.another()  # each keeps the derivatives that suit its step
         if library is not None:
             for converge in (self._half, self._whole):
                 step_in_c(converge, library)
@@ -130,7 +132,7 @@ class ErrorControlled(Master):
             self._next = max(self._next, wanted) if factor == LENGTHEN else wanted
             self.taken += 2
             self.wiring.time.value = stop if length == left else time + length
-            self._run(self._after)
+            self._exchange.run(self._after)
             if is_tick and length == left:
                 self._half.past.clear()
 
@@ -179,7 +181,7 @@ class ErrorControlled(Master):
         """Step all instances from the present time."""
         self.wiring.step_size.value = step_size
         self.tried += 1
-        self._run(self._ticks)
+        self._exchange.run(self._ticks)
         converge.run()
 
     def _errors(self, whole: np.ndarray, halves: np.ndarray) -> np.ndarray:
@@ -268,3 +270,32 @@ class ErrorControlled(Master):
             f"expected at most {self._allowed:.3g}; where values jump without a tick no step is short enough, and "
             "none makes up for the error of an FMU's own solver",
         )
+
+
+COUPLING = 1e-2
+"""Part of the tolerance of a response that communication steps may err by."""
+
+
+def make(
+    instances: Mapping[str, Instance],
+    system: System,
+    algorithm: Algorithm,
+    step_size: float,
+    library: Path | None = None,
+    tolerance: float = 1e-3,
+) -> ErrorControlled:
+    """Return the master whose steps leave a response within a tolerance."""
+    return ErrorControlled(instances, system, algorithm, step_size, COUPLING * tolerance, library)
+
+
+ALGORITHMS = (
+    Algorithm(
+        "error_controlled",
+        "as quasi_newton, with steps as long as the error they make lets them be",
+        rank=10,
+        inputs="iterated",
+        order=None,
+        scheme=QUASI_NEWTON.scheme,
+        make=make,
+    ),
+)

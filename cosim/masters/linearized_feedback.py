@@ -1,6 +1,6 @@
 """Linearised feedback: a plant integrates what a controller answers to it implicitly, however stiff that is.
 
-    master = LinearizedFeedback(instances, system, step_size=1e-5)      # of build.files_for(system, ALGORITHM)
+    master = make_master(instances, system, "linearized_feedback", 1e-5)   # of assembly.build with its ports
 
 On a loop plant.y -> controller -> plant.u without a state between, u held over a step H is stable only while H is
 short beside the loop's own time constants. Here the controller's FMU gives its directional derivatives G = du/dy beside
@@ -15,60 +15,88 @@ what its own states do meanwhile, is of second order in H, like the lines. On li
 controller from one plant to another: under one controller for several, the step is limited by that, and parts that are
 fused (`assembly/fuse.py`) are one plant.
 
-Plants step first, then the others, each in the system's order; sampled instances tick before (`masters/master.py`), and
+Plants step first, then the others, each in the system's order; sampled instances tick before (`master.py`), and
 what they put out is held. Inputs of an FMU that takes no input derivatives are held; so is what is on an algebraic
 loop.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from hfsa.cosim.actions.feedback import Feedback
-from hfsa.cosim.actions.schedule import Action
+from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.masters.master import Master, sampled_first
-from hfsa.cosim.systems.feedback_loops import ALGORITHM, Loop, feedback_loops
-from hfsa.cosim.systems.system import ALGORITHMS, Connection, StructureError, System
+from hfsa.cosim.linear.blocks import Block
+from hfsa.cosim.linear.feedback import FeedbackLayout, followed
+from hfsa.cosim.masters.algorithm import Algorithm, Ports, Scheme
+from hfsa.cosim.masters.stepped import stepped
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.feedback_loops import Loop, feedback_loops
+from hfsa.cosim.systems.system import Connection, System
+
+NAME = "linearized_feedback"
 
 _NO_LOOP = (
     "no output of a component comes back to it through a continuous one without a state between, so there is nothing "
-    f"to feed back; take {ALGORITHMS[0]}"
+    "to feed back; take gauss_seidel"
 )
 
 
-class LinearizedFeedback(Master):
-    """A master that steps plants with their controllers linearised.
+def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
+    """Return the scheme on one system; `StructureError` where no loop can be closed so, and why."""
+    connectors = {c.name: instances[c.name].fmu.variables for c in system.components}
+    found = feedback_loops(system, connectors)
+    lacking = [_lacking(loop, instances) for loop in found]
+    loops = [loop for loop, words in zip(found, lacking, strict=True) if not words]
+    if not loops:
+        raise StructureError(f"{NAME}: {lacking[0] if found else _NO_LOOP}")
+    marks = dict.fromkeys(Connection(f"{o.plant}.{o.output}", f"{o.plant}.{o.at}") for o in loops)
+    wiring = Wiring(System(system.components, [*system.connections, *marks]), instances)
+    warnings: dict[str, str] = {}
+    for loop, words in zip(found, lacking, strict=True):
+        if words and system[loop.plant].part.endswith(".fmu"):  # a part lacks only ports that no state follows
+            warnings.setdefault(loop.plant, f"{words}; {loop.input} moves on a line instead")
+    return Scheme(wiring, list(linearized_feedback(wiring, loops)), list(wiring.exchange()), warnings=warnings)
 
-    Raises `StructureError` where no loop can be closed so, and why.
-    """
 
-    def __init__(self, instances: Mapping[str, Instance], system: System, step_size: float = 1e-3):
-        connectors = {c.name: instances[c.name].fmu.variables for c in system.components}
-        found = feedback_loops(system, connectors)
-        lacking = [_lacking(loop, instances) for loop in found]
-        self._loops = [loop for loop, words in zip(found, lacking, strict=True) if not words]
-        if not self._loops:
-            raise StructureError(f"{ALGORITHM}: {lacking[0] if found else _NO_LOOP}")
-        marks = dict.fromkeys(Connection(f"{o.plant}.{o.output}", f"{o.plant}.{o.at}") for o in self._loops)
-        joined = System(system.components, [*system.connections, *marks])
-        super().__init__(instances, joined, ALGORITHMS[0], step_size)
-        self.algorithm = ALGORITHM
-        for loop, words in zip(found, lacking, strict=True):
-            if words and system[loop.plant].part.endswith(".fmu"):  # a part lacks only ports that no state follows
-                self.warnings.setdefault(loop.plant, f"{words}; {loop.input} moves on a line instead")
+def linearized_feedback(wiring: Wiring, loops: Sequence[Loop]) -> Iterator[Action]:
+    """Plants step first, then the others."""
+    feedback = Feedback(wiring, loops)
+    yield from sampled_first(wiring)
+    yield from feedback.point
+    order = sorted(wiring.others, key=lambda stepper: stepper.instance not in feedback.gains)
+    waiting, has_stepped = [stepper.instance for stepper in order], []
+    for stepper in order:
+        waiting.remove(stepper.instance)
+        yield from feedback.lines(stepper.instance, has_stepped)
+        yield stepper
+        has_stepped.append(stepper.instance)
+        yield from (group for group in stepper.groups if any(t.target in waiting for t in group.transfers))
 
-    def _step(self) -> Iterator[Action]:
-        """Yield the actions of a step: plants first, then the others."""
-        feedback = Feedback(self.wiring, self._loops)
-        yield from sampled_first(self.wiring)
-        yield from feedback.point
-        order = sorted(self.wiring.others, key=lambda stepper: stepper.instance not in feedback.gains)
-        waiting, stepped = [stepper.instance for stepper in order], []
-        for stepper in order:
-            waiting.remove(stepper.instance)
-            yield from feedback.lines(stepper.instance, stepped)
-            yield stepper
-            stepped.append(stepper.instance)
-            yield from (group for group in stepper.groups if any(t.target in waiting for t in group.transfers))
+
+def ports(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> Ports:
+    """Return the inputs of plants that are to follow their outputs within a step, (input, output) each, by plant."""
+    loops = feedback_loops(system, connectors)
+    plants = dict.fromkeys(loop.plant for loop in loops)
+    return {p: tuple(dict.fromkeys((o.input, o.output) for o in loops if o.plant == p)) for p in plants}
+
+
+def layout(
+    system: System, instances: Mapping[str, Instance], blocks: Mapping[str, Block], *observation: Any
+) -> FeedbackLayout:
+    """Return its linear map, which the FMUs' blocks suffice for: no ports are asked of them."""
+    wiring = Wiring(system, instances)
+    found = followed(feedback_loops(system, wiring.connectors), blocks)
+    # a component that is made of parts can be exported with ports
+    loops = [o for o in found if not system[o.plant].part.endswith(".fmu") or o.gain in wiring.connectors[o.plant]]
+    if not loops:
+        raise StructureError(
+            f"{NAME}: there is nothing to feed back: no part has an output that comes back to it through a continuous "
+            "component without a state between"
+        )
+    return FeedbackLayout(wiring, [*sampled_first(wiring)], blocks, loops, *observation)
 
 
 def _lacking(loop: Loop, instances: Mapping[str, Instance]) -> str:
@@ -79,3 +107,20 @@ def _lacking(loop: Loop, instances: Mapping[str, Instance]) -> str:
     if loop.gain not in plant.variables:
         return f"{loop.plant}: {plant.file.name} has no port {loop.gain}, with which only parts are exported"
     return ""
+
+
+ALGORITHMS = (
+    Algorithm(
+        NAME,
+        "plants integrate what a controller answers to them implicitly, by the controllers' derivatives",
+        rank=11,
+        inputs="fed back",
+        order=2,
+        scheme=scheme,
+        make=stepped,
+        is_ordered=True,
+        is_advised=True,
+        ports=ports,
+        layout=layout,
+    ),
+)

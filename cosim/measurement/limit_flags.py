@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.cosim.systems.system import Connector
+from hfsa.cosim.systems.connectors import Connector
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,15 @@ import numpy as np
 
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
-from hfsa.cosim.systems.system import ALGORITHMS, Connector, StructureError, System, connector
+from hfsa.cosim.systems.connectors import Connector, connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Settings:
     """
 
     method: str = "stepped"
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT
     step_size: float = 1e-4
     settling_tolerance: float = 1e-3
     measurement_periods: int = 1

@@ -17,11 +17,13 @@ import numpy as np
 from hfsa.cosim.actions.divergence import Scale
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
-from hfsa.cosim.systems.system import ALGORITHMS, StructureError, System, connector
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import System
 
 _BLOCK = 0.1
 """Time [s] that steps at a stretch shall take: as long as an interruption may wait."""
@@ -52,7 +54,7 @@ class Ready:
     stop_time: float
     step_size: float
     record: SystemRecord
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT
     library: Path | None = None
     tolerance: float = 1e-3
     scales: Mapping[str, Scale] = field(default_factory=dict)

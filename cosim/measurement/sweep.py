@@ -40,7 +40,9 @@ from hfsa.cosim.results.files import (
 )
 from hfsa.cosim.signals.excitation import amplitude_of, ramp_time
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS
-from hfsa.cosim.systems.system import Component, StructureError, System, check, connector
+from hfsa.cosim.systems.connectors import check, connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, System
 
 __all__ = [
     "METHODS",

@@ -28,7 +28,7 @@ from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.measurement.run import Ready, run
 from hfsa.cosim.measurement.verification import shares, verify
 from hfsa.cosim.results.files import ErrorEstimate, ResultsError, read_run
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 CRASHED = "the process ended without a result: an FMU must have crashed"
 """What is said of a trial whose process died."""

@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
 from hfsa.cosim.measurement.limit_flags import is_limit
 from hfsa.cosim.measurement.run import Ready
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
 from hfsa.cosim.signals.prefixes import readable
-from hfsa.cosim.systems.system import ERROR_CONTROLLED, ORDERS, StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 _BLOCK = 10_000
 """Steps between two looks at whether anybody wants an end."""
@@ -46,10 +46,11 @@ _UNLIKE = 0.3
 
 def check_verifiable(ready: Ready) -> None:
     """Raise `StructureError` for an algorithm that takes no given step, and for ticks that half the step misses."""
-    if ready.algorithm not in ORDERS:
+    row = algorithm_named(ready.algorithm)
+    if not row.is_limited:
         reason = (
             "takes communication steps of its own choice, as long as --tolerance lets them be"
-            if ready.algorithm == ERROR_CONTROLLED
+            if not row.is_model_exchange
             else "takes no communication steps: its step lies between two records"
         )
         raise StructureError(f"--verify halves the communication step, but {ready.algorithm} {reason}")
@@ -87,10 +88,17 @@ class Verification:
         if error > _UNLIKE:
             return f"{found}: the run at half the step has little in common with it, so that far shorter steps are due"
         parts = math.ceil((_MARGIN * error / tolerance) ** (1 / self.order))
-        quadratic = f"{'jacobi' if self.algorithm.startswith('jacobi') else 'gauss_seidel'}_quadratic"
-        is_lower = ORDERS[self.algorithm] < ORDERS[quadratic]
-        other = f", or an algorithm of higher order, such as {quadratic}" if is_lower else ""
+        better = _of_higher_order(self.algorithm)
+        other = f", or an algorithm of higher order, such as {better}" if better else ""
         return f"{found}: a step of {readable(self.step_size / parts, 's')} would do{other}"
+
+
+def _of_higher_order(name: str) -> str | None:
+    """Return the algorithm of the highest order above that of another, the most alike by name; `None` if none is."""
+    own, family = algorithm_named(name).order or 0, name.partition("_")[0]
+    above = [row for row in ALGORITHMS.values() if (row.order or 0) > own]
+    alike = max(above, key=lambda row: (row.order or 0, row.name.startswith(family)), default=None)
+    return alike.name if alike else None
 
 
 def verify(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Verification:
@@ -139,4 +147,5 @@ def _at_half_the_step(
             message = f"in the run at half the step, {readable(step_size, 's')}, so that no error is known"
             words = f"{message}: {error.message}" if error.message else message
             raise StepError(error.instance, error.function, error.status, error.time, words) from error
+        assert master.order is not None
         return {name: recording[name].copy() for name in names}, master.order

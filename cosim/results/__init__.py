@@ -1,1 +1,4 @@
-"""HDF5 files below `results/files.py`: groups, records of a signal, and what is left to do."""
+"""Results in HDF5: what is in a file, how it is written, found again and gone on with.
+
+Read `files.py` first, then `records.py`. It imports `systems` and `signals`.
+"""

@@ -51,7 +51,7 @@ from hfsa.cosim.results.records import (
 from hfsa.cosim.results.resume import check_same
 from hfsa.cosim.results.target import Identity
 from hfsa.cosim.signals.frequency_response import phase
-from hfsa.cosim.systems.system import nearest
+from hfsa.cosim.systems.names import nearest
 
 __all__ = [
     "AlgorithmChoice",

@@ -3,7 +3,8 @@
 from typing import Literal
 
 from hfsa.cosim.scenes._pzt import Pzt
-from hfsa.cosim.systems.system import Analysis, Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
 Level = Literal["constant_jacobian", "exact"]
 Kinematics = Literal["nominal", "calibrated"]

@@ -16,7 +16,8 @@ from typing import Any, Literal
 
 from hfsa.cosim.scenes._posture import Posture
 from hfsa.cosim.scenes._specimen import Payload
-from hfsa.cosim.systems.system import Analysis, Component, Connection, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Analysis, Component, Connection
 
 Law = Literal["pd", "ctc", "ctc_cartesian"]
 Feedback = Literal["encoder", "pose"]

@@ -20,7 +20,9 @@ from typing import NamedTuple
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer
 from hfsa.cosim.scenes._scale import READING
-from hfsa.cosim.systems.system import Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import System
 
 
 class _Test(NamedTuple):

@@ -14,7 +14,8 @@ Nothing is fed back, so that no step is unstable: for a lower band `--to 520 --s
 
 from hfsa.cosim.scenes._payload import Payload, module
 from hfsa.cosim.scenes._scale import beam_pose
-from hfsa.cosim.systems.system import Component, Scene, System
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, System
 
 DISC = Payload()
 

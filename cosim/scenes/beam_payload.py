@@ -21,7 +21,8 @@ from typing import Literal
 
 from hfsa.cosim.scenes._payload import Payload, module
 from hfsa.cosim.scenes._scale import beam_pose
-from hfsa.cosim.systems.system import Component, Connection, Scene, System
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 _POSE = ("position", "rotation", "velocity", "angular_velocity")
 _WRENCH = ("force", "torque")

@@ -4,7 +4,8 @@ One resonance at 15.9 Hz, 46 dB high with the default damping, and -40 dB per de
 first scene of your own.
 """
 
-from hfsa.cosim.systems.system import Component, Scene, System
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, System
 
 
 def mass_on_spring(*, damping: float = 0.5) -> Scene:

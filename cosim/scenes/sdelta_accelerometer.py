@@ -27,7 +27,8 @@ from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerome
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
-from hfsa.cosim.systems.system import Component, Connection, Scene, System
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 _TUBES = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "angle_acceleration")
 _PLATFORM = ("acceleration", "angular_velocity", "angular_acceleration", "rotation")

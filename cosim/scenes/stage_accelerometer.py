@@ -23,7 +23,8 @@ from hfsa.cosim.scenes._accelerometer import UPRIGHT, Design, Level, Mounting, a
 from hfsa.cosim.scenes._biased_stage import Kinematics, biased_stage
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import readings
-from hfsa.cosim.systems.system import Component, Connection, Scene, System
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 _MOTIONS = (
     ("acceleration[1..2]", "acceleration[1..2]"),

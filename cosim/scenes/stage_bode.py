@@ -25,7 +25,7 @@ told of above 10.2 V, where the response is off by 0.1 dB.
 from hfsa.cosim.scenes._biased_stage import Kinematics, Level, biased_stage
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import stage_pose
-from hfsa.cosim.systems.system import Scene
+from hfsa.cosim.systems.scene import Scene
 
 
 def stage_bode(

@@ -28,7 +28,9 @@ from typing import Literal
 
 from hfsa.cosim.scenes._biased_stage import Kinematics
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
-from hfsa.cosim.systems.system import AUTO, Component, Connection, Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import AUTO, Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _YAW_MASS = {"nominal": 0.41401, "calibrated": 0.23113}

@@ -27,7 +27,9 @@ from typing import Any, Literal, NamedTuple
 from hfsa.cosim.scenes._biased_stage import Kinematics
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
-from hfsa.cosim.systems.system import Analysis, Component, Connection, Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _DRIVEN = {

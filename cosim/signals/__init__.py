@@ -1,1 +1,4 @@
-"""signals."""
+"""Excitation and response as numbers: frequencies, windows, gains, harmonics, settling, prefixes.
+
+Read `frequency_response.py` first. It imports numpy alone.
+"""

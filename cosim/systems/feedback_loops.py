@@ -9,10 +9,8 @@ is held from tick to tick.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hfsa.cosim.systems.system import Connector, System
-
-ALGORITHM = "linearized_feedback"
-"""The way to run a system that closes such loops within a step."""
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from hfsa.cosim.systems.system import Connection, Connector, StructureError, System
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Connection, System
 
 Connectors = Mapping[str, Mapping[str, Connector]]
 

@@ -22,7 +22,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System, nearest
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 _REQUIRED = ("components", "inputs", "outputs", "step_size", "stop_time")
 _NUMBERS = ("step_size", "stop_time", "tolerance")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.assembly.build import build, instrument, load_scene
 from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.fmus.export import export

@@ -21,14 +21,14 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
+from algorithm_groups import ALGORITHMS
 from cases import Case, robot, two_fmus
 from fmpy.fmi2 import FMU2Slave
 
 from hfsa.cosim.assembly.native_loop import stepping_library
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import ALGORITHMS
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.fmus._binary import HEADERS, binary_path
 from hfsa.fmus.compile import compiler
 

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import hfsa.components
+from hfsa.components import ModelError
 from hfsa.components._mechanics.beam import LENGTH_POWERS, beam, of_length
 from hfsa.components._mechanics.beam_assembly import at_point, ring, side_by_side
 from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.beam_module import Dimensions, Material, Normalised, compliant_module
 from hfsa.components._mechanics.elastostatics import eigenscrews
 from hfsa.components._mechanics.screws import GAMMA, skew
-from hfsa.components._modelling.model import ModelError
 from hfsa.components._modelling.parts import find
 from hfsa.components.beam_module import analyze
 

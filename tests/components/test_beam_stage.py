@@ -6,11 +6,12 @@ import pytest
 import scipy.linalg
 
 import hfsa.components
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.rigid_body import Body
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import find
 from hfsa.components.beam_stage import analyze, beam_stage
 

@@ -4,11 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.noise import _PRIME, _remainder, white_noise
 from hfsa.components.c_drive import DRIVE_MATRIX, analyze, c_drive, inertia
 from hfsa.components.sdelta import sdelta

@@ -6,10 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.c_drive import c_drive
 from hfsa.components.pzt_stack import pzt_stack
 from hfsa.components.rrr_stage import rrr_stage

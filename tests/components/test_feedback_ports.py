@@ -4,9 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.functions import functions
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.units import quotient_unit, unit
 from hfsa.components.rrr_stage import rrr_stage
 from hfsa.components.sdelta import sdelta

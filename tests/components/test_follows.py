@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hfsa.components import pzt_stack, sdelta
+from hfsa.components import ModelError, pzt_stack, sdelta
 from hfsa.components._mechanics.pzt import TOKIN, Stack
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
-from hfsa.components._modelling.model import ModelError
 from hfsa.components._modelling.parts import Part, read_arguments
 
 SDELTA = Part("sdelta", sdelta, sdelta.sdelta, sdelta.analyze)

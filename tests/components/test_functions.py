@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model
 from hfsa.components._modelling.functions import functions
-from hfsa.components._modelling.model import Model
 
 
 def double_pendulum(explicit: bool) -> Model:

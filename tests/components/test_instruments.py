@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.functions import functions
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.lock_in import lock_in
 from hfsa.components.sine_source import sine_source
 

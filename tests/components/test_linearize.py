@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Model, ModelError
 from hfsa.components.mass_on_spring import mass_on_spring
 
 

@@ -3,7 +3,8 @@
 import casadi as ca
 import pytest
 
-from hfsa.components._modelling.model import Kind, Model, ModelError, expand
+from hfsa.components import Model, ModelError
+from hfsa.components._modelling.model import Kind, expand
 
 
 @pytest.fixture

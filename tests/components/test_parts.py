@@ -10,7 +10,7 @@ import pytest
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.parts import Part, find, part_named, read_arguments
 from hfsa.components._modelling.units import BASE, unit
 

@@ -7,8 +7,9 @@ from conftest import PARTS, VARIANTS
 from hypothesis import given, settings
 from random_postures import postures
 
+from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
-from hfsa.components._modelling.model import Kind, Model
+from hfsa.components._modelling.model import Kind
 
 PLACES = {"m", "rad"}
 MOTION = {f"{place}{per}" for place in PLACES for per in ("", "/s", "/s2", "/s3")}

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.pzt_stack import analyze, pzt_stack
 
 NUMBERS = analyze()

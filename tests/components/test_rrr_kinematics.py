@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.rrr_kinematics import (
     CALIBRATED,
     NOMINAL,
@@ -15,7 +16,6 @@ from hfsa.components._mechanics.rrr_kinematics import (
     legs,
     links,
 )
-from hfsa.components._modelling.model import ModelError
 
 UM = 1e-6
 SETS = pytest.mark.parametrize("geometry", [NOMINAL, CALIBRATED], ids=["nominal", "calibrated"])

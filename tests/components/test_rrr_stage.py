@@ -6,11 +6,12 @@ import pytest
 from published_probes.stage import stage_base, stage_linear_statics, stage_stress
 
 import hfsa.components
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import find
 from hfsa.components.rrr_stage import analyze, rrr_stage
 

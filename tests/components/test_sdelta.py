@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import sdelta_stiffness
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
@@ -12,7 +13,7 @@ from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinemati
 from hfsa.components._mechanics.sdelta_stiffness import Springs
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.sdelta import analyze, sdelta
 
 A = Posture((10, 5, 8), (0.005, 0.003, 0.155))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
 from hfsa.components._mechanics.screws import GAMMA, exponential, numbers, shift
@@ -15,7 +16,6 @@ from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, JOINTS, 
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, direct_kinematics
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Springs, limb_stiffness, spring_forces, stiffness
-from hfsa.components._modelling.model import ModelError
 
 ZERO = np.zeros(3)
 few = settings(max_examples=30)

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.sdelta_reference import sdelta_reference
 
 A = Posture((10, 5, 8), (0.005, 0.003, 0.155))

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL, forward, links
 from hfsa.components._modelling.functions import functions
-from hfsa.components._modelling.model import Kind, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.stage_reference import analyze, stage_reference
 from hfsa.components.tracking_error import tracking_error
 

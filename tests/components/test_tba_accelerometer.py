@@ -8,11 +8,12 @@ import pytest
 from published_probes.accelerometer import accelerometer_on_a_shaker
 
 import hfsa.components
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics.tba_base import Mounting
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import find
 from hfsa.components.tba_accelerometer import GRAVITY, analyze, tba_accelerometer
 

@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.tba_base import Mounting, base_inputs, first_order, in_full
-from hfsa.components._modelling.model import Model, ModelError
 
 QUARTER = (0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """A quarter of a turn about Z."""

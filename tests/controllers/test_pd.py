@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.sdelta import sdelta
 from hfsa.controllers.pd import pd
 from hfsa.controllers.sdelta_tuning import analyze

@@ -8,14 +8,14 @@ import pytest
 import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from hfsa.components import sdelta
+from hfsa.components import ModelError, sdelta
 from hfsa.components._mechanics.modes import modal_damping
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.c_drive import inertia
 from hfsa.controllers import sdelta_tuning
 from hfsa.controllers._sdelta_inverse import robot

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Springs
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import ModelError
 from hfsa.components.sdelta import analyze
 from hfsa.controllers import sdelta_tuning
 from hfsa.controllers.sdelta_feed_forward import sdelta_feed_forward

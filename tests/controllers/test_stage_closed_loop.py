@@ -6,7 +6,7 @@ import scipy.linalg
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hfsa.components._modelling.model import ModelError
+from hfsa.components import ModelError
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
 from hfsa.controllers.stage_closed_loop import analyze

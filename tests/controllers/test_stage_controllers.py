@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfsa.components import rrr_stage
+from hfsa.components import Model, ModelError, rrr_stage
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL, forward
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components._modelling.model import Kind, Model, ModelError
+from hfsa.components._modelling.model import Kind
 from hfsa.components.pzt_stack import pzt_stack
 from hfsa.controllers.force_to_voltage import force_to_voltage
 from hfsa.controllers.stage_computed_torque import stage_computed_torque

@@ -12,7 +12,7 @@ from spring_loop import controller, plant, sampled_controller
 from hfsa.cosim.assembly.native_loop import stepping_library
 from hfsa.cosim.cli import main
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance, Instances, StepError, open_instances
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
 
 Open = Callable[..., Instance]
 

@@ -12,7 +12,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from hfsa.components._modelling.model import Kind, Model
+from hfsa.components import Model
+from hfsa.components._modelling.model import Kind
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.compile import compile_library

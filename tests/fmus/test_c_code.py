@@ -7,7 +7,7 @@ import sys
 import casadi as ca
 import pytest
 
-from hfsa.components._modelling.model import Model, ModelError
+from hfsa.components import Model, ModelError
 from hfsa.fmus._variables import Role
 from hfsa.fmus.c_code import RUNTIME, generate
 from hfsa.fmus.compile import CVODE, source_files

@@ -9,7 +9,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.check import check

@@ -15,7 +15,7 @@ from fmpy.model_description import read_build_description, read_model_descriptio
 from fmpy.simulation import instantiate_fmu
 
 import hfsa.fmus.export as room
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus.check import examine

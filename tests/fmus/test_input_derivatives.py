@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 
 # Accuracy -------------------------------------------------------------------------------------------------------------
 

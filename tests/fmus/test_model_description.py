@@ -10,7 +10,7 @@ import pytest
 from fmpy.model_description import read_model_description
 from lxml import etree
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.model_description import model_description
 

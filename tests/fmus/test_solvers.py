@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.fmus.compile import FLAGS, compiler
 
 N = 4

@@ -1,1 +1,4 @@
-"""The FMUs of a system as one equation, and its solution by CVODE or IDA: below `masters/monolithic/master.py`."""
+"""The FMUs of a system as one differential equation, integrated by SUNDIALS.
+
+Read `master.py` first.
+"""

@@ -22,7 +22,7 @@ import numpy as np
 from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import pushes, rounding_noise
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 SMALLEST = 2.0**-40
 """Size of a state, relative to its nominal, below which it is taken for zero."""

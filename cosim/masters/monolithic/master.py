@@ -1,7 +1,7 @@
 """The same FMUs as one ordinary differential equation: the reference that co-simulation is judged by.
 
     instances = open_instances(files, ModelExchangeInstance)
-    master = Monolithic(instances, system, step_size=1e-3)         # `step_size`: between two points that are recorded
+    master = make_master(instances, system, "monolithic", 1e-3)    # step: between two points that are recorded
     recording = master.record(["robot.platform.position[3]"], rows=1001)
     master.initialize()
     master.advance(1000)
@@ -22,20 +22,22 @@ between them (a ball that bounces to rest, a switch that chatters), the run ends
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.model_exchange import MOST_UPDATES, ModelExchangeInstance
+from hfsa.cosim.masters.algorithm import Algorithm, Scheme
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.monolithic.cvode import Cvode
 from hfsa.cosim.masters.monolithic.ida import Ida
 from hfsa.cosim.masters.monolithic.integrator import Integrator
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
-from hfsa.cosim.systems.system import ALGORITHMS, MONOLITHIC, MONOLITHIC_DAE, System
-
-INTEGRATORS: Mapping[str, type[Integrator]] = {MONOLITHIC: Cvode, MONOLITHIC_DAE: Ida}
-"""What integrates, by algorithm."""
+from hfsa.cosim.systems.system import System
 
 _SAME = 1e-9
 """Part of a step within which an event and a point are the same instant."""
@@ -47,24 +49,24 @@ MOST_EVENTS = 100
 class Monolithic(Master):
     """Integrates the instances of a system together; `step_size` [s] lies between two points.
 
-    `algorithm` is one of `INTEGRATORS`. `StructureError` as `Master`, or where SUNDIALS is not installed; `StepError`
-    where an FMU or the solver cannot go on.
+    `integrator` solves the joint equation. `StructureError` as `Master`, or where SUNDIALS is not installed;
+    `StepError` where an FMU or the solver cannot go on.
     """
 
     def __init__(
         self,
         instances: Mapping[str, ModelExchangeInstance],
         system: System,
-        step_size: float = 1e-3,
-        algorithm: str = MONOLITHIC,
+        algorithm: Algorithm,
+        step_size: float,
+        integrator: type[Integrator],
     ):
-        super().__init__(instances, system, ALGORITHMS[0], step_size)  # type: ignore[arg-type]
-        self.algorithm = algorithm
+        super().__init__(instances, system, algorithm, step_size)
         members = {component.name: instances[component.name] for component in system.components}
         self._ordered = [members[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
         self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
-        self._ode = JointOde(members, self.wiring, self.point, self._report)
-        self._integrator = INTEGRATORS[algorithm](self._ode)
+        self._ode = JointOde(members, self.wiring, self.point, self._exchange.report)
+        self._integrator = integrator(self._ode)
         self._hybrid = [instance for instance in self._ordered if instance.indicators]
         self._is_in_event, self._is_new = True, True
         self._stop_time, self._last_event, self._crowd = math.inf, -math.inf, 0
@@ -136,15 +138,15 @@ class Monolithic(Master):
     def _arrive(self, time: float, x: np.ndarray) -> None:
         """Bring all instances, those at rest as well, to a time with values that agree."""
         self._ode.evaluate(time, x)
-        self._run_calls(self._clocks)
-        self._run(self.point)
+        self._exchange.run_calls(self._clocks)
+        self._exchange.run(self.point)
 
     def _enter_event(self, time: float) -> None:
         """Bring all instances into event mode."""
         if self._is_in_event:
             return
         self.wiring.time.value = time
-        self._run_calls(self._clocks)
+        self._exchange.run_calls(self._clocks)
         for instance in self._ordered:
             instance.time = time
             instance.event_mode()
@@ -193,4 +195,47 @@ class Monolithic(Master):
         """Update instances in turn, each with what those before it have put out."""
         for instance in instances:
             instance.update()
-            self._run(self.point)
+            self._exchange.run(self.point)
+
+
+def scheme(instances: Mapping[str, Any], system: System) -> Scheme:
+    """Return the exchange of values on one system: there are no steps."""
+    wiring = Wiring(system, instances)
+    return Scheme(wiring, [], list(wiring.exchange()))
+
+
+def make(
+    integrator: type[Integrator],
+    instances: Mapping[str, ModelExchangeInstance],
+    system: System,
+    algorithm: Algorithm,
+    step_size: float,
+    library: Path | None = None,  # noqa: ARG001 (the stepping loop in C, of algorithms that step)
+    tolerance: float = 1e-3,  # noqa: ARG001 (of algorithms that choose communication steps)
+) -> Monolithic:
+    """Return the master that integrates with CVODE or IDA."""
+    return Monolithic(instances, system, algorithm, step_size, integrator)
+
+
+ALGORITHMS = (
+    Algorithm(
+        "monolithic",
+        "all FMUs in Model Exchange as one differential equation, integrated by CVODE",
+        rank=12,
+        inputs="exact",
+        order=None,
+        scheme=scheme,
+        make=partial(make, Cvode),
+        is_model_exchange=True,
+    ),
+    Algorithm(
+        "monolithic_dae",
+        "the same with the values between the FMUs among the unknowns, integrated by IDA",
+        rank=13,
+        inputs="exact",
+        order=None,
+        scheme=scheme,
+        make=partial(make, Ida),
+        is_model_exchange=True,
+    ),
+)

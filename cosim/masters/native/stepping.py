@@ -1,6 +1,6 @@
 """Masters whose stepping loop is in C, `runtime/step.c`: bit for bit what is done without, but no Python in between.
 
-    master = make_master(instances, system, "gauss_seidel", 50e-6, library)     # library: Path, or None for Python's
+    master = make_master(instances, system, "gauss_seidel", 50e-6, library)     # library: Path; None takes Python's
 
 A master decides which prepared calls are made and in which order, here and there. The loop in C is given their
 function pointers, components, value references and arrays, and makes them for some 50 ms at a time, so that Ctrl-C is
@@ -24,12 +24,11 @@ from time import perf_counter
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.masters.linearized_feedback import LinearizedFeedback
+from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.program import Program, watched
 from hfsa.cosim.masters.native.structures import Call, Cycle, Run
-from hfsa.cosim.systems.feedback_loops import ALGORITHM as LINEARIZED_FEEDBACK
-from hfsa.cosim.systems.system import ALGORITHMS, System
+from hfsa.cosim.systems.system import System
 
 RUNTIME = Path(__file__).parent
 """The folder of the sources."""
@@ -38,19 +37,6 @@ _SPELL = 0.05
 """Time [s] after which the loop in C comes back to see whether anybody wants something else."""
 
 _COMPLETE, _CALL_NOT_OK, _BUS_WRONG, _ROW_WRONG, _RECORDING_FULL = range(5)
-
-
-def make_master(
-    instances: Mapping[str, Instance], system: System, algorithm: str, step_size: float, library: Path | None
-) -> Master:
-    """Return a master that steps in C with the given library, or in Python where there is none."""
-    if algorithm == LINEARIZED_FEEDBACK:
-        if library is None:
-            return LinearizedFeedback(instances, system, step_size)
-        return CompiledFeedback(instances, system, step_size, library=library)
-    if library is None:
-        return Master(instances, system, algorithm, step_size)
-    return CompiledMaster(instances, system, algorithm, step_size, library=library)
 
 
 def sources() -> list[Path]:
@@ -86,11 +72,13 @@ def step_in_c(action: Converge, library: Path) -> None:
     action.attempt = attempt
 
 
-class _Compiled(Master):
-    """A master that steps in C."""
+class CompiledMaster(Master):
+    """Takes steps with the loop in C, of a compiled library."""
 
-    def _load(self, library: Path) -> None:
-        """Take the loop of the compiled library, and lay out what it is to do."""
+    def __init__(
+        self, instances: Mapping[str, Instance], system: System, algorithm: Algorithm, step_size: float, library: Path
+    ):
+        super().__init__(instances, system, algorithm, step_size)
         self._advance = ctypes.CDLL(str(library)).hfsa_advance
         self._advance.argtypes = [POINTER(Cycle), POINTER(Run), c_longlong]
         self._run_in_c = Run()
@@ -109,7 +97,7 @@ class _Compiled(Master):
         self._program = Program([*(action.call for action in self.cycle), *self._record_calls])
         self._cycle = Cycle(
             calls=self._program.calls,
-            exchange=self._first_of_point,
+            exchange=self._scheme.first_of_point,
             record=len(self.cycle),
             end=len(self._program.calls),
             bus=watched(self._watch),
@@ -139,7 +127,7 @@ class _Compiled(Master):
                     fitting = int((self._count - before) * _SPELL / (perf_counter() - begin))
                     self._spell = max(1, min(fitting, 100 * self._spell))
             elif outcome == _CALL_NOT_OK:
-                self._report(self._program.failed(run.next - 1), run.status)
+                self._exchange.report(self._program.failed(run.next - 1), run.status)
             elif outcome == _BUS_WRONG:
                 self._watch.check(self.time)
             elif recording is not None and outcome == _ROW_WRONG:
@@ -155,27 +143,3 @@ class _Compiled(Master):
             run = self._run_in_c
             run.time, run.values = time.ctypes.data, values.ctypes.data
             run.rows, run.capacity = self._recording.rows, len(time)
-
-
-class CompiledMaster(_Compiled):
-    """`Master`, stepping in C with a compiled library."""
-
-    def __init__(
-        self,
-        instances: Mapping[str, Instance],
-        system: System,
-        algorithm: str = ALGORITHMS[0],
-        step_size: float = 1e-3,
-        *,
-        library: Path,
-    ):
-        super().__init__(instances, system, algorithm, step_size)
-        self._load(library)
-
-
-class CompiledFeedback(_Compiled, LinearizedFeedback):
-    """`LinearizedFeedback`, stepping in C with a compiled library."""
-
-    def __init__(self, instances: Mapping[str, Instance], system: System, step_size: float = 1e-3, *, library: Path):
-        super().__init__(instances, system, step_size)
-        self._load(library)

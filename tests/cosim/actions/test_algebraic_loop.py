@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import refuse_loops
-from hfsa.cosim.systems.system import EXTRAPOLATED, HELD, ITERATED, Component, Connection, StructureError, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 RING = [Connection("a.y", "b.u"), Connection("b.y", "a.u")]
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from algorithm_groups import ALGORITHMS
 from mass_and_law import law, plant
 
 from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, recorded_scales
@@ -22,7 +23,10 @@ from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.measurement.run import Ready, run
 from hfsa.cosim.measurement.trial import Outcome, measure
 from hfsa.cosim.results.files import SystemRecord, read_run, read_status
-from hfsa.cosim.systems.system import ALGORITHMS, Component, Connection, Scene, StructureError, System, connector
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 RATE, START, STEP = 10.0, 1e-6, 1e-3
 """Growth of the unstable loop [1/s], where it begins [m], and its step [s]."""

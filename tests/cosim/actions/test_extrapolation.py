@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import ALGORITHMS
 from spring_loop import closed_loop, loop
 
 from hfsa.cosim.analysis.stability import Cycle
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import ALGORITHMS, Component, Connection, System
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.system import Component, Connection, System
 
 ORDERS = {"gauss_seidel_linear": 2, "gauss_seidel_quadratic": 3, "jacobi_linear": 2, "jacobi_quadratic": 3}
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
@@ -40,7 +40,7 @@ def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algor
     """After the start, positions follow the recurrence of the matrix's characteristic polynomial."""
     system, found = loop(files, version)
     step = Cycle(system, opened(found), algorithm).over(5e-3)
-    master = Master(opened(found), system, algorithm, 5e-3)
+    master = make_master(opened(found), system, algorithm, 5e-3)
     recording = master.record(["plant.position"], rows=101)
     master.initialize()
     master.advance(100)
@@ -66,7 +66,9 @@ def test_sampled_outputs_are_held(files, opened, library, way):
 def test_an_fmu_that_takes_no_derivatives_is_told_and_held(opened, foreign):
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
     found = dict.fromkeys("ab", foreign[3])
-    masters = [Master(opened(found), system, algorithm, 0.01) for algorithm in ("gauss_seidel", "gauss_seidel_linear")]
+    masters = [
+        make_master(opened(found), system, algorithm, 0.01) for algorithm in ("gauss_seidel", "gauss_seidel_linear")
+    ]
     values = []
     for master in masters:
         master.initialize()

@@ -6,11 +6,12 @@ import scipy.linalg
 from numpy.polynomial import polynomial
 from spring_loop import KD, KP, LOOP, TF
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.analysis.margins import find_connection, open_loop
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.linear.linearize import linearize
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.fmus.export import export
 
 T = 0.01

@@ -16,12 +16,14 @@ from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.experiments.orders import with_computed_order, with_order
 from hfsa.cosim.linear.linearize import linear_response, linearize
-from hfsa.cosim.masters.master import Master
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.measurement.rig import Rig, Settings, Task
 from hfsa.cosim.measurement.sweep import Bench
 from hfsa.cosim.results.files import read_order, read_run
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
-from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System, in_order
+from hfsa.cosim.systems.system import Component, Connection, System, in_order
 
 EXCITED, FREQUENCY = "first.base.position", 7.0
 
@@ -138,7 +140,7 @@ def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring
     errors, choices = {}, {}
     for order in permutations(of):
         ordered = in_order(system, order)
-        master = Master(instances, ordered, step_size=step_size)
+        master = make_master(instances, ordered, step_size=step_size)
         recording = master.record(["plant.position"], rows=1001)
         master.initialize(starts={"plant.x": 1.0})
         master.advance(1000)

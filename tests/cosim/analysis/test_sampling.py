@@ -9,7 +9,7 @@ import scipy.optimize
 
 from hfsa.cosim.analysis.sampling import ACCURACY, SamplingLimit, sampling_limit
 from hfsa.cosim.assembly import build
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
 
 OUTPUTS = ["plant.position"]

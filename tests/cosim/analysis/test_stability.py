@@ -5,19 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+from algorithm_groups import HELD
 from spring_loop import LOOP
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly import build
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linear_response
-from hfsa.cosim.masters.master import Master
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.measurement.rig import Rig, Settings, Task
 from hfsa.cosim.measurement.sweep import Bench
 from hfsa.cosim.results.records import Status
 from hfsa.cosim.signals.frequency_response import negligible
-from hfsa.cosim.systems.system import HELD, Component, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, System
 from hfsa.fmus.export import export
 
 VERTICAL, ACROSS = "reference.command.position[3]", "reference.command.position[1]"
@@ -195,7 +197,7 @@ def test_free_drives_in_simulation(free, algorithm, factor):
     mode = Cycle(system, instances, algorithm).over(step_size).of("oscillatory")[0]
     assert (mode.rate > 0) == (factor > 1)
     forces = [f"robot.drive[{j}].{kind}" for j in (1, 2, 3) for kind in ("force", "torque")]
-    master = Master(instances, system, algorithm, step_size)
+    master = make_master(instances, system, algorithm, step_size)
     window, apart = round(0.25 / step_size), round(0.7 / step_size)
     recording = master.record(forces, window + apart + 1)
     size = max(abs(value) for name, value in mode.shape.items() if "center.position" in name)
@@ -267,7 +269,7 @@ def test_whole_parts_of_the_sample_time_give_the_same_sampled_sequence(files, op
     system = System([Component("plant", "x"), Component("pd", "x")], LOOP)
     sequences = []
     for parts in (1, 2, 5, 8):
-        master = Master(instances, system, algorithm, 0.01 / parts)
+        master = make_master(instances, system, algorithm, 0.01 / parts)
         # a sampled output changes within the step that begins at its tick
         recording = master.record(["pd.force"], 50 * parts + 1)
         master.initialize(starts={"plant.x": 1.0})
@@ -291,7 +293,7 @@ def test_multiples_of_the_sample_time_give_the_same_sampled_sequence(opened, tmp
     instances = opened({"it": export(m, tmp_path, (2,))[0]})
     sequences = []
     for ratio in (0.1, 0.5, 1, 2, 5, 10):
-        master = Master(instances, System([Component("it", "x")]), algorithm, 0.01 * ratio)
+        master = make_master(instances, System([Component("it", "x")]), algorithm, 0.01 * ratio)
         recording = master.record(["it.y"], 31, every=round(10 / ratio))
         master.initialize()
         master.advance(round(300 / ratio))

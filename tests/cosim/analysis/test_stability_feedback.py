@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from mass_and_law import law, plant
 
+from hfsa.components import Model
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.components._modelling.model import Model
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.linearized_feedback import LinearizedFeedback
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 ALGORITHM = "linearized_feedback"
 SENSED = ("position", "velocity")
@@ -79,7 +79,7 @@ def test_a_plant_that_closes_its_loop_itself_has_no_limit(alone):
 def test_without_a_limit_it_decays_in_simulation(alone, step_size):
     """At 10 ns at the rate of the slower mode; at more than a microsecond nothing is left after a step or two."""
     system, instances = alone
-    master = LinearizedFeedback(instances("mass"), system, step_size)
+    master = make_master(instances("mass"), system, "linearized_feedback", step_size)
     recording = master.record(["mass.q"], 21)
     master.initialize(starts={"mass.q": 1.0})
     master.advance(20)
@@ -92,7 +92,7 @@ def test_without_a_limit_it_decays_in_simulation(alone, step_size):
 
 def test_held_forces_grow_at_those_steps(alone):
     system, instances = alone
-    master = Master(instances("mass"), system, "gauss_seidel", 1e-6)
+    master = make_master(instances("mass"), system, "gauss_seidel", 1e-6)
     recording = master.record(["mass.q"], 21)
     master.initialize(starts={"mass.q": 1.0})
     with pytest.raises(StepError):
@@ -121,7 +121,7 @@ def test_crossing_plants_grow_and_decay_as_predicted(coupled, factor):
     step_size = factor * 6.743e-3
     mode = Cycle(system, instances, ALGORITHM).over(step_size).modes[0]
     assert (mode.rate > 0) == (factor > 1)
-    master = LinearizedFeedback(instances, system, step_size)
+    master = make_master(instances, system, "linearized_feedback", step_size)
     steps = 4000 if abs(mode.rate) * step_size < 0.02 else 400
     recording = master.record(["mass[1].q"], steps + 1)
     master.initialize(starts={"mass[1].q": 1.0})

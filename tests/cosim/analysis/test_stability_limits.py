@@ -16,13 +16,15 @@ part on the way that has no memory, so that a relay between plant and law, both 
 
 import numpy as np
 import pytest
+from algorithm_groups import HELD
 from mass_and_law import KP, KV, law, plant
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.system import HELD, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 HELD_LIMIT, LATE_LIMIT, TWICE_LATE_LIMIT, LINE_LIMIT = 3.333e-9, 1.537e-9, 0.938e-9, 1.686e-9
 IMPLICIT_LIMIT = np.sqrt(12 / KP)
@@ -80,7 +82,7 @@ def assert_simulated(cycle: Cycle, system, instances, algorithm: str, limit: flo
         step_size = factor * limit
         expected = cycle.over(step_size).modes[0].rate * step_size
         assert (expected > 0) == (factor > 1)
-        master = Master(instances, system, algorithm, step_size)
+        master = make_master(instances, system, algorithm, step_size)
         recording = master.record(["plant.q"], 641)
         master.initialize(starts={"plant.q": 1.0})
         master.advance(640)
@@ -119,7 +121,7 @@ def test_a_fixed_point_is_lost_before_stability(wired):
     assert limit < HELD_LIMIT
     system, instances = wired("plant", "law")
     for factor in (0.85, 1.02):
-        master = Master(instances, system, "fixed_point", factor * limit)
+        master = make_master(instances, system, "fixed_point", factor * limit)
         master.initialize(starts={"plant.q": 1.0})
         if factor < 1:
             master.advance(100)
@@ -179,7 +181,7 @@ def test_an_exchanged_spring_takes_damping(wired, algorithm):
     for factor in (0.98, 1.02):
         mode = cycle.over(factor * limit).modes[0]
         assert (mode.rate > 0) == (factor > 1)
-        rate = ringing(Master(instances, system, algorithm, factor * limit), mode.frequency)
+        rate = ringing(make_master(instances, system, algorithm, factor * limit), mode.frequency)
         assert (rate > 0) == (factor > 1)
         assert rate == pytest.approx(mode.rate, rel=0.1)
 
@@ -211,7 +213,7 @@ def test_weak_control_is_control(wired):
     assert cycle.counting == "all"
     assert cycle.is_stable(0.2)
     assert not cycle.is_stable(2.0)
-    master = Master(instances, system, "gauss_seidel", 2.0)
+    master = make_master(instances, system, "gauss_seidel", 2.0)
     recording = master.record(["plant.q"], rows=2001)
     master.initialize(starts={"plant.q": 1.0})
     master.advance(2000)

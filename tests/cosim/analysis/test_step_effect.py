@@ -4,6 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
+from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 from linear_parts import held_law, linear, random_ring
 
 from hfsa.components.lock_in import lock_in
@@ -12,7 +13,7 @@ from hfsa.cosim.analysis.algorithm_choice import choose, warnings
 from hfsa.cosim.analysis.step_effect import Question, entering, motions
 from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
-from hfsa.cosim.systems.system import EXTRAPOLATED, HELD, ITERATED, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 SAYS = "the system itself is unstable"
 

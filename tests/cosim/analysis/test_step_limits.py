@@ -4,14 +4,16 @@ import json
 
 import numpy as np
 import pytest
+from algorithm_groups import HELD
 from spring_loop import loop
 
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.analysis.step_limits import LIMITED, advice, fitting, step_limits
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.experiments.stability_map import Axis, stability_map
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.system import HELD, System
+from hfsa.cosim.systems.system import System
 
 
 def free_drives(arguments: dict[str, str]) -> System:
@@ -38,8 +40,8 @@ def test_a_loop_decays_below_its_limit_and_grows_above(files, opened, algorithm)
     assert limit.is_stable
     assert limit.longest > 1e-3
     if np.isfinite(limit.longest):
-        assert growth(Master(opened(found), system, algorithm, 0.98 * limit.longest)) < 1
-        assert growth(Master(opened(found), system, algorithm, 1.02 * limit.longest)) > 1
+        assert growth(make_master(opened(found), system, algorithm, 0.98 * limit.longest)) < 1
+        assert growth(make_master(opened(found), system, algorithm, 1.02 * limit.longest)) > 1
 
 
 @pytest.mark.parametrize(("algorithm", "ratio"), [("gauss_seidel", 2), ("jacobi", 2), ("jacobi_plain", 1)])
@@ -48,8 +50,8 @@ def test_steps_of_a_sampled_loop_fit_its_ticks(files, opened, algorithm, ratio):
     system, found = loop(files, controller="SampledPd")
     (limit,) = step_limits(system, opened(found), 0.01, [algorithm])
     assert limit.longest == pytest.approx(ratio * 0.01)
-    assert growth(Master(opened(found), system, algorithm, ratio * 0.01)) < 1
-    assert growth(Master(opened(found), system, algorithm, (ratio + 1) * 0.01), steps=150) > 1
+    assert growth(make_master(opened(found), system, algorithm, ratio * 0.01)) < 1
+    assert growth(make_master(opened(found), system, algorithm, (ratio + 1) * 0.01), steps=150) > 1
 
 
 @pytest.mark.parametrize(

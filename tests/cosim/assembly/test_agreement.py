@@ -14,8 +14,9 @@ from hfsa.cosim.assembly.agreement import conflicts, disagreements, known_facts,
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.assembly.load_scene import load_scene, scenes, written
 from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 NUMBERS = {
     "sdelta_hfsa": {

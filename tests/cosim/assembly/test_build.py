@@ -6,14 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.components._modelling.model import ModelError
+from hfsa.components import ModelError
 from hfsa.cosim.assembly import fmu_cache
 from hfsa.cosim.assembly.build import build, instrument, load_scene
 from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import model_of
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 MASS = Component("mass", "mass_on_spring")
 

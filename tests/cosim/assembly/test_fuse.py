@@ -13,10 +13,12 @@ from hfsa.cosim.assembly.fuse import fused, models_to_export, with_fusion
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import model_of
 from hfsa.cosim.fidelity.levels import at_highest
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.results.files import read, read_run
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
-from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 DRIVES = "drive[1..3]"
 SAMPLE_TIME = 0.25e-3

@@ -9,7 +9,7 @@ from hfsa.components import rrr_stage
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.linear.linearize import linear_response
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
 
 ERRORS = [f"tracking.axis[{i}].error" for i in (1, 2, 3)]
 LINKS = ("nominal", "calibrated")

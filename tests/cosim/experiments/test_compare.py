@@ -18,7 +18,7 @@ from hfsa.cosim.measurement.limit_flags import Acting
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, measure, thinned
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.signals.prefixes import readable
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 # Numbers --------------------------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ import pytest
 import xarray
 
 from hfsa.cosim.experiments.stability_map import Axis, parse_axis, stability_map
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 
 def test_the_massless_suspension_is_stable_up_to_its_step():

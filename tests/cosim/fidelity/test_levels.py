@@ -13,7 +13,9 @@ from hfsa.cosim.cli import main
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.level_error import ask
 from hfsa.cosim.signals.response_scale import filled
-from hfsa.cosim.systems.system import Component, Connection, Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 ACCELERATION, POSITION = "sensor.base.acceleration[{}]", "sensor.proof_mass.position[{}]"
 SENSOR = tba_accelerometer.analyze()

@@ -15,7 +15,7 @@ import pytest
 from scipy.linalg import expm
 
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance, StepError
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 

@@ -8,7 +8,7 @@ import pytest
 
 from hfsa.cosim.fmi.co_simulation import Fmu, StepError, open_instances
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from spring_loop import KD, KP, LOOP, TF
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.linear.linearize import linear_response, linearize
-from hfsa.cosim.systems.system import Component, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, System
 from hfsa.fmus.export import export
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from hfsa.components import c_drive, sdelta
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model, c_drive, sdelta
 from hfsa.controllers import sdelta_tuning
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.linear.linearize import linear_response, linearize
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 

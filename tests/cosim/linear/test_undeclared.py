@@ -11,7 +11,8 @@ from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response, linearize
 from hfsa.cosim.results.files import read
-from hfsa.cosim.systems.system import Component, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, System
 
 SOURCE = Path(__file__).with_name("hidden.c")
 FLAG = {2: 'providesDirectionalDerivative="true"', 3: 'providesDirectionalDerivatives="true"'}

@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import ERROR_CONTROLLED
 from scipy.linalg import expm
 from spring_loop import LOOP
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.assembly.build import build, load_scene
-from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.masters.algorithms import ALGORITHMS, open_master
 from hfsa.cosim.masters.error_controlled import SCALE, TOLERANCE, ErrorControlled
-from hfsa.cosim.systems.system import ERROR_CONTROLLED, Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 KP, KD, TF = 400.0, 10.0, 5e-3
@@ -48,7 +50,7 @@ def exact(time: np.ndarray) -> np.ndarray:
 def run(opened, files, servos, version, tolerance, points=200):
     system = System([Component("plant", "x"), STEPPED], LOOP)
     found = opened({"plant": files["Plant", version], "pd": servos[version]})
-    master = ErrorControlled(found, system, 1.0 / points, tolerance)
+    master = ErrorControlled(found, system, ALGORITHMS["error_controlled"], 1.0 / points, tolerance)
     recording = master.record(["plant.position"], rows=points + 1)
     master.initialize()
     master.advance(points)
@@ -98,7 +100,7 @@ def test_jumps_at_ticks(opened, files, servos, exported):
     connections = [*LOOP, Connection("stair.reference", "pd.reference")]
     instances = opened({"stair": exported(stair())[2], "plant": files["Plant", 2], "pd": servos[2]})
     system = System([Component(name, "x") for name in ("stair", "plant", "pd")], connections)
-    master = ErrorControlled(instances, system, 5e-3, 1e-4)
+    master = ErrorControlled(instances, system, ALGORITHMS["error_controlled"], 5e-3, 1e-4)
     recording = master.record(["plant.position"], rows=201)
     taken = []
     master.initialize()
@@ -140,7 +142,7 @@ def test_an_fmu_that_is_solved_coarser_than_the_tolerance(opened, servos, export
     tolerance = 1e-8
     instances = opened({"plant": exported(hardening())[3], "pd": servos[3]})
     system = System([Component("plant", "x"), STEPPED], LOOP)
-    master = ErrorControlled(instances, system, 0.01, tolerance)
+    master = ErrorControlled(instances, system, ALGORITHMS["error_controlled"], 0.01, tolerance)
     with pytest.raises(
         StructureError, match=r"plant \(Hardening\.fmi3\.fmu\) solves its own equations to 1e-08 only; .*"
     ) as caught:

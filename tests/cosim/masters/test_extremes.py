@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
-from hfsa.components._modelling.model import Model
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.components.sdelta import Posture
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 OMEGA = 100.0
 POSITION, VELOCITY = "mass.mass.position", "mass.mass.velocity"
@@ -83,7 +84,7 @@ def stiff_loop(files, exported, opened):
     def make(algorithm: str, step_size: float) -> Master:
         system = System([Component("plant", "x", start={"x": 1e-9}), Component("law", "x")], LOOP)
         found = {"plant": files["Plant", 2], "law": exported(law())[2]}
-        return Master(opened(found), system, algorithm, step_size)
+        return make_master(opened(found), system, algorithm, step_size)
 
     return make
 
@@ -236,7 +237,7 @@ def test_an_input_that_is_not_finite_is_named(plant_master, version, loop, value
 def test_a_start_value_that_is_not_finite_is_refused(files, opened, value):
     system = System([Component("plant", "x", start={"force": value})])
     with pytest.raises(StructureError, match=rf"plant\.force starts at {value} N, expected a number"):
-        Master(opened({"plant": files["Plant", 2]}), system)
+        make_master(opened({"plant": files["Plant", 2]}), system)
 
 
 @LOOPS

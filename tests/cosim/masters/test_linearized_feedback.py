@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from hfsa.components import Model
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.components._modelling.model import Model
 from hfsa.cosim.assembly.build import build, files_for, instrument, load_scene
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.linearized_feedback import LinearizedFeedback
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.masters.linearized_feedback import NAME as ALGORITHM
 from hfsa.cosim.results.files import read_run
-from hfsa.cosim.systems.feedback_loops import ALGORITHM
-from hfsa.cosim.systems.system import Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 AXES, STACKS = "axis[1..3]", "stack[1..3]"
 ERROR, ACCELERATION = "tracking.axis[1].error", "reference.stack[1].elongation_acceleration"
@@ -103,7 +102,7 @@ def test_a_continuous_controller_has_no_sample_time():
 def test_held_forces_explode_in_two_steps(opened):
     """The same scene at 1 us: each step multiplies the error by more than Kv H = 600."""
     system = stage(5e16, 6e8)
-    master = Master(opened(build(system)), system, "gauss_seidel", 1e-6)
+    master = make_master(opened(build(system)), system, "gauss_seidel", 1e-6)
     recording = master.record([ERROR], rows=10)
     master.initialize()
     with pytest.raises(StepError):
@@ -189,7 +188,7 @@ def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
     assert exact[0] == pytest.approx(0.8034755886, abs=1e-10)
     errors = []
     for step_size in (2e-3, 1e-3, 0.5e-3):
-        master = LinearizedFeedback(opened(files), system, step_size)
+        master = make_master(opened(files), system, "linearized_feedback", step_size)
         recording = master.record(["mass.x", "mass.v", "law.filtered", "mass.acceleration"], rows=2001)
         master.initialize()
         master.advance(round(1 / step_size))
@@ -290,7 +289,7 @@ def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exporte
 def test_a_scene_without_such_a_loop_is_refused(opened):
     system = load_scene("stage_tracking", {"actuator": "force"}).system
     with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
-        LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, 1e-5)
+        make_master(opened(files_for(system, "linearized_feedback")), system, "linearized_feedback", 1e-5)
 
 
 def test_a_finished_fmu_has_no_ports(opened, files):
@@ -301,7 +300,7 @@ def test_a_finished_fmu_has_no_ports(opened, files):
     with pytest.raises(
         StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
     ):
-        LinearizedFeedback(opened(files_for(system, "linearized_feedback")), system, 1e-3)
+        make_master(opened(files_for(system, "linearized_feedback")), system, "linearized_feedback", 1e-3)
 
 
 def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
@@ -311,7 +310,7 @@ def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
     loop = [Connection("box.position", "box_law.position"), Connection("box_law.force", "box.force")]
     both = System([*finished, *system.components], [*loop, *system.connections])
     paths = {"box": files["Plant", 2], "box_law": files["Pd", 2], **own}
-    master = LinearizedFeedback(opened(paths), both, 1e-3)
+    master = make_master(opened(paths), both, "linearized_feedback", 1e-3)
     assert master.warnings["box"].endswith("with which only parts are exported; force moves on a line instead")
     assert "mass" not in master.warnings
     master.initialize(starts={"box.x": 0.1})

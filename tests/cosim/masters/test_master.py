@@ -5,13 +5,14 @@ import threading
 
 import numpy as np
 import pytest
+from algorithm_groups import HELD
 from scipy.linalg import expm
 from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.cosim.fmi.co_simulation import StepError, open_instances
-from hfsa.cosim.masters.master import Master
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import HELD, Component, Connection, StructureError, System
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 
@@ -157,7 +158,9 @@ def plain(files):
     found = {}
     for version in (2, 3):
         with open_instances({"plant": files["Plant", version], "pd": files["Pd", version]}) as instances:
-            m = Master(instances, System([Component("plant", "x"), Component("pd", "x")], LOOP), "jacobi_plain", 1e-3)
+            m = make_master(
+                instances, System([Component("plant", "x"), Component("pd", "x")], LOOP), "jacobi_plain", 1e-3
+            )
             recording = m.record(["plant.position"], rows=STEPS + 1)
             m.initialize(starts={"plant.x": 1.0})
             m.advance(STEPS)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import MONOLITHIC, MONOLITHIC_DAE
 
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.masters.monolithic import integrator
 from hfsa.cosim.masters.monolithic.cvode import Cvode
-from hfsa.cosim.systems.system import MONOLITHIC, MONOLITHIC_DAE
 
 
 def simulated(name, arguments, algorithm, step, stop, names, starts=None, library=None) -> np.ndarray:

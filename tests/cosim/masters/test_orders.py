@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from algorithm_groups import ALGORITHMS, ERROR_CONTROLLED, MONOLITHIC, MONOLITHIC_DAE, ORDERS
 from scipy.linalg import expm
 
 from hfsa.cosim.assembly.build import build, files_for, load_scene
@@ -19,16 +20,7 @@ from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.masters.error_controlled import ErrorControlled
-from hfsa.cosim.systems.system import (
-    ALGORITHMS,
-    ERROR_CONTROLLED,
-    MONOLITHIC,
-    MONOLITHIC_DAE,
-    ORDERS,
-    Component,
-    Connection,
-    System,
-)
+from hfsa.cosim.systems.system import Component, Connection, System
 
 AXES, STACKS = "axis[1..3]", "stack[1..3]"
 POINTS = 10

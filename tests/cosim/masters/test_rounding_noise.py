@@ -3,15 +3,16 @@
 import casadi as ca
 import numpy as np
 import pytest
+from algorithm_groups import MONOLITHIC, MONOLITHIC_DAE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.fmi.co_simulation import StepError, open_instances
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.monolithic import integrator
-from hfsa.cosim.masters.monolithic.master import Monolithic
-from hfsa.cosim.systems.system import MONOLITHIC, MONOLITHIC_DAE, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 pytestmark = pytest.mark.slow
 
@@ -68,7 +69,7 @@ def simulated(exported, monkeypatch):
             Component("plant", "x", start={**starts, **({"angle": offset["offset"]} if offset else {})}),
         ]
         system = System(components, [Connection("source.angle", "plant.angle")])
-        one = Monolithic(open_instances(files, ModelExchangeInstance), system, 1e-3, algorithm)
+        one = make_master(open_instances(files, ModelExchangeInstance), system, algorithm, 1e-3)
         try:
             recording = one.record(["plant.position"], rows=101)
             one.initialize()

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from algorithm_groups import ALGORITHMS, ERROR_CONTROLLED, ITERATED, MONOLITHIC, MONOLITHIC_DAE
 from scipy.linalg import expm
 
 from hfsa.components._modelling.linearize import linearize
@@ -13,7 +14,6 @@ from hfsa.cosim.assembly.build import files_for, instrument, load_scene
 from hfsa.cosim.experiments.run import _driven
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.results.files import read_run
-from hfsa.cosim.systems.system import ALGORITHMS, ERROR_CONTROLLED, ITERATED, MONOLITHIC, MONOLITHIC_DAE
 
 pytestmark = pytest.mark.slow
 

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from algorithm_groups import MONOLITHIC, MONOLITHIC_DAE
 from foreign_fmu import foreign_fmu
 
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import open_master
-from hfsa.cosim.systems.system import MONOLITHIC, MONOLITHIC_DAE, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 ALGORITHMS = pytest.mark.parametrize("algorithm", [MONOLITHIC, MONOLITHIC_DAE])
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])

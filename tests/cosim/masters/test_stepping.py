@@ -9,15 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
 from hfsa.cosim.assembly import native_loop
 from hfsa.cosim.assembly.build import build, instrument, load_scene
 from hfsa.cosim.assembly.load_scene import scenes
 from hfsa.cosim.assembly.native_loop import chosen_loop, stepping_library
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.native import stepping
-from hfsa.cosim.masters.native.stepping import CompiledMaster, installed_library, library_name, make_master
+from hfsa.cosim.masters.native.stepping import installed_library, library_name
 from hfsa.cosim.results.files import read_run
-from hfsa.cosim.systems.system import EXTRAPOLATED, HELD, ITERATED, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.fmus.compile import compiler
 from hfsa.fmus.errors import ExportError
 
@@ -267,4 +269,4 @@ def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
     (library,) = (tmp_path / "built").rglob("_step_*")
     assert library.name.startswith(f"{library_name()}.")
     assert library.name.removeprefix(library_name()) in stepping.EXTENSION_SUFFIXES
-    assert CompiledMaster({}, System([]), library=library).time == 0.0
+    assert make_master({}, System([]), library=library).time == 0.0

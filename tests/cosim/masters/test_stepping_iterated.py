@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import ITERATED
 from spring_loop import LOOP, loop
 
-from hfsa.components._modelling.model import Model
+from hfsa.components import Model
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.masters.error_controlled import ErrorControlled
-from hfsa.cosim.systems.system import ITERATED, Component, Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 each_method = pytest.mark.parametrize("method", ITERATED)
@@ -140,7 +142,7 @@ def test_steps_that_follow_their_error_have_the_same_bits(files, opened, library
     system, found = loop(files, version, controller)
     ends = []
     for way in (None, library):
-        master = ErrorControlled(opened(found), system, 5e-3, 1e-5, way)
+        master = ErrorControlled(opened(found), system, ALGORITHMS["error_controlled"], 5e-3, 1e-5, way)
         recording = run_plain(master, 40)
         ends.append((recording.values.tobytes(), master.wiring.bus.tobytes(), master.taken, master.tried))
     assert ends[0] == ends[1]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.measurement.limit_flags import LIMITS, acting, limit_signals
-from hfsa.cosim.systems.system import Connector
+from hfsa.cosim.systems.connectors import Connector
 
 
 def test_limits_are_outputs_told_by_the_last_part_of_their_name():

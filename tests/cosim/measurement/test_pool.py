@@ -30,12 +30,9 @@ def test_a_process_that_dies_takes_only_its_own_task_with_it():
 
 
 def test_who_stops_waiting_ends_what_runs(tmp_path):
-    pool, begun, told = (
-        "__import__('hfsa.cosim.measurement.pool', fromlist=['is_stopping'])",
-        tmp_path / "begun",
-        tmp_path / "told",
-    )
-    sleep = f"all(__import__('time').sleep(0.01) is None for _ in iter({pool}.is_stopping, True))"
+    module = "__import__('hfsa.cosim.measurement.pool', fromlist=['is_stopping'])"
+    begun, told = tmp_path / "begun", tmp_path / "told"
+    sleep = f"all(__import__('time').sleep(0.01) is None for _ in iter({module}.is_stopping, True))"
     wait = f"open({str(begun)!r}, 'w').close() or {sleep} and open({str(told)!r}, 'w').close()"
     begin = time.monotonic()
     with contextlib.closing(pool.results(eval, ["1", wait, wait], 2)) as results:

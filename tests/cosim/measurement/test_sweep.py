@@ -12,7 +12,9 @@ from hfsa.cosim.measurement.sweep import Bench, Settings, finished, linear, plan
 from hfsa.cosim.results.files import Status, SweepFile, read
 from hfsa.cosim.signals.excitation import along_response, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
-from hfsa.cosim.systems.system import Component, Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, System
 
 SHAKER_INPUTS = [f"reference.command.{kind}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]
 

@@ -7,13 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from algorithm_groups import ALGORITHMS, ORDERS
 from mass_and_law import law, plant
 from spring_loop import loop
 
 from hfsa.cosim.measurement.run import Ready, run
 from hfsa.cosim.measurement.verification import check_verifiable, verify
 from hfsa.cosim.results.files import SystemRecord, read_errors, read_run, read_status
-from hfsa.cosim.systems.system import ALGORITHMS, ORDERS, Component, Connection, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component, Connection, System
 
 STIFFNESS, DAMPING = 100.0, 1.0
 """Of the law that holds a mass of 1 kg [N/m], [N.s/m]."""

@@ -31,7 +31,7 @@ from hfsa.cosim.results.files import (
     read,
     target,
 )
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.fmus.compile import compiler
 
 PLAN = Plan(np.array([1.0, 10.0]), (Signal("a.y", "m"),), (Signal("a.u", "m", 1e-5),), {"method": "stepped"})

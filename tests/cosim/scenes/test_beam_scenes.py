@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.linalg
+from algorithm_groups import HELD
 from scene_responses import assert_close, errors, linear, one_step, responses, scene, swept
 
 from hfsa.components import beam_stage, beam_suspension
@@ -11,8 +12,8 @@ from hfsa.cosim.analysis.stability import Cycle, OneStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.linear.linearize import linearize
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import HELD, Component, Connection, System
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.system import Component, Connection, System
 
 RATIO = 0.01
 SHAKEN = [f"payload.base.acceleration[{i}]" for i in (1, 2, 3)]

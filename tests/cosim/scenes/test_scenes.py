@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
+from algorithm_groups import HELD
 
 from hfsa.components import sdelta
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.cosim.assembly.build import build, instrument, load_scene
 from hfsa.cosim.assembly.load_scene import scenes
 from hfsa.cosim.linear.linearize import linear_response
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
+from hfsa.cosim.systems.connectors import check, connector
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
-from hfsa.cosim.systems.system import HELD, check, connector
 
 SCENES = pytest.mark.parametrize("name", list(scenes()))
 
@@ -39,7 +41,7 @@ def test_a_scene_runs_with_its_instruments_or_its_own_motion(name, opened, algor
     if scene.inputs:
         system = instrument(scene, scene.inputs[-1])
         starts = {"source.frequency": scene.band[1], "lock_in.window": 100 * scene.step_size}
-    master = Master(opened(build(system)), system, algorithm, scene.step_size)
+    master = make_master(opened(build(system)), system, algorithm, scene.step_size)
     master.initialize(starts=starts)
     before = master.read(list(scene.outputs))
     master.advance(301)
@@ -95,7 +97,7 @@ def test_the_rate_and_acceleration_reach_the_reference():
 def settled(opened, arguments: dict[str, object], name: str = "sdelta_hfsa", seconds: float = 3.0) -> Master:
     """The scene at rest under control, with the controller's own step."""
     scene = load_scene(name, arguments)
-    master = Master(opened(build(scene.system)), scene.system, "gauss_seidel", 0.25e-3)
+    master = make_master(opened(build(scene.system)), scene.system, "gauss_seidel", 0.25e-3)
     master.initialize()
     master.advance(round(seconds / 0.25e-3))
     return master

@@ -10,7 +10,8 @@ from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly.build import build, instrument, load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linear_response, linearize
-from hfsa.cosim.systems.system import Scene, StructureError
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 
 Z = 5
 """Vertical position among the scene's inputs and outputs; horizontal along x is 3."""

@@ -15,7 +15,9 @@ from hfsa.cosim.measurement.rig import Rig, Settings, Task
 from hfsa.cosim.measurement.sweep import Bench
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.results.records import Status
-from hfsa.cosim.systems.system import Component, Scene, StructureError, System
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, System
 
 FREQUENCY = np.unique([*np.geomspace(1, 3000, 12), *np.linspace(850, 970, 7), 2000, *np.linspace(2200, 2500, 5)])
 BETA, RESISTANCE = 6.02e-6, 50.0

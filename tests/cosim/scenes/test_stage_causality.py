@@ -9,6 +9,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
+from algorithm_groups import HELD
 from scipy.integrate import trapezoid
 
 from hfsa.components import pzt_stack, rrr_stage
@@ -17,8 +18,8 @@ from hfsa.components._mechanics.rrr_kinematics import NOMINAL
 from hfsa.cosim.analysis.stability import Cycle, OneStep
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.linear.linearize import linearize
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import HELD, Component, Connection, System
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.system import Component, Connection, System
 
 K = pzt_stack.analyze()["stiffness"]
 REST = rrr_stage.analyze()

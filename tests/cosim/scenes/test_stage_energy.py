@@ -9,7 +9,7 @@ from hfsa.components._mechanics.rrr_kinematics import NOMINAL, forward
 from hfsa.components._modelling.model import Kind
 from hfsa.components.rrr_stage import rrr_stage
 from hfsa.cosim.assembly.build import build
-from hfsa.cosim.masters.native.stepping import make_master
+from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
 
 LEVEL = pytest.mark.parametrize("level", ["constant_jacobian", "exact"])

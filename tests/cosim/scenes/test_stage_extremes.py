@@ -6,8 +6,8 @@ import pytest
 from hfsa.controllers.stage_closed_loop import analyze
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.fidelity.step_judge import settled
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import StructureError
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.errors import StructureError
 
 ERROR, FORCE = "tracking.axis[1].error", "controller.axis[1].command"
 RATE = 3e-6

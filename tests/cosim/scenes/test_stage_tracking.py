@@ -10,8 +10,9 @@ from hfsa.components import rrr_stage
 from hfsa.controllers.stage_computed_torque import controller
 from hfsa.cosim.assembly.build import build, load_scene
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.masters.native.stepping import make_master
-from hfsa.cosim.systems.system import StructureError, check
+from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.systems.connectors import check
+from hfsa.cosim.systems.errors import StructureError
 
 ERRORS = [f"tracking.axis[{i}].error" for i in (1, 2, 3)]
 SATURATION = "voltage.axis[1].saturation"

@@ -2,19 +2,13 @@
 
 import pytest
 
+from hfsa.cosim.systems.connectors import Connector, check
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import feedthrough, refuse_loops
+from hfsa.cosim.systems.names import companions, expand
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene, read_scene_text, scene_text
-from hfsa.cosim.systems.system import (
-    Component,
-    Connection,
-    Connector,
-    Scene,
-    StructureError,
-    System,
-    check,
-    companions,
-    expand,
-)
+from hfsa.cosim.systems.system import Component, Connection, System
 
 
 def ports(**kinds: str) -> dict[str, Connector]:

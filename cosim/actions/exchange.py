@@ -1,0 +1,119 @@
+"""Values that agree across every connection: the calls that make them so, and their start in initialization mode.
+
+exchange = Exchange(wiring)
+exchange.enter(start_time=0.0)         # all instances in initialization mode, values settled
+exchange.leave()                       # from then on they may step
+exchange.run(wiring.exchange())        # fetch and set; StepError where a call fails
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from hfsa.cosim.actions.action import blamed
+from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.recording import Watch
+from hfsa.cosim.actions.schedule import Action, Runnable
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.errors import StructureError
+
+SETTLING_PASSES = 100
+"""Exchanges in initialization mode after which the values across connections must agree."""
+
+SETTLING_TOLERANCE = 1e-12
+"""Largest change between two such exchanges, relative to the value or its nominal."""
+
+
+class Exchange:
+    """Runs actions on the instances of a wiring, and reports what is not ok.
+
+    Attributes:
+        watch: checks the values on the bus.
+        warnings: the first warning of each instance, by name.
+    """
+
+    def __init__(self, wiring: Wiring, warnings: Mapping[str, str] | None = None):
+        self.wiring, self.system = wiring, wiring.system
+        starts = [connection.start for connection in wiring.connections]
+        self.watch = Watch(starts, [connector(self.system, wiring.connectors, name) for name in starts], wiring.bus)
+        self.warnings = dict(warnings or {})
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return self.wiring.time.value
+
+    def enter(
+        self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
+    ) -> None:
+        """Bring all instances into initialization mode, with values that agree.
+
+        `starts` holds start values by full name, which go before those of the components. `StructureError` for a start
+        value of a variable that does not exist, or that is no finite number; `StepError` as of `settle`.
+        """
+        starts = dict(starts or {})
+        for name, value in starts.items():
+            connector(self.system, self.wiring.connectors, name)
+            if not np.isfinite(value):
+                raise StructureError(f"{name} starts at {value:g}, expected a finite number")
+        self.wiring.time.value = start_time
+        self.wiring.bus[:] = 0.0
+        for loop in self.wiring.loops:
+            loop.forget()
+        for component in self.system.components:
+            own = {self.system.split(n)[1]: v for n, v in starts.items() if self.system.split(n)[0] == component.name}
+            self.wiring.instances[component.name].enter(start_time, stop_time, {**component.start, **own})
+        self.settle()
+
+    def settle(self) -> None:
+        """Exchange values in initialization mode until none changes; `StepError` names a connection that still does."""
+        bus, watch = self.wiring.bus, self.watch
+        before, change = np.full_like(bus, np.nan), np.full_like(bus, np.inf)
+        for _ in range(SETTLING_PASSES):
+            self.run(self.wiring.exchange())
+            watch.check(self.time, bounds=False)
+            change = np.abs(bus - before) / np.maximum(np.abs(bus), watch.nominal)
+            if np.all(change <= SETTLING_TOLERANCE):
+                return
+            before = bus.copy()
+        worst = int(np.argmax(change))
+        connection = self.wiring.connections[worst]
+        raise StepError(
+            self.system.split(connection.end)[0],
+            str(connection),
+            "does not settle",
+            self.time,
+            f"after {SETTLING_PASSES} exchanges at initialization it still changes, now to {bus[worst]:.6g}",
+        )
+
+    def leave(self) -> None:
+        """Bring all instances out of initialization mode."""
+        for component in self.system.components:
+            self.wiring.instances[component.name].exit()
+
+    def run(self, actions: Iterable[Action]) -> None:
+        """Run actions, and report what is not ok."""
+        self.run_calls(action.call for action in actions)
+
+    def run_calls(self, calls: Iterable[Runnable]) -> None:
+        """Run calls, and report what is not ok."""
+        for call in calls:
+            status = call.run()
+            if status:
+                self.report(call, status)
+
+    def report(self, call: Runnable, status: int) -> None:
+        """Raise what a status says, note the first warning of an instance, or make anew what an iteration needs."""
+        if status == STALE:
+            assert isinstance(call, AlgebraicLoop | Converge)
+            status = call.solve(self.time)
+            if not status:
+                return
+        failing = blamed(call)
+        assert failing is not None
+        failing.instance.time = self.time
+        failing.instance.check(failing, status)
+        self.warnings.setdefault(failing.instance.name, failing.instance.warning(failing))

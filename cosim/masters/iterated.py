@@ -1,0 +1,48 @@
+"""Iterated coupling: all instances step together, again and again, until their inputs end at what the outputs come to.
+
+How the guess is made better is in `actions/iterated.py`.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+
+from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.schedule import sampled_first
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.linear.cycle import coupling_gradient
+from hfsa.cosim.masters.algorithm import Algorithm, Scheme
+from hfsa.cosim.masters.schemes import unable
+from hfsa.cosim.masters.stepped import stepped
+from hfsa.cosim.systems.system import System
+
+
+def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Scheme:
+    """Return the scheme of a method, `fixed_point` or `quasi_newton`, on one system."""
+    wiring = Wiring(system, instances)
+    converge = Converge(wiring, method, partial(coupling_gradient, wiring))
+    step = [*sampled_first(wiring), converge]
+    return Scheme(wiring, step, list(wiring.exchange()), converge, unable(instances, converge.unable))
+
+
+FIXED_POINT = Algorithm(
+    "fixed_point",
+    "all instances step until inputs and outputs agree at the step's end, each pass from the last one's outputs",
+    rank=8,
+    inputs="iterated",
+    order=2,
+    scheme=partial(scheme, "fixed_point"),
+    make=stepped,
+)
+QUASI_NEWTON = Algorithm(
+    "quasi_newton",
+    "all instances step until inputs and outputs agree at the step's end, by Newton's method on linearised FMUs",
+    rank=9,
+    inputs="iterated",
+    order=2,
+    scheme=partial(scheme, "quasi_newton"),
+    make=stepped,
+    is_candidate=True,
+    is_advised=True,
+)
+ALGORITHMS = (FIXED_POINT, QUASI_NEWTON)

@@ -1,0 +1,61 @@
+"""Jacobi: all instances step with the outputs of the communication point, in any order or at once.
+
+With `_linear` and `_quadratic` inputs go on over a step as they have come.
+"""
+
+from collections.abc import Iterator
+
+from hfsa.cosim.actions.extrapolation import Extrapolation
+from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.masters.algorithm import Algorithm
+from hfsa.cosim.masters.schemes import extrapolated, held
+from hfsa.cosim.masters.stepped import stepped
+
+
+def jacobi(wiring: Wiring) -> Iterator[Action]:
+    """All step with the outputs of the communication point."""
+    yield from sampled_first(wiring)
+    yield from wiring.others
+
+
+def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
+    """All step with inputs that go on as they have come."""
+    yield from sampled_first(wiring)
+    yield extrapolation.remember
+    for stepper in wiring.others:
+        yield from extrapolation.of(stepper.instance)
+        yield stepper
+
+
+_WORDS = "all instances step with the outputs of the communication point"
+
+ALGORITHMS = (
+    Algorithm(
+        "jacobi",
+        f"{_WORDS}; inputs are held",
+        rank=2,
+        inputs="held",
+        order=1,
+        scheme=held(jacobi),
+        make=stepped,
+    ),
+    Algorithm(
+        "jacobi_linear",
+        f"{_WORDS}; inputs move on straight lines",
+        rank=6,
+        inputs="extrapolated",
+        order=2,
+        scheme=extrapolated(jacobi_extrapolated, 1),
+        make=stepped,
+    ),
+    Algorithm(
+        "jacobi_quadratic",
+        f"{_WORDS}; inputs move on parabolas",
+        rank=7,
+        inputs="extrapolated",
+        order=3,
+        scheme=extrapolated(jacobi_extrapolated, 2),
+        make=stepped,
+    ),
+)

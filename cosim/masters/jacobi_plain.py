@@ -1,0 +1,42 @@
+"""Plain Jacobi, as other masters do it: get all outputs, set all inputs, step all instances; to compare with them."""
+
+from collections.abc import Iterator, Mapping
+
+from hfsa.cosim.actions.schedule import Action
+from hfsa.cosim.actions.wiring import Wiring
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.masters.algorithm import Algorithm, Scheme
+from hfsa.cosim.masters.stepped import stepped
+from hfsa.cosim.systems.system import System
+
+
+def exchange_plain(wiring: Wiring) -> Iterator[Action]:
+    """Fetch all outputs, then set all inputs."""
+    yield from wiring.stages()
+    for stage in wiring.stages():
+        yield from stage.transfers
+
+
+def jacobi_plain(wiring: Wiring) -> Iterator[Action]:
+    """All step, sampled or not."""
+    yield from wiring.sampled
+    yield from wiring.others
+
+
+def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
+    """Return the scheme on one system."""
+    wiring = Wiring(system, instances)
+    return Scheme(wiring, list(jacobi_plain(wiring)), list(exchange_plain(wiring)))
+
+
+ALGORITHMS = (
+    Algorithm(
+        "jacobi_plain",
+        "all outputs are fetched, all inputs set, all instances step, as in other masters",
+        rank=3,
+        inputs="held",
+        order=1,
+        scheme=scheme,
+        make=stepped,
+    ),
+)

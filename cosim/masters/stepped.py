@@ -1,0 +1,58 @@
+"""Masters that take the steps they are given: the stepping loop in Python, readable, and the same in C."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.masters.algorithm import Algorithm
+from hfsa.cosim.masters.master import Master
+from hfsa.cosim.masters.native.stepping import CompiledMaster
+from hfsa.cosim.systems.system import System
+
+
+class SteppedMaster(Master):
+    """Takes steps with the loop in Python."""
+
+    def _take(self, steps: int) -> None:
+        """Take steps; `native/stepping.py` does in C what this says."""
+        calls = {action.call.run: action.call for action in self.cycle}
+        stepping = [action.call.run for action in self.cycle[: self._scheme.first_of_point]]
+        at_point = [action.call.run for action in self.cycle[self._scheme.first_of_point :]]
+        time, bus, zeros, is_bounded = (
+            self.wiring.time,
+            self.wiring.bus,
+            np.zeros_like(self.wiring.bus),
+            self._watch.is_bounded,
+        )
+        every = self._recording.every if self._recording else 0
+        for count in range(self._count + 1, self._count + steps + 1):
+            for run in stepping:
+                status = run()
+                if status:
+                    self._exchange.report(calls[run], status)
+            self._count = count
+            time.value = self._start_time + count * self.step_size
+            for run in at_point:
+                status = run()
+                if status:
+                    self._exchange.report(calls[run], status)
+            if is_bounded or bus.dot(zeros) != 0.0:  # 0 unless a value is infinite or not a number
+                self._watch.check(time.value)
+            if every and count % every == 0:
+                self._record()
+
+
+def stepped(
+    instances: Mapping[str, Instance],
+    system: System,
+    algorithm: Algorithm,
+    step_size: float,
+    library: Path | None = None,
+    tolerance: float = 1e-3,  # noqa: ARG001 (of algorithms that choose their steps)
+) -> Master:
+    """Return a master that steps in C with the given library, or in Python where there is none."""
+    if library is None:
+        return SteppedMaster(instances, system, algorithm, step_size)
+    return CompiledMaster(instances, system, algorithm, step_size, library)

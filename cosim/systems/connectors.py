@@ -1,0 +1,102 @@
+"""Connectors: the variables of FMUs, and the check of a wiring against them, before anything runs.
+
+check(system, connectors)
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.system import System
+
+
+@dataclass(frozen=True)
+class Connector:
+    """One variable of an FMU, as its description tells it.
+
+    `base_unit` holds what the description says of the unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and
+    offset; `None` where it says nothing. `nominal` is 1 as well where it states none, `has_nominal` whether it does.
+    `dependencies` names the inputs that an output follows without a step between;
+    `None` means that it may follow every input.
+    """
+
+    name: str
+    reference: int
+    causality: str
+    variability: str = "continuous"
+    type: str = "Float64"
+    unit: str | None = None
+    base_unit: tuple[float, ...] | None = None
+    start: float | None = None
+    nominal: float = 1.0
+    min: float | None = None
+    max: float | None = None
+    dependencies: tuple[str, ...] | None = ()
+    has_nominal: bool = False
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only kind a connection carries."""
+        return self.type in ("Real", "Float64")
+
+    @property
+    def changes_at_events(self) -> bool:
+        """Whether it changes at events only, as numbers that are not real do at best."""
+        is_smooth = self.type.startswith(("Real", "Float"))
+        return self.variability == "discrete" or (self.variability == "continuous" and not is_smooth)
+
+
+def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:
+    """Raise `StructureError` unless every connection joins an output to an input of the same unit.
+
+    `connectors` holds the variables of each component's FMU by name.
+    """
+    for connection in system.connections:
+        start = connector(system, connectors, connection.start)
+        end = connector(system, connectors, connection.end)
+        for side, full, wanted in ((start, connection.start, "output"), (end, connection.end, "input")):
+            if side.causality != wanted:
+                raise StructureError(
+                    f"connection {connection}: {full} is an FMU's {side.causality}, expected an {wanted}"
+                )
+            if not side.is_real:
+                raise StructureError(
+                    f"connection {connection}: {full} is of type {side.type}, expected a scalar Real or Float64"
+                )
+        if not _same_unit(start, end):
+            raise StructureError(
+                f"connection {connection}: {connection.start} is in {start.unit}, but {connection.end} in {end.unit}"
+            )
+    for component in system.components:
+        for name, value in component.start.items():
+            _check_start(connector(system, connectors, full := f"{component.name}.{name}"), full, value)
+
+
+def _check_start(variable: Connector, name: str, value: Any) -> None:
+    """Raise `StructureError` for a start value that is no number, or outside its variable's bounds."""
+    low = -math.inf if variable.min is None else variable.min
+    high = math.inf if variable.max is None else variable.max
+    if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
+        unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
+        raise StructureError(f"{name} starts at {value}{unit}, expected a number from {low:g} to {high:g}{unit}")
+
+
+def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]], name: str) -> Connector:
+    """Return the variable of a full name; `StructureError` with the nearest names if there is none."""
+    component, variable = system.split(name)
+    if variable not in connectors[component]:
+        raise StructureError(
+            f"{component} ({system[component].part}) has no variable {variable!r}"
+            f"{nearest(variable, connectors[component])}"
+        )
+    return connectors[component][variable]
+
+
+def _same_unit(start: Connector, end: Connector) -> bool:
+    """Whether no conversion lies between two units; a foreign FMU may spell a unit differently or not state it."""
+    if start.unit is None or end.unit is None or start.unit == end.unit:
+        return True
+    return start.base_unit is not None and start.base_unit == end.base_unit

@@ -1,0 +1,110 @@
+"""Names of variables and components: ranges, members, and the nearest names to a misspelt one.
+
+A full name is `component.variable`. A range in it, `drive[1..3]`, stands for its members in order.
+"""
+
+import difflib
+import itertools
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from hfsa.cosim.systems.errors import StructureError
+
+DERIVATIVES = ("rate", "acceleration", "jerk")
+"""First to third derivative of a signal: outputs of a sine source, and inputs beside that of the signal."""
+
+_RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
+
+_NUMBERED = re.compile(r"^([^[]*)\[(\d+)\](.*)$")
+
+
+def expand(name: str) -> list[str]:
+    """Return the members of a name with ranges, `drive[1..3].slide` -> `drive[1].slide`, ...; other names alone."""
+    parts = _RANGE.split(name)
+    literals, bounds = parts[::3], list(zip(parts[1::3], parts[2::3], strict=True))
+    for low, high in bounds:
+        if int(low) > int(high):
+            raise StructureError(f"range [{low}..{high}] in {name} is empty; expected the lower index first")
+    ranges = [range(int(low), int(high) + 1) for low, high in bounds]
+    members = []
+    for indices in itertools.product(*ranges):
+        tail = "".join(f"[{i}]{literal}" for i, literal in zip(indices, literals[1:], strict=True))
+        members.append(literals[0] + tail)
+    return members
+
+
+def compact(names: Iterable[str]) -> list[str]:
+    """Return names with members in a row joined: `position[1]`, `position[2]` -> `position[1..2]`."""
+    groups: dict[str, list[int]] = {}
+    for name in names:
+        match = _NUMBERED.match(name)
+        stem = f"{match[1]}[{{}}]{match[3]}" if match else name
+        groups.setdefault(stem, []).extend([int(match[2])] if match else [])
+    joined = []
+    for stem, indices in groups.items():
+        if len(indices) > 1 and indices == list(range(indices[0], indices[0] + len(indices))):
+            joined.append(stem.format(f"{indices[0]}..{indices[-1]}"))
+        else:
+            joined += [stem.format(i) for i in indices] or [stem]
+    return joined
+
+
+def named(name: str, known: Iterable[str]) -> list[str]:
+    """Return the full names that a name means, of those known: itself, or all that are called so in their component."""
+    known = list(known)
+    return [name] if name in known else [full for full in known if full.partition(".")[2] == name]
+
+
+def meant(word: str, known: Sequence[str]) -> list[str]:
+    """Return the components that a word means: one, a range, or by their common name all that are numbered.
+
+    `drive[1..3]`, `drive` and `drives` are three of them. `StructureError` with the nearest names for other words.
+    """
+    names = expand(word)
+    if all(name in known for name in names):
+        return names
+    for common in (word, word.removesuffix("s")):
+        if numbered := [name for name in known if name.endswith("]") and name.partition("[")[0] == common]:
+            return numbered
+    missing = next(name for name in names if name not in known)
+    raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
+
+
+def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return components of which these take, in this order, the places that they had; the others stay where they are.
+
+    `StructureError` for a name that does not exist or is given twice.
+    """
+    for name in names:
+        if name not in known:
+            raise StructureError(f"no component is called {name!r}{nearest(name, known)}")
+        if names.count(name) > 1:
+            raise StructureError(f"{name} is named twice in an order; a component steps once")
+    moved = iter(names)
+    return [next(moved) if name in names else name for name in known]
+
+
+def companions(name: str) -> tuple[str, ...]:
+    """Return the names of an input's `DERIVATIVES`: `command.position[3]` -> `command.position_rate[3]`, ..."""
+    stem, bracket, index = name.rpartition("[") if name.endswith("]") else (name, "", "")
+    return tuple(f"{stem}_{derivative}{bracket}{index}" for derivative in DERIVATIVES)
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""
+    names = list(names)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    if near:
+        return f"; did you mean {', '.join(near)}?"
+    return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
+
+
+def refuse_signal(file: Path, known: Iterable[str]) -> None:
+    """Raise `StructureError` for a file with the name of a signal, as `--signal` takes it; known are full names."""
+    known = list(known)
+    for name in expand(str(file)):
+        if found := named(name, known):
+            raise StructureError(
+                f"-o {file}: {found[0]} is a signal, which --signal takes; -o and --output take a file"
+            )

@@ -1,0 +1,15 @@
+"""Names of algorithms by what they do with inputs, from the table."""
+
+from hfsa.cosim.masters import algorithms
+
+ALGORITHMS = tuple(algorithms.ALGORITHMS)
+ORDERS = {name: row.order for name, row in algorithms.ALGORITHMS.items() if row.order is not None}
+MONOLITHIC, MONOLITHIC_DAE, ERROR_CONTROLLED = "monolithic", "monolithic_dae", "error_controlled"
+
+
+def _steps(inputs: str) -> tuple[str, ...]:
+    """Algorithms that take the steps they are given, whose inputs do that."""
+    return tuple(name for name, row in algorithms.ALGORITHMS.items() if row.is_limited and row.inputs == inputs)
+
+
+HELD, EXTRAPOLATED, ITERATED = map(_steps, ("held", "extrapolated", "iterated"))
