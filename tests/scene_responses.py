@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.measurement.rig import Rig, Settings, Task
@@ -22,14 +23,14 @@ Opened = Callable[[dict[str, Path]], dict[str, Instance]]
 @cache
 def scene(name: str, **arguments) -> Scene:
     """Return a scene by name, loaded once."""
-    return build.load_scene(name, arguments)
+    return load_scene(name, arguments)
 
 
 def linear(
     opened: Opened, at: Scene, inputs: Sequence[str], outputs: Sequence[str], frequency: ArrayLike
 ) -> np.ndarray:
     """Return the response of the linearised scene, (frequencies, outputs, inputs)."""
-    return linear_response(at.system, opened(build.build(at.system)), inputs, outputs, np.atleast_1d(frequency))
+    return linear_response(at.system, opened(build.build(at.system).files), inputs, outputs, np.atleast_1d(frequency))
 
 
 def one_step(
@@ -43,7 +44,7 @@ def one_step(
 ) -> np.ndarray:
     """Return what a stepped sweep measures in the end, (frequencies, outputs)."""
     system = build.instrument(at, excited, outputs)
-    cycle = Cycle(system, opened(build.build(system)), algorithm, source="source", lock_in="lock_in")
+    cycle = Cycle(system, opened(build.build(system).files), algorithm, source="source", lock_in="lock_in")
     return cycle.over(step_size or at.step_size).response(np.atleast_1d(frequency))
 
 
@@ -58,7 +59,7 @@ def swept(
 ) -> list[Point]:
     """Return the points of a stepped sweep."""
     system = build.instrument(at, excited, outputs)
-    bench = Bench(system, build.build(system), tuple(outputs), library=library)
+    bench = Bench(build.build(system), tuple(outputs), library=library)
     settings = Settings(step_size=step_size or at.step_size, settling_tolerance=1e-4)
     rig = Rig(bench, settings)
     points = [rig.measure(Task(0, 0, bench, settings, float(f), amplitude)) for f in np.atleast_1d(frequency)]

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 class ModelError(ValueError):
     """A quantity, an equation or an argument of a model that cannot be; the message names it."""
 
+    exit_code = 2
+
 
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""

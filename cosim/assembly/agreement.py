@@ -67,8 +67,8 @@ class Conflict:
 def disagreements(name: str, arguments: Mapping[str, Any], scene: Scene) -> list[str]:
     """Return a sentence for each fact on which parts of a scene disagree.
 
-    `name` and `arguments` are what the scene was loaded by: of its own arguments, those are looked for that would have
-    changed the fact in all parts.
+    `name` (empty for a scene without) and `arguments` are those that the scene was loaded by: the sentence names the
+    arguments of the scene that change the fact in all parts.
     """
     found = conflicts(scene.system)
     if not found:
@@ -262,7 +262,7 @@ class _Owners:
         self._changes: dict[str, Mapping[tuple[Fact, str], set[str]]] = {}
         self._known: dict[Fact, set[str]] = {}
         self._typed: list[str] = []
-        if name.endswith(".toml"):
+        if not name or name.endswith(".toml"):
             return
         part = scene_part(name)
         own = {key: value for key, value in arguments.items() if part.has_argument(key)}

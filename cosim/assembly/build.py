@@ -1,55 +1,48 @@
-"""From names to FMU files: scenes by name, their components as FMU files, wired to the instruments.
+"""From a system to its assembly: the FMU file of each component, found or exported; and the instruments of a scene.
 
     scene = load_scene("sdelta_shaker", {"damping": "0.02", "robot.stiffness": "ch3_rods"})
     system = instrument(scene, "reference.command.position[3]", scene.outputs)
-    files = build(system)                         # {"reference": .../SDeltaReference.fmi2.fmu, ...}
+    build(system).files                           # {"reference": .../SDeltaReference.fmi2.fmu, ...}
 
-Here begins the roof: this file, what it is made of and what stands on it see both wings, nothing below does.
+Here begins the roof: this room and those above it see both wings, nothing below does.
 """
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Literal
 
 from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
-from hfsa.cosim.assembly.load_scene import load_scene
-from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.masters.algorithms import algorithm_named
-from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import DERIVATIVES, companions
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
-__all__ = ["LOCK_IN", "build", "files_for", "instrument", "load_scene"]
-
 LOCK_IN = "lock_in"
 """Name of the lock-in amplifier among an instrumented system's components."""
 
 
-def build(system: System, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
-    """Return the FMU file of each component by name, exported where the cache does not hold it.
+def build(system: System, fmi: Literal[2, 3] = FMI) -> Assembly:
+    """Return the assembly of a system, FMUs exported where the cache does not hold them.
 
     Raises `StructureError` for levels that do not fit together, `ModelError` and `ExportError` as `fmus.export`.
     """
     check_levels(system)
-    return {component.name: fmu_file(component, fmi) for component in system.components}
+    return Assembly.read(system, {component.name: fmu_file(component, fmi) for component in system.components})
 
 
-def files_for(system: System, algorithm: str, fmi: Literal[2, 3] = FMI) -> dict[str, Path]:
-    """Return the FMU files of `build` as an algorithm takes them.
-
-    Parts have the ports that it asks for; a finished `.fmu` stays without.
-    """
-    files, row = build(system, fmi), algorithm_named(algorithm)
+def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> Assembly:
+    """Return the assembly whose parts have the ports that an algorithm takes; a finished `.fmu` stays without."""
+    row = algorithm_named(algorithm)
     if row.ports is None:
-        return files
-    for name, pairs in row.ports(system, {name: describe(file).variables for name, file in files.items()}).items():
+        return assembly
+    system, files = assembly.system, dict(assembly.files)
+    for name, pairs in row.ports(system, assembly.connectors).items():
         if not system[name].part.endswith(".fmu"):
             files[name] = fmu_file(system[name], fmi, tuple(pairs))
-    return files
+    return Assembly.read(system, files)
 
 
 def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None, fmi: Literal[2, 3] = FMI) -> System:
@@ -61,12 +54,12 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     input's companions where the FMU has them.
     """
     outputs = scene.outputs if outputs is None else outputs
-    variables = {name: describe(file).variables for name, file in build(scene.system, fmi).items()}
+    plain = build(scene.system, fmi=fmi)
     component, variable = scene.system.split(excited)
-    found = connector(scene.system, variables, excited)
+    found = plain.connector(excited)
     unit = found.unit or "1"
     bias = scene.system[component].start.get(variable, found.start)
-    units = [connector(scene.system, variables, name).unit or "1" for name in outputs]
+    units = [plain.connector(name).unit or "1" for name in outputs]
     if unit not in scene.amplitude:
         known = ", ".join(scene.amplitude) or "none"
         raise StructureError(f"the scene has no amplitude for {excited} in {unit}; it has {known}")
@@ -81,7 +74,7 @@ def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None,
     joined += [
         (port, f"{component}.{companion}")
         for port, companion in zip(DERIVATIVES, companions(variable), strict=True)
-        if companion in variables[component] and f"{component}.{companion}" not in fed
+        if companion in plain.connectors[component] and f"{component}.{companion}" not in fed
     ]
     connections = [
         *(Connection(f"{source.name}.{port}", end) for port, end in joined),

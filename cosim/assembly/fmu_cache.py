@@ -55,7 +55,7 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     """
     if component.part.endswith(".fmu"):
         return _finished(component)
-    folder = cache_folder() / "fmus" / _key(component, fmi, feedback)
+    folder = cache_folder() / "fmus" / _known_key(component, fmi, feedback)
     if not folder.is_dir():
         _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
     (file,) = folder.glob("*.fmu")
@@ -70,6 +70,23 @@ def sources() -> str:
         for file in sorted(_files(package)):
             digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
+
+
+def _known_key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:
+    """Return `_key`, worked out once per process for what a component is made of."""
+    words = repr((_made_of(component), fmi, tuple(feedback), sources(), os.environ.get("CC", "")))
+    if words not in _keys:
+        _keys[words] = _key(component, fmi, feedback)
+    return _keys[words]
+
+
+_keys: dict[str, str] = {}
+
+
+def _made_of(component: Component) -> tuple:
+    """Return what a component's FMU is made of, as it stands in the scene."""
+    members = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
+    return component.part, component.level, sorted(component.arguments.items()), members, component.connections
 
 
 def _key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:

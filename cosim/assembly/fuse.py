@@ -20,7 +20,7 @@ from typing import Any
 from hfsa.components import Model
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import part_named
-from hfsa.cosim.assembly.build import load_scene
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import model_of, parts
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError

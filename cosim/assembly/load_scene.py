@@ -49,17 +49,29 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
         part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
         scene, own = written(part, given), list(part.arguments)
-    scene = _analyzed(scene)
+    scene = _with_parameters(_analyzed(scene), arguments, own, f"scene {name}")
+    check_algorithm(scene.algorithm)
+    return scene
+
+
+def with_arguments(scene: Scene, arguments: Mapping[str, Any] | None = None) -> Scene:
+    """Return a scene with arguments `component.argument` of its components, as `load_scene`; errors likewise."""
+    scene = _with_parameters(_analyzed(scene), arguments or {}, [], "the scene")
+    check_algorithm(scene.algorithm)
+    return scene
+
+
+def _with_parameters(scene: Scene, arguments: Mapping[str, Any], own: Sequence[str], words: str) -> Scene:
+    """Return the scene with arguments of its components; `own` are the scene's, `words` name it in errors."""
     for key, value in arguments.items():
         components, argument = _split(key)
         known = [*(c.name for c in scene.system.components), scene.source.name]
         if not any(component in known for component in components):
-            raise StructureError(f"scene {name} has no argument {key!r}{_instead(scene, own, key)}")
+            raise StructureError(f"{words} has no argument {key!r}{_instead(scene, own, key)}")
         for component in components:
             if component not in known:
-                raise StructureError(f"scene {name} has no argument {key!r}: no component is called {component!r}")
+                raise StructureError(f"{words} has no argument {key!r}: no component is called {component!r}")
             scene = _with_argument(scene, component, argument, value)
-    check_algorithm(scene.algorithm)
     return scene
 
 

@@ -16,7 +16,7 @@ from hfsa.cosim.masters.native.stepping import installed_library, library_name, 
 from hfsa.fmus.compile import SUFFIX, compile_files
 from hfsa.fmus.errors import ExportError
 
-LOOPS = ("c", "python")
+BACKENDS = ("c", "python")
 """The stepping loops; both do the same, bit for bit."""
 
 
@@ -35,9 +35,9 @@ def stepping_library() -> Path:
     return library
 
 
-def chosen_loop(loop: str, warn: Callable[[str], None]) -> Path | None:
+def chosen_loop(backend: str, warn: Callable[[str], None]) -> Path | None:
     """Return the library of the loop in C; `None` for the one in Python, after a warning where it was not chosen."""
-    if loop == "python":
+    if backend == "python":
         return None
     try:
         return stepping_library()

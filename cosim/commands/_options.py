@@ -1,63 +1,36 @@
-"""Options that several verbs of the command line share: their names, types, bounds, and one help text for all."""
+"""Options that several verbs share: names, types, bounds, and one help text for all."""
 
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
+
+from hfsa.cosim.masters.algorithms import ALGORITHMS
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import AUTO
 
 Arguments = Annotated[
     list[str] | None,
     Parameter(
         ("-p", "--parameter"),
         negative=(),
-        help="NAME=VALUE, again and again: an argument or a parameter, for a scene its own argument or "
+        help="NAME=VALUE, repeatable: an argument or a parameter; for a scene its own argument or "
         "instance.argument, `stack[1..3].argument` of several. Numbers of a vector are separated by commas; units are "
         "SI where none is stated.",
     ),
 ]
-DESIGN_STUDY = Group(
-    "Design study",
-    help="Of a part that offers one, instead of its numbers: what follows from its dimensions. One at a time.",
-    sort_key=1,
-)
 Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
-Level = Annotated[str | None, Parameter("--level", help="Level of fidelity; the part's own default without.")]
-Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
-NotNegative = Annotated[float | None, Parameter(validator=Number(gte=0))]
-Tolerance = Annotated[
-    float | None,
+Level = Annotated[str | None, Parameter("--level", help="Level of fidelity (default: the part's own).")]
+Force = Annotated[
+    bool,
     Parameter(
-        validator=Number(gt=0),
-        help="Relative error of the response that a level chosen by `-p instance.level=auto` may make, or the "
-        "communication step of `error_controlled`; the scene's without.",
-    ),
-]
-Algorithm = Literal[
-    "auto",
-    "gauss_seidel",
-    "jacobi",
-    "jacobi_plain",
-    "gauss_seidel_linear",
-    "gauss_seidel_quadratic",
-    "jacobi_linear",
-    "jacobi_quadratic",
-    "fixed_point",
-    "quasi_newton",
-    "error_controlled",
-    "linearized_feedback",
-    "monolithic",
-    "monolithic_dae",
-]
-Loop = Annotated[
-    Literal["c", "python"], Parameter("--loop", help="Stepping loop; both give the same numbers, C many times sooner.")
-]
-Loops = Annotated[
-    Literal["solve", "refuse"],
-    Parameter(
-        "--loops",
-        help="Outputs that follow each other without a step between, algebraic loops: solved at every communication "
-        "point, or refused before anything runs.",
+        "--force",
+        negative=(),
+        show_default=False,
+        help="Replace existing results files of hfsa (default: they are an error). No other file is ever replaced.",
     ),
 ]
 Fuse = Annotated[
@@ -65,17 +38,37 @@ Fuse = Annotated[
     Parameter(
         "--fuse",
         negative=(),
-        help="NAME,NAME,...: components of the scene that become one FMU, so that nothing between them waits for a "
-        "step; `drive[1..3]` or `drives` names all three. Again and again for several groups.",
+        help="NAME,NAME,...: components of the scene that become one FMU, without communication steps between them; "
+        "`drive[1..3]` or `drives` names all three. Repeatable, one group each.",
     ),
 ]
-Order = Annotated[
+Jobs = Annotated[
+    int | None,
+    Parameter(("-j", "--jobs"), validator=Number(gte=1), help="Number of processes (default: one per processor)."),
+]
+Names = Annotated[list[str] | None, Parameter(negative=())]
+Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
+Output = Annotated[Path | None, Parameter(("-o", "--output"))]
+Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+AlgorithmName = Annotated[
+    Literal[(AUTO, *ALGORITHMS)] | None,  # type: ignore[valid-type]
+    Parameter(
+        "--algorithm",
+        help="Co-simulation algorithm (default: the scene's). `auto` takes the cheapest whose predicted error is "
+        "within the tolerance.",
+    ),
+]
+OrderOfSteps = Annotated[
     str | None,
     Parameter(
         "--order",
-        help="The order in which components step, where the algorithm has one: NAME,NAME,... take in this order the "
-        "places that they have in the scene; or `computed`, the one whose response errs least at this step.",
+        help="Order in which components step, where the algorithm has one: NAME,NAME,... take in this order the "
+        "places that they have in the scene; `computed` is the order with the least error of the response.",
     ),
+]
+Step = Annotated[
+    float | None,
+    Parameter("--step", validator=Number(gt=0), help="Communication step size [s] (default: the scene's)."),
 ]
 Verify = Annotated[
     bool,
@@ -83,21 +76,88 @@ Verify = Annotated[
         "--verify",
         negative=(),
         show_default=False,
-        help="Estimate the error that the communication step makes in each recorded variable, by a second run at half "
+        help="Estimate the error of each recorded variable due to the communication step, by a second run at half "
         "the step, which takes twice as long as the first.",
     ),
 ]
-Force = Annotated[
-    bool,
-    Parameter(
-        "--force",
-        negative=(),
-        show_default=False,
-        help="Replace results files of hfsa that are there already; without, they are an error. Whatever else is there "
-        "is never replaced.",
-    ),
-]
-Jobs = Annotated[int | None, Parameter(("-j", "--jobs"), validator=Number(gte=1))]
-Names = Annotated[list[str] | None, Parameter(negative=())]
-Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
-Output = Annotated[Path | None, Parameter(("-o", "--output"))]
+DESIGN_STUDY = Group(
+    "Design study",
+    help="Of a part that offers one, in place of its numbers: the effect of its dimensions. One at a time.",
+    sort_key=1,
+)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Stepping:
+    """How a scene is stepped."""
+
+    step: Step = None
+    algorithm: AlgorithmName = None
+    fuse: Fuse = None
+    order: OrderOfSteps = None
+    tolerance: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0),
+            help="Relative error of the response allowed to levels chosen by `-p instance.level=auto`, to `auto`, and "
+            "to the steps of `error_controlled` (default: the scene's).",
+        ),
+    ] = None
+    algebraic_loops: Annotated[
+        Literal["solve", "refuse"] | None,
+        Parameter(
+            "--algebraic-loops",
+            help="Outputs that depend on each other without a step between: solved at every communication point, or "
+            "refused before anything runs (default: solve).",
+        ),
+    ] = None
+    backend: Annotated[
+        Literal["c", "python"] | None,
+        Parameter("--backend", help="Stepping loop (default: c). Both give the same numbers, C many times sooner."),
+    ] = None
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """Arguments of an experiment, those that are given."""
+        if self.backend is not None and self.algorithm in ALGORITHMS and ALGORITHMS[self.algorithm].is_model_exchange:
+            raise StructureError(f"--backend: {self.algorithm} takes no steps, so that no stepping loop is chosen")
+        return given({"step_size" if name == "step" else name: value for name, value in asdict(self).items()})
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Sine:
+    """A sine at one input."""
+
+    input: Annotated[
+        str | None, Parameter(help="Input that follows the sine (default: the scene's first, if it has one).")
+    ] = None
+    frequency: Annotated[
+        float | None,
+        Parameter(validator=Number(gt=0), help="Frequency of the sine [Hz] (default: lower end of the scene's band)."),
+    ] = None
+    amplitude: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gte=0),
+            help="Amplitude of the sine in the unit of its input, 0 to hold still (default: the scene's).",
+        ),
+    ] = None
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """Arguments of an experiment, those that are given."""
+        return given(asdict(self))
+
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that have a value; the others keep the default of whoever takes them."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def refuse(options: Mapping[str, Any], reason: str) -> None:
+    """Raise `StructureError` for an option that is given though it has no effect, and why."""
+    found = [name for name, value in options.items() if value not in (None, False)]
+    if found:
+        raise StructureError(f"{', '.join(found)} would have no effect: {reason}")

@@ -20,13 +20,13 @@ from hfsa.cosim.results.files import (
     ErrorEstimate,
     OrderChoice,
     Status,
-    read,
     read_algorithm,
     read_choices,
     read_errors,
     read_order,
     read_run,
     read_status,
+    read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact, nearest
@@ -185,7 +185,7 @@ def _words(value: Any) -> str:
 
 def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
     """Return what became of a sweep, as data and as text, and whether every point was measured."""
-    bode = read(path)
+    bode = read_sweep(path)
     counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
     troubles = [
         {

@@ -19,22 +19,20 @@ from hfsa.cosim.results.interrupts import Interrupted, heard
 
 DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
-_CODES = {
-    "ModelError": USAGE,
-    "StructureError": USAGE,
-    "ResultsError": USAGE,
-    "ExportError": BUILD_FAILED,
-    "StepError": SIMULATION_FAILED,
-    "DivergenceError": SIMULATION_FAILED,
-}
+TRACEBACK = "--traceback"
+"""Option of every verb: an error shows where it was raised."""
+
 # A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
 _DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}
 
 _WIDEST = 10_000
 
 
-def run(verb: Callable[[], int | None]) -> int:
-    """Run a verb and return its exit code; our own errors become one line on stderr, others are bugs and fly."""
+def run(verb: Callable[[], int | None], traced: bool = False) -> int:
+    """Run a verb and return its exit code.
+
+    Errors of ours, which carry an `exit_code`, become one line on stderr, or with `traced` fly; others are bugs and do.
+    """
     try:
         with heard():
             return verb() or DONE
@@ -49,8 +47,8 @@ def run(verb: Callable[[], int | None]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (ValueError, RuntimeError) as error:
-        code = _CODES.get(type(error).__name__)
-        if code is None:
+        code: int | None = getattr(error, "exit_code", None)
+        if code is None or traced:
             raise
         if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
             code = SIMULATION_FAILED

@@ -1,9 +1,4 @@
-"""A scene's limits of stability, as the answer to a command: the steps of every algorithm, or a map.
-
-    data, text, is_sound = stability_answer("sdelta_hfsa", {"law": "ctc"}, Request(vary=["bandwidth=2:60:8"]))
-
-Like `measure.py` it stands on the roof: it asks `assembly/build.py` for files.
-"""
+"""A scene's limits of stability, as data for JSON and as text to read: the steps of every algorithm, or a map."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,22 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
+from hfsa.cosim.analysis.sampling import SamplingLimit
 from hfsa.cosim.analysis.stability import OSCILLATORY
-from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.analysis.step_limits import StepLimit
 from hfsa.cosim.commands._reports import algorithm_data, order_data
 from hfsa.cosim.commands._shell import rendered, table
 from hfsa.cosim.experiments.orders import with_computed_order
-from hfsa.cosim.experiments.stability_map import STEP_SIZE, default_path, parse_axis, stability_map
-from hfsa.cosim.experiments.sweep import Loaded, load, with_levels
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.experiments.setup import Setup, default_path, set_up, with_levels
+from hfsa.cosim.experiments.stability import Stability, limits_of
+from hfsa.cosim.experiments.stability_map import STEP_SIZE, parse_axis, stability_map
 from hfsa.cosim.figures.stability_map import map_figure
 from hfsa.cosim.figures.style import save
-from hfsa.cosim.fmi.co_simulation import open_instances
-from hfsa.cosim.linear.linearize import linearize
-from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.systems.errors import StructureError
@@ -74,14 +64,14 @@ def stability_answer(
 
     `StructureError` for words that do not go together, and where the scene has no equilibrium.
     """
-    path = request.file or default_path(name)
+    path = request.file or default_path(name, "_stability")
     if request.vary:
         check_new(path, request.force)
         check_picture(_picture(path))
     changes = {"step_size": request.step_size, "algorithm": request.algorithm}
-    loaded = load(name, arguments, request.fuse, order=request.order, file=request.file, **changes)
+    setup = set_up(name, arguments, request.fuse, order=request.order, file=request.file, **changes)
     axes = [parse_axis(words) for words in request.vary]
-    for sentence in loaded.disagreements or _disagreements_on(axes, name, arguments):
+    for sentence in setup.disagreements or _disagreements_on(axes, name, arguments):
         warn(sentence)
     if not request.vary:
         if request.file is not None or request.force:
@@ -90,7 +80,8 @@ def stability_answer(
                 f"{option}: limits are printed, or answered with --json; a file is made of a map, which takes "
                 "--vary NAME=FROM:TO:N"
             )
-        return *_limits(loaded, request.algorithm, report), True
+        found = limits_of(setup, request.algorithm, report)
+        return _limits_data(found), _limits_text(found), True
     found = stability_map(
         name,
         arguments,
@@ -98,11 +89,11 @@ def stability_answer(
         fuse=request.fuse,
         step_size=request.step_size,
         algorithm=request.algorithm if request.algorithm != AUTO else None,
-        order=_names(loaded),
+        order=_names(setup),
         report=report,
     )
     agree, simulated = found.agreement
-    return *_map(found, loaded.title, path, request.force), agree == simulated
+    return *_map(found, setup.title, path, request.force), agree == simulated
 
 
 def _disagreements_on(axes: Sequence[Axis], name: str, arguments: Mapping[str, str]) -> Sequence[str]:
@@ -110,61 +101,49 @@ def _disagreements_on(axes: Sequence[Axis], name: str, arguments: Mapping[str, s
     for end in (0, -1):
         varied = {axis.name: repr(float(axis.values[end])) for axis in axes if axis.name != STEP_SIZE}
         try:
-            if found := load(name, {**arguments, **varied}).disagreements:
+            if found := set_up(name, {**arguments, **varied}).disagreements:
                 return found
         except ValueError:  # no such posture: the map leaves the point out, and says why
             continue
     return ()
 
 
-def _limits(loaded: Loaded, algorithm: str | None, report: Report) -> tuple[dict[str, Any], str]:
-    """Return the limits of a scene under one algorithm, `None` for all, as data and as text."""
-    scene, _ = with_levels(loaded.scene, None)
-    scene, order = with_computed_order(scene, loaded.order)
-    scene, choice = settled(scene)
-    system = fused(scene.system, scene.fuse)
-    files = build.build(system)
-    asked = ALGORITHMS if algorithm in (None, AUTO) else (algorithm,)
-    limited = [name for name in asked if name in LIMITED]
-    with open_instances(files) as instances:
-        limits = []
-        for found in step_limits(system, instances, scene.step_size, limited):
-            limits.append(found)
-            report(len(limits) / (len(limited) + 1), found.algorithm)
-        sampling = sampling_limit(system, instances, scene.outputs)
-        growth = None
-        if sampling is None:
-            poles = linearize(system, instances, [], scene.outputs).poles
-            growth = float(max((pole.real for pole in poles), default=-math.inf))
-    data = {
-        "step_size": scene.step_size,
-        "algorithm": scene.algorithm,
-        "choice": algorithm_data(choice),
-        "order": order_data(order),
-        "growth": growth,
+def _limits_data(found: Stability) -> dict[str, Any]:
+    """Return the limits of a scene as plain data."""
+    sampling = found.sampling
+    return {
+        "step_size": found.step_size,
+        "algorithm": found.algorithm,
+        "choice": algorithm_data(found.choice),
+        "order": order_data(found.order),
+        "growth": found.growth,
         "oscillatory_from": OSCILLATORY,
         "sample_time": None
         if sampling is None
         else {"own": sampling.sample_time, "longest": _number(sampling.longest)},
-        "algorithms": [_entry(limit) for limit in limits]
-        + [{"algorithm": name, "note": CHOOSES} for name in asked if name not in LIMITED],
+        "algorithms": [_entry(limit) for limit in found.limits]
+        + [{"algorithm": name, "note": CHOOSES} for name in found.choosing],
     }
+
+
+def _limits_text(found: Stability) -> str:
+    """Return the limits of a scene as text."""
     lines = [
-        f"{loaded.title}: communication steps about the equilibrium",
-        *(found.sentence for found in (order, choice) if found),
-        _table(scene.step_size, limits, [name for name in asked if name not in LIMITED]),
-        *([_LEGEND] if limited else []),
-        *(limit.message for limit in limits if limit.message),
-        *_without_steps(sampling, growth),
+        f"{found.title}: communication steps about the equilibrium",
+        *(choice.sentence for choice in (found.order, found.choice) if choice),
+        _table(found.step_size, found.limits, found.choosing),
+        *([_LEGEND] if found.limits else []),
+        *(limit.message for limit in found.limits if limit.message),
+        *_without_steps(found.sampling, found.growth),
     ]
-    return data, "\n".join(lines)
+    return "\n".join(lines)
 
 
-def _names(loaded: Loaded) -> list[str]:
+def _names(setup: Setup) -> list[str]:
     """Return a scene's components in the order that was asked for; none where none was."""
-    if loaded.order is None:
+    if setup.order is None:
         return []
-    scene, _ = with_computed_order(with_levels(loaded.scene, None)[0], loaded.order)
+    scene, _ = with_computed_order(with_levels(setup.scene, None)[0], setup.order)
     return [component.name for component in scene.system.components]
 
 

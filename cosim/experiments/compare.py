@@ -1,11 +1,10 @@
 """One scene, run once for each value of some of its arguments, on the same motion: what the runs make of it.
 
-    over = parse_over(["law=pd,ctc", "rate=2.5e-6,3e-6"])
-    compared = compare("stage_tracking", {"actuator": "force"}, over, Path("results"), jobs=2)
+    compared = compare("stage_tracking", {"law": ["pd", "ctc"]}, {"actuator": "force"}, jobs=2)
     [run.outcome.groups[0].peak for run in compared.runs]
 
 All runs are prepared, and whatever is wrong with one is refused, before the first begins; one that fails later leaves
-the others alone. Like `measure.py` it stands on the roof: it asks `assembly/build.py` for files.
+the others alone.
 """
 
 import contextlib
@@ -13,21 +12,23 @@ import dataclasses
 import itertools
 import os
 import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
+from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.run import Drive, prepare
-from hfsa.cosim.experiments.sweep import load
+from hfsa.cosim.experiments.setup import Warn, set_up
 from hfsa.cosim.measurement import pool
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform
 from hfsa.cosim.measurement.verification import check_verifiable
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 
 _UNSAFE = re.compile(r"[^\w.+,=-]+")
 _LONGEST_NAME = 150
@@ -40,7 +41,7 @@ class Run:
     `order` says how the order of its steps was computed, where it was, `algorithm` what `auto` took.
     """
 
-    values: Mapping[str, str]
+    values: Mapping[str, Any]
     outcome: Outcome
     order: OrderChoice | None = None
     algorithm: AlgorithmChoice | None = None
@@ -57,7 +58,7 @@ class Comparison:
 
     scene: str
     title: str
-    over: Mapping[str, tuple[str, ...]]
+    over: Mapping[str, tuple[Any, ...]]
     runs: tuple[Run, ...]
 
 
@@ -86,47 +87,78 @@ def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 
 def compare(
-    scene: str,
-    arguments: Mapping[str, str],
-    over: Mapping[str, Sequence[str]],
-    folder: Path,
+    scene: str | Path | Scene,
+    over: Mapping[str, Sequence[Any]],
+    parameters: Mapping[str, Any] | None = None,
     *,
-    drive: Drive | None = None,
-    loop: str = LOOPS[0],
+    input: str | None = None,  # noqa: A002 (the user's word)
+    frequency: float | None = None,
+    amplitude: float | None = None,
+    record: Sequence[str] = (),
+    step_size: float | None = None,
+    stop_time: float | None = None,
+    algorithm: str | None = None,
+    tolerance: float | None = None,
+    fuse: Sequence[str] = (),
+    order: str | None = None,
+    algebraic_loops: Literal["solve", "refuse"] = "solve",
+    backend: Literal["c", "python"] = "c",
+    verify: bool = False,
     jobs: int | None = None,
-    verified: bool = False,
+    folder: str | Path = "results",
+    file: Path | None = None,
     force: bool = False,
-    warn: Callable[[str], None] = print,
+    warn: Warn = warnings.warn,
     report: Callable[[float, str], None] | None = None,
-    **changes: Any,
 ) -> Comparison:
-    """Run a scene once for each combination of the values in `over`, into one file each in `folder`.
+    """Run a scene once for each combination of the values in `over`, into one file each.
 
-    `arguments` are those that all runs share, `changes` as in `load`, `jobs` processes, `None` for one per processor,
-    `verified` adds error estimates; `report` is called with the part done, 0 to 1, and a word. `StructureError` for
-    what cannot run as it is asked for, `ResultsError` for a file that is there already, unless `force` replaces it.
+    Args:
+        over: values of each compared argument, `{"law": ["pd", "ctc"]}`; whatever `parameters` may hold.
+        jobs: processes (default: one per processor).
+        folder: folder of the results files, which are named by the scene and the values.
+        file: a picture to be written later; `StructureError` where it has the name of a signal.
+
+    The other arguments are as of `run`. All runs are prepared before the first begins; one that fails later is an
+    outcome (`Run.outcome.failure`), no error. Raises `StructureError` for what cannot run as it is described,
+    `ResultsError` for a file that is there already, unless `force` replaces it.
     """
+    parameters = dict(parameters or {})
     for name in over:
-        if name in arguments:
+        if name in parameters:
             raise StructureError(f"{name} is given with -p and with --over; expected one of them")
     tell = report or (lambda *_: None)
     combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
-    paths = _paths(folder, Path(scene).stem, combinations)
+    stem = "scene" if isinstance(scene, Scene) else Path(scene).stem
+    paths = _paths(Path(folder), stem, combinations)
     for path in paths:
         check_new(path, force, "--force replaces it, -o names a figure in another folder, where the files go too")
-    library = chosen_loop(loop, warn)
+    library = chosen_loop(backend, warn)
+    drive = Drive(input, frequency, amplitude)
     trials, title = [], ""
     for values, path in zip(combinations, paths, strict=True):
         tell(0.0, f"building FMUs for {_words(values)}")
-        loaded = load(scene, {**arguments, **values}, **changes)
-        title = loaded.title
-        told = partial(_warn_of, values, warn)
-        for sentence in loaded.disagreements:
-            told(sentence)
-        ready = prepare(loaded, drive or Drive(), library, told)
-        if verified:
+        setup = set_up(
+            scene,
+            {**parameters, **values},
+            fuse,
+            algebraic_loops,
+            order,
+            file=file,
+            record=record,
+            step_size=step_size,
+            stop_time=stop_time,
+            algorithm=algorithm,
+            tolerance=tolerance,
+        )
+        title = setup.title
+        warn_of = partial(_warn_of, values, warn)
+        for sentence in setup.disagreements:
+            warn_of(sentence)
+        ready = prepare(setup, drive, library, warn_of)
+        if verify:
             check_verifiable(ready)
-        trials.append(Trial(ready, path, tuple(loaded.scene.outputs), tuple(loaded.signals), verified, force))
+        trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.ready.record.order, trial.ready.record.algorithm)
@@ -135,10 +167,10 @@ def compare(
     for run in runs:
         for message in run.outcome.warnings:
             warn(f"{run.words}: {message}")
-    return Comparison(scene, title, {name: tuple(values) for name, values in over.items()}, runs)
+    return Comparison(str(scene) if stem != "scene" else stem, title, {n: tuple(v) for n, v in over.items()}, runs)
 
 
-def _warn_of(values: Mapping[str, str], warn: Callable[[str], None], sentence: str) -> None:
+def _warn_of(values: Mapping[str, Any], warn: Callable[[str], None], sentence: str) -> None:
     """Warn of the run with these values."""
     warn(f"{_words(values)}: {sentence}")
 
@@ -157,7 +189,7 @@ def _perform(
         """Tell the progress with a part of the present run."""
         tell((len(outcomes) + part) / len(trials), word())
 
-    is_foreign = any(c.part.endswith(".fmu") for trial in trials for c in trial.ready.system.components)
+    is_foreign = any(trial.ready.assembly.is_foreign for trial in trials)
     apart = is_foreign or min(jobs, len(trials)) > 1
     # only what runs in this process can tell how far it is
     work = perform if apart else partial(perform, report=within)
@@ -176,7 +208,7 @@ def _perform(
     return outcomes
 
 
-def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, str]]) -> list[Path]:
+def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, Any]]) -> list[Path]:
     """Return a file for each combination, named by its values as far as file names allow."""
     paths: list[Path] = []
     taken: set[str] = set()
@@ -198,6 +230,6 @@ def _sense(value: str) -> Any:
         return value
 
 
-def _words(values: Mapping[str, str]) -> str:
+def _words(values: Mapping[str, Any]) -> str:
     """Return values with their names, `law=pd, rate=3e-6`."""
     return ", ".join(f"{name}={value}" for name, value in values.items())

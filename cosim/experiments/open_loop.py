@@ -1,32 +1,34 @@
-"""A scene's loop opened at a connection: loop gain and sensitivity into a results file, its margins as the answer.
+"""A scene's loop opened at a connection: loop gain and sensitivity in a results file, margins as the answer.
 
-    data, text = sweep_loop(load("sdelta_hfsa", {}), "controller.axis[1].command", Path("results/loop.h5"))
-
-Like `measure.py` it stands on the roof: it asks `assembly/build.py` for files.
+found = open_loop("sdelta_hfsa", "controller.axis[1].command")
+found.margins.phase, found.margins.delay
 """
 
 import math
-from collections.abc import Callable
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.margins import Loop, Margins, find_connection, open_loop
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
-from hfsa.cosim.experiments.sweep import Loaded, refuse_order, usage_errors, with_levels
+from hfsa.cosim.analysis.margins import Loop, Margins, find_connection
+from hfsa.cosim.analysis.margins import open_loop as opened_at
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
+from hfsa.cosim.experiments.sweep import usage_errors
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.fmi.co_simulation import open_instances
-from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.measurement.sweep import finished, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
+from hfsa.cosim.results.target import check_new
 from hfsa.cosim.signals import excitation
-from hfsa.cosim.systems.connectors import check
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
+from hfsa.cosim.systems.system import Connection
 
 OUTPUTS = (Signal("loop_gain", "1"), Signal("sensitivity", "1"))
 """What the file holds of a loop: L and S = 1 / (1 + L), over the connection as input."""
@@ -34,44 +36,83 @@ OUTPUTS = (Signal("loop_gain", "1"), Signal("sensitivity", "1"))
 _DENSE, _LINE = 2000, 1000
 
 
-def sweep_loop(
-    loaded: Loaded,
-    name: str,
-    path: Path,
+@dataclass(frozen=True)
+class OpenLoop:
+    """A loop opened at a connection.
+
+    Attributes:
+        path: results file with loop gain and sensitivity.
+        connection: at which it is opened.
+        margins: of the closed loop.
+    """
+
+    path: Path
+    connection: Connection
+    margins: Margins
+
+
+def open_loop(
+    scene: str | Path | Scene,
+    connection: str,
+    parameters: Mapping[str, Any] | None = None,
     *,
     low: float | None = None,
     high: float | None = None,
     points: int | None = None,
-    grid: str = "response",
+    grid: Literal["response", "log"] = "response",
+    step_size: float | None = None,
+    algorithm: str | None = None,
+    tolerance: float | None = None,
+    fuse: Sequence[str] = (),
+    order: str | None = None,
+    algebraic_loops: Literal["solve", "refuse"] = "solve",
+    path: str | Path | None = None,
     force: bool = False,
-    warn: Callable[[str], None] = print,
-) -> tuple[dict[str, Any], str]:
-    """Write loop gain and sensitivity at a connection into the file `path`; return the margins, as data and as text.
+    warn: Warn = warnings.warn,
+) -> OpenLoop:
+    """Write loop gain and sensitivity at a connection into a results file, and return the margins of the loop.
 
-    Frequencies [Hz] are from `low` to `high`, by default the scene's band, widened to what the margins are found at.
-    Raises `StructureError` for a connection that does not exist or closes no loop. `force` replaces a results file.
+    Args:
+        connection: at which the loop is opened, by either of its ends or as `start -> end`.
+        low, high: ends of the band [Hz] (default: the scene's, widened to the frequencies of the margins).
+        path: results file (default: `results/SCENE_open_loop.h5`).
+
+    The other arguments are as of `sweep`. Raises `StructureError` for a connection that does not exist or closes no
+    loop, else as `sweep`.
     """
-    refuse_order(loaded)
-    for sentence in loaded.disagreements:
+    file = Path(path) if path is not None else default_path(scene, "_open_loop")
+    check_new(file, force)
+    setup = set_up(
+        scene,
+        parameters,
+        fuse,
+        algebraic_loops,
+        order,
+        file=None if path is None else file,
+        step_size=step_size,
+        algorithm=algorithm,
+        tolerance=tolerance,
+    )
+    refuse_order(setup)
+    for sentence in setup.disagreements:
         warn(sentence)
-    library = chosen_loop(LOOPS[0], warn) if levels.automatic(loaded.scene) else None
-    scene, choices = with_levels(loaded.scene, library)
+    library = chosen_loop(BACKENDS[0], warn) if levels.automatic(setup.scene) else None
+    of_scene, choices = with_levels(setup.scene, library)
     for component, choice in choices.items():
         warn(choice.sentence(component))
-    files = build.build(scene.system)
-    check(scene.system, {component: describe(file).variables for component, file in files.items()})
-    connection = find_connection(scene.system, name)
-    with open_instances(files) as instances:
-        loop = open_loop(scene.system, instances, connection)
+    assembly = build(of_scene.system).check()
+    opened = find_connection(of_scene.system, connection)
+    with assembly.open() as instances:
+        loop = opened_at(of_scene.system, instances, opened)
     margins = loop.margins()
-    frequency = _frequencies(scene, loop, margins, low, high, points or _LINE, grid)
+    frequency = _frequencies(of_scene, loop, margins, low, high, points or _LINE, grid)
     gain = loop.gain(frequency)
-    settings = {"method": "linear", "open_loop": str(connection)}
-    plan = Plan(frequency, OUTPUTS, (Signal(str(connection), "1"),), settings)
-    record = system_record(loaded.title, scene_text(scene), (scene.system, files), operating_point=loop.operating_point)
-    with SweepFile.create(path, plan, levels.with_choices(record, choices), force) as file:
-        file.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
-    return _data(loop, margins, path), _text(loop, margins, path)
+    settings = {"method": "linear", "open_loop": str(opened)}
+    plan = Plan(frequency, OUTPUTS, (Signal(str(opened), "1"),), settings)
+    record = system_record(setup.title, scene_text(of_scene), assembly, operating_point=loop.operating_point)
+    with SweepFile.create(file, plan, levels.with_choices(record, choices), force) as written:
+        written.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
+    return OpenLoop(file, opened, margins)
 
 
 def _frequencies(
@@ -90,33 +131,3 @@ def _frequencies(
             return excitation.logarithmic(first, last, points)
         dense = excitation.logarithmic(first, last, _DENSE)
         return excitation.along_response(dense, loop.gain(dense), points)
-
-
-def _data(loop: Loop, margins: Margins, path: Path) -> dict[str, Any]:
-    """Return the margins as plain data."""
-    return {
-        "file": path,
-        "connection": str(loop.connection),
-        "is_stable": margins.is_stable,
-        "gain_margins": [{"frequency": m.frequency, "factor": m.value} for m in margins.gain],
-        "phase_margins": [{"frequency": m.frequency, "phase": m.value} for m in margins.phase],
-        "delay_margin": margins.delay,
-        "sensitivity": {"peak": margins.sensitivity_peak, "frequency": margins.sensitivity_frequency},
-    }
-
-
-def _text(loop: Loop, margins: Margins, path: Path) -> str:
-    """Return the margins as text."""
-    gains = [f"{m.value:.6g} ({20 * math.log10(m.value):.4g} dB) at {m.frequency:.6g} Hz" for m in margins.gain]
-    phases = [f"{math.degrees(m.value):.4g} degrees at {m.frequency:.6g} Hz" for m in margins.phase]
-    delay = f"{margins.delay:.4g} s" if math.isfinite(margins.delay) else "none"
-    return "\n".join(
-        [
-            f"{path}: loop gain and sensitivity at {loop.connection}",
-            f"  the closed loop is {'stable' if margins.is_stable else 'UNSTABLE: its margins mean little'}",
-            f"  gain margin    {'; '.join(gains) or 'none: no gain reaches -1'}",
-            f"  phase margin   {'; '.join(phases) or 'none: the gain never crosses 1'}",
-            f"  delay margin   {delay}",
-            f"  sensitivity    {margins.sensitivity_peak:.4g} at most, at {margins.sensitivity_frequency:.6g} Hz",
-        ]
-    )

@@ -1,9 +1,7 @@
 """The order in which a scene's components step, as a user types it: names, or `computed`.
 
-    scene = with_order(scene, "stage,stacks")                          # at once
-    scene, choice = with_computed_order(scene, "computed")             # when the scene's levels are known
-
-Like `measure.py` it stands on the roof: it asks `assembly/build.py` for files.
+scene = with_order(scene, "stage,stacks")                          # at once
+scene, choice = with_computed_order(scene, "computed")             # when the scene's levels are known
 """
 
 import dataclasses
@@ -11,11 +9,10 @@ from contextlib import ExitStack
 from typing import Any
 
 from hfsa.cosim.analysis.order import Case, Excitation, Modes, Responses, best_order
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused, stepping_in
+from hfsa.cosim.assembly.assemble import assemble, instrumented
+from hfsa.cosim.assembly.build import LOCK_IN
+from hfsa.cosim.assembly.fuse import stepping_in
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.fmi.co_simulation import open_instances
-from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import CANDIDATES, ORDERED
 from hfsa.cosim.results.files import OrderChoice
 from hfsa.cosim.systems.errors import StructureError
@@ -40,8 +37,8 @@ def with_order(scene: Scene, words: str) -> Scene:
         )
     if words == COMPUTED:
         return scene
-    system = fused(levels.at_highest(scene).system, scene.fuse)
-    descriptions = {name: describe(file) for name, file in build.build(system).items()}
+    assembly = assemble(levels.at_highest(scene))
+    system, descriptions = assembly.system, assembly.descriptions
     everyone = [*descriptions, *(member.name for whole in system.components for member in whole.members)]
     names = [name for word in words.split(",") for name in meant(word.strip(), everyone)]
     ordered = stepping_in(scene, names)
@@ -68,8 +65,8 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
         return scene, None
     question = dataclasses.replace(scene, **asked)
     with ExitStack() as stack:
-        system = fused(scene.system, scene.fuse)
-        instances = stack.enter_context(open_instances(build.build(system)))
+        assembly = assemble(scene)
+        system, instances = assembly.system, stack.enter_context(assembly.open())
         algorithm = offered(words)[0] if scene.algorithm == AUTO else scene.algorithm
         case = Case(system, instances, algorithm, scene.step_size)
         excitations = [_excitation(question, name, stack) for name in question.inputs]
@@ -88,7 +85,7 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
 
 def _excitation(scene: Scene, name: str, stack: ExitStack) -> Excitation:
     """Return the scene's system with its instruments at one input; the stack closes the instances."""
-    system = fused(build.instrument(scene, name), scene.fuse)
-    instances = stack.enter_context(open_instances(build.build(system)))
+    assembly = instrumented(scene, name)
+    system, instances = assembly.system, stack.enter_context(assembly.open())
     amplitude = system[scene.source.name].start["amplitude"]
-    return Excitation(system, instances, scene.source.name, build.LOCK_IN, name, amplitude)
+    return Excitation(system, instances, scene.source.name, LOCK_IN, name, amplitude)

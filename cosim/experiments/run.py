@@ -1,37 +1,38 @@
-"""From a scene to runs in time: what drives it, what is recorded, which FMUs; everything refused before a file is made.
+"""A run of a scene in time, from its name to its results file.
 
-    ready = prepare(load("mass_on_spring", {}), Drive(frequency=15.9), library, print)
-    run(ready, Path("results/run.h5"))
-
-A scene without inputs has a motion of its own and runs as it is. Like `measure.py` it stands on the roof: it asks
-`assembly/build.py` for files.
+found = run("sdelta_hfsa", frequency=20.0, stop_time=2.0)
+found["robot.platform.position[3]"], found.time
 """
 
 import dataclasses
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 from hfsa.cosim.actions.divergence import recorded_scales
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.analysis.aliasing import check_resolved
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused
-from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
+from hfsa.cosim.assembly.assemble import assemble, driven
+from hfsa.cosim.assembly.build import with_ports
+from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.orders import offered, with_computed_order
-from hfsa.cosim.experiments.sweep import Loaded, find_signals, with_amplitude, with_levels
+from hfsa.cosim.experiments.selection import find_signals, with_amplitude
+from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with_levels
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
-from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.measurement import run as measured
+from hfsa.cosim.measurement.run import Ready
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
 from hfsa.cosim.results.files import Identity
-from hfsa.cosim.systems.connectors import Connector, check
+from hfsa.cosim.results.run import Run
+from hfsa.cosim.results.target import check_new
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
-from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)
@@ -46,19 +47,82 @@ class Drive:
     amplitude: float | None = None
 
 
-def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[str], None]) -> Ready:
+def run(
+    scene: str | Path | Scene,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    input: str | None = None,  # noqa: A002 (the user's word)
+    frequency: float | None = None,
+    amplitude: float | None = None,
+    record: Sequence[str] = (),
+    step_size: float | None = None,
+    stop_time: float | None = None,
+    algorithm: str | None = None,
+    tolerance: float | None = None,
+    fuse: Sequence[str] = (),
+    order: str | None = None,
+    algebraic_loops: Literal["solve", "refuse"] = "solve",
+    backend: Literal["c", "python"] = "c",
+    verify: bool = False,
+    path: str | Path | None = None,
+    force: bool = False,
+    warn: Warn = warnings.warn,
+    report: Callable[[float, str], None] | None = None,
+) -> Run:
+    """Run a scene in time, one input following a sine, into a results file; what is not named is as of `sweep`.
+
+    A scene without inputs has a motion of its own and runs as it is.
+
+    Args:
+        input: name of the input that follows the sine (default: the scene's first).
+        frequency: of the sine [Hz] (default: lower end of the scene's band).
+        amplitude: of the sine, in the unit of its input, 0 to hold still (default: the scene's).
+        record: variables that are recorded beside the scene's outputs, also with ranges.
+        stop_time: end of the run [s] (default: the scene's).
+        verify: whether to estimate the error of each recorded variable by a second run at half the step.
+        path: results file (default: `results/SCENE_run.h5`).
+
+    Raises:
+        StepError: where the run cannot go on; the file holds what was recorded until then. DivergenceError: where a
+        signal has left its scale. Else as of `sweep`.
+    """
+    file = Path(path) if path is not None else default_path(scene, "_run")
+    check_new(file, force)
+    setup = set_up(
+        scene,
+        parameters,
+        fuse,
+        algebraic_loops,
+        order,
+        file=None if path is None else file,
+        record=record,
+        step_size=step_size,
+        stop_time=stop_time,
+        algorithm=algorithm,
+        tolerance=tolerance,
+    )
+    drive = Drive(input, frequency, amplitude)
+    tell = None if report is None else lambda part: report(part, "")
+    written = run_scene(setup, file, drive, backend=backend, verified=verify, force=force, warn=warn, report=tell)
+    found = Run.read(file)
+    written.check(file)
+    return found
+
+
+def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Ready:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
     The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
-    loop in C, `None` for Python's. `warn` is told which levels, order and algorithm were chosen, and what is known
-    against the answer.
+    loop in C, `None` for Python's. `warn` takes the choices of levels, order and algorithm, and what is against the
+    answer.
     """
-    scene, frequency, excited, band = loaded.scene, None, None, loaded.scene.band
+    scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
     if drive.input or scene.inputs:
-        variables = _variables(build.build(levels.at_highest(scene).system))
-        excited = find_signals([drive.input] if drive.input else scene.inputs[:1], scene.inputs, variables, "input")[0]
+        highest = setup.highest
+        wanted = [drive.input] if drive.input else scene.inputs[:1]
+        excited = find_signals(wanted, scene.inputs, highest.connectors, "input")[0]
         # at rest there is nothing to judge levels, orders and algorithms by, so that the scene's own amplitude is
-        scene = with_amplitude(scene, drive.amplitude or None, [excited], variables)
+        scene = with_amplitude(scene, drive.amplitude or None, [excited], highest)
         frequency = drive.frequency or scene.band[0]
         band = min(scene.band[0], frequency), max(scene.band[1], frequency)
     elif drive.frequency is not None or drive.amplitude is not None:
@@ -67,24 +131,23 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
         )
     asked = {"inputs": [excited], "band": band} if excited else {}
     scene, choices = with_levels(scene, library, **asked)
-    scene, order = with_computed_order(scene, loaded.order, **asked)
-    driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)} if excited else {}
-    variables = _checked(driven[excited] if excited else fused(scene.system, scene.fuse), scene.step_size)
-    with judge(scene, driven, scene.outputs, band) as known:
-        scene, algorithm, sentences = known.decided(scene, offered(loaded.order), frequency)
+    scene, order = with_computed_order(scene, setup.order, **asked)
+    plain = assemble(scene)
+    moved = {excited: driven(scene, excited, drive.frequency)} if excited else {}
+    checked = _checked(moved[excited] if excited else plain, scene.step_size)
+    with judge(scene, plain, moved, scene.outputs, band) as known:
+        scene, algorithm, sentences = known.decided(scene, offered(setup.order), frequency)
     if excited and drive.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
-        driven = {excited: fused(_driven(scene, excited, drive.frequency), scene.fuse)}
-    system = driven[excited] if excited else fused(scene.system, scene.fuse)
-    files = build.files_for(system, scene.algorithm)
+        checked = driven(scene, excited, drive.frequency)
+    assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
         warn(sentence)
-    record = system_record(loaded.title, scene_text(scene), (system, files), order=order, algorithm=algorithm)
-    names = (*([excited] if excited else []), *scene.outputs, *loaded.signals)
+    record = system_record(setup.title, scene_text(scene), assembly, order=order, algorithm=algorithm)
+    names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
     ready = Ready(
-        system,
-        files,
+        assembly,
         names,
         scene.stop_time,
         scene.step_size,
@@ -92,7 +155,7 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
         scene.algorithm,
         library,
         scene.tolerance,
-        recorded_scales(scene, system, variables, names),
+        recorded_scales(scene, assembly.system, checked.connectors, names),
     )
     if ready.end_sentence:
         warn(ready.end_sentence)
@@ -100,27 +163,27 @@ def prepare(loaded: Loaded, drive: Drive, library: Path | None, warn: Callable[[
 
 
 def run_scene(
-    loaded: Loaded,
+    setup: Setup,
     path: Path,
     drive: Drive,
     *,
-    loop: str = LOOPS[0],
+    backend: str = BACKENDS[0],
     verified: bool = False,
     force: bool = False,
-    warn: Callable[[str], None] = print,
+    warn: Warn = warnings.warn,
     report: Callable[[float], None] | None = None,
 ) -> Identity:
-    """Run a scene in time into the file `path`, as `run` with `force`, and return which file that is.
+    """Run a scene in time into the file `path`, as `measurement.run` with `force`, and return which file that is.
 
-    `loop` is one of `LOOPS`, `verified` adds error estimates.
+    `backend` is one of `BACKENDS`, `verified` adds error estimates.
     """
-    for sentence in loaded.disagreements:
+    for sentence in setup.disagreements:
         warn(sentence)
-    ready = prepare(loaded, drive, chosen_loop(loop, warn), warn)
+    ready = prepare(setup, drive, chosen_loop(backend, warn), warn)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)
-    ended = run(ready, path, first, force)
+    ended = measured.run(ready, path, first, force)
     for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
         warn(message)
     if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
@@ -128,27 +191,9 @@ def run_scene(
     return ended.file
 
 
-def _driven(scene: Scene, excited: str, frequency: float | None) -> System:
-    """Return the scene's system with a sine source at one input (full name)."""
-    system = build.instrument(scene, excited, scene.outputs)
-    start = {"frequency": frequency or scene.band[0], **({} if frequency else scene.source.start)}
-    components = [
-        dataclasses.replace(c, start={**c.start, **start}) if c.name == scene.source.name else c
-        for c in system.components
-        if c.name != build.LOCK_IN
-    ]
-    return System(components, [c for c in system.connections if not c.end.startswith(f"{build.LOCK_IN}.")])
-
-
-def _checked(system: System, step_size: float) -> dict[str, dict[str, Connector]]:
-    """Return the variables of a system's FMUs; `StructureError` where wiring, ticks or sources do not fit."""
-    variables = _variables(build.build(system))
-    check(system, variables)
-    check_sample_times(system, variables, {}, step_size)
-    check_resolved(system, variables, step_size)
-    return variables
-
-
-def _variables(files: Mapping[str, Path]) -> dict[str, dict[str, Connector]]:
-    """Return the variables of each component's FMU by name."""
-    return {name: describe(file).variables for name, file in files.items()}
+def _checked(assembly: Assembly, step_size: float) -> Assembly:
+    """Return the assembly; `StructureError` where wiring, ticks or sources do not fit."""
+    assembly.check()
+    check_sample_times(assembly.system, assembly.connectors, {}, step_size)
+    check_resolved(assembly.system, assembly.connectors, step_size)
+    return assembly

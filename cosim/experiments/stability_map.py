@@ -24,10 +24,12 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
 from hfsa.cosim.analysis.stability import Cycle, Mode
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused, with_fusion
-from hfsa.cosim.assembly.native_loop import LOOPS, chosen_loop
-from hfsa.cosim.fmi.co_simulation import StepError, open_instances
+from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly.build import with_ports
+from hfsa.cosim.assembly.fuse import with_fusion
+from hfsa.cosim.assembly.load_scene import load_scene, with_arguments
+from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED, open_master
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 from hfsa.cosim.systems.errors import StructureError
@@ -71,7 +73,7 @@ def parse_axis(words: str) -> Axis:
 
 
 def stability_map(
-    name: str,
+    name: str | Path | Scene,
     arguments: Mapping[str, str],
     axes: Sequence[Axis],
     *,
@@ -109,7 +111,8 @@ def stability_map(
         if report is not None:
             report(0.7 + 0.3 * done / len(chosen), "simulations")
     scene = points[(0,) * len(shape)].scene
-    return StabilityMap(name, scene.algorithm, scene.step_size, axes, growth, stable, verified, list(messages))
+    words = "scene" if isinstance(name, Scene) else str(name)
+    return StabilityMap(words, scene.algorithm, scene.step_size, axes, growth, stable, verified, list(messages))
 
 
 def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: float | None) -> None:
@@ -127,7 +130,7 @@ def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: f
 
 
 def _scene(
-    name: str,
+    name: str | Path | Scene,
     fuse: Sequence[str],
     algorithm: str | None,
     order: Sequence[str],
@@ -135,7 +138,8 @@ def _scene(
     step_size: float | None,
 ) -> Scene:
     """Return a scene as it is looked at."""
-    scene = with_fusion(build.load_scene(name, arguments), fuse)
+    loaded = with_arguments(name, arguments) if isinstance(name, Scene) else load_scene(str(name), arguments)
+    scene = with_fusion(loaded, fuse)
     # one algorithm for all points, as each would choose another
     algorithm = algorithm or (CANDIDATES[0] if scene.algorithm == AUTO else None)
     changes = {"step_size": step_size, "algorithm": algorithm, "system": in_order(scene.system, order)}
@@ -165,10 +169,9 @@ class _Point:
         self.scene = scene = self._load()
         if scene.algorithm not in LIMITED:
             raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
-        self._system = fused(scene.system, scene.fuse)
-        self._files = build.files_for(self._system, scene.algorithm)
-        with open_instances(self._files) as instances:
-            cycle = Cycle(self._system, instances, scene.algorithm)
+        self._assembly = with_ports(assemble(scene), scene.algorithm)
+        with self._assembly.open() as instances:
+            cycle = Cycle(self._assembly.system, instances, scene.algorithm)
             own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)
@@ -220,10 +223,10 @@ class _Point:
     def _simulated(self, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
         """Return what crosses connections at every point, (points, connections), as far as the run comes."""
         scene = self.scene
-        names = list(dict.fromkeys(connection.start for connection in self._system.connections))
+        names = list(dict.fromkeys(connection.start for connection in self._assembly.system.connections))
         self._scale = np.array([self._nominal[name] for name in names])
-        library = chosen_loop(LOOPS[0], lambda _: None)
-        with closing(open_master(self._files, self._system, scene.algorithm, scene.step_size, library)) as master:
+        library = chosen_loop(BACKENDS[0], lambda _: None)
+        with closing(open_master(self._assembly, scene.algorithm, scene.step_size, library)) as master:
             recording = master.record(names, rows=steps + 1)
             try:
                 master.initialize(starts=starts)
@@ -257,8 +260,3 @@ def _chosen(built: NDArray[np.bool_], stable: NDArray[np.bool_]) -> list[tuple[i
         (border if is_beside else others).append(index)
     drawn = np.random.default_rng(0).permutation(len(others))[:SAMPLE]
     return [*border, *(others[i] for i in drawn)]
-
-
-def default_path(name: str) -> Path:
-    """Return where the map of a scene is written without `-o`."""
-    return Path("results", f"{Path(name).stem}_stability.h5")

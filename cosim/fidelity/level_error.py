@@ -33,12 +33,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly.build import build, with_ports
 from hfsa.cosim.fidelity.nonlinearity import Effect, bending, measure_effect
 from hfsa.cosim.fidelity.step_judge import settled
-from hfsa.cosim.fmi.co_simulation import Instance, open_instances
-from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.measurement.rig import Settings
@@ -46,7 +46,7 @@ from hfsa.cosim.measurement.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import Scale, near_modes
-from hfsa.cosim.systems.connectors import Connector, check, connector
+from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import System
@@ -110,20 +110,20 @@ class Responses:
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
-        files = _checked_files(scene.system)
+        assembly = build(scene.system).check()
         self._grid = logarithmic(*scene.band, _POINTS)
-        parts = (scene.system, files, scene.inputs, scene.outputs, self._grid, scene.amplitude)
-        self._inputs = plan_sweep(*parts, Settings(method="linear")).inputs
-        self._reference = self._linearized(scene.system, files)
+        asked = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
+        self._inputs = plan_sweep(assembly, *asked, Settings(method="linear")).inputs
+        self._reference = self._linearized(assembly)
         self._size = np.abs(self._reference.response(self._grid))
         amplitudes = [signal.amplitude for signal in self._inputs]
-        self._counts = _counting(self._size, scene, files, amplitudes)
+        self._counts = _counting(self._size, scene, assembly, amplitudes)
         self._scale = Scale(self._grid, self._size)
-        self._straight = _BENT * scene.tolerance * self._smallest(files, amplitudes)
+        self._straight = _BENT * scene.tolerance * self._smallest(assembly, amplitudes)
 
     def error(self, system: System) -> float:
         """Return the error of a system; errors as `Question.error`."""
-        found = self._linearized(system, _checked_files(system))
+        found = self._linearized(build(system).check())
         if found.sweep.growth and not self._reference.sweep.growth:
             raise StructureError(f"a mode grows by {found.sweep.growth:.3g} 1/s, which none of the reference does")
         if found.still - self._reference.still:
@@ -138,11 +138,11 @@ class Responses:
             error += self._amplitude_error(system if bent else None)
         return error
 
-    def _linearized(self, system: System, files: Mapping[str, Path]) -> _Linearized:
+    def _linearized(self, assembly: Assembly) -> _Linearized:
         """Return a system linearised at its operating point."""
         scene = self._scene
-        system = upstream(system, [*scene.inputs, *scene.outputs])
-        with open_instances({c.name: files[c.name] for c in system.components}) as instances:
+        system = upstream(assembly.system, [*scene.inputs, *scene.outputs])
+        with assembly.of(system).open() as instances:
             columns, orders = sinusoids(system, instances, scene.inputs)
             feeding = [connection.start for connection in system.connections]
             found = LinearSweep(linearize(system, instances, columns, [*scene.outputs, *feeding]), orders)
@@ -179,11 +179,9 @@ class Responses:
         named = dict(zip([*linear.states, *linear.inputs], [*states.tolist(), *inputs.tolist()], strict=True))
         return {system.split(name): size for name, size in {**named, **fed}.items()}
 
-    def _smallest(self, files: Mapping[str, Path], amplitudes: Sequence[float]) -> float:
+    def _smallest(self, assembly: Assembly, amplitudes: Sequence[float]) -> float:
         """Return the smallest entry that counts, relative to the largest in its unit."""
-        scene = self._scene
-        variables = {name: describe(file).variables for name, file in files.items()}
-        units = [connector(scene.system, variables, name).unit for name in scene.outputs]
+        units = [assembly.connector(name).unit for name in self._scene.outputs]
         size = self._size.max(axis=0) * amplitudes
         largest = np.array([max(size[i].max() for i, u in enumerate(units) if u == unit) for unit in units])
         return float((size / np.maximum(largest, np.finfo(float).tiny)[:, None])[self._counts].min())
@@ -226,8 +224,8 @@ class Motion:
         self._scene, self._library = scene, library
         self._algorithm = settled(scene)[0].algorithm
         self._reference = self._outputs(scene.system)
-        files = _checked_files(scene.system)
-        self._counts = _counting(np.abs(self._reference)[:, :, None], scene, files, [1.0])[:, 0]
+        assembly = build(scene.system).check()
+        self._counts = _counting(np.abs(self._reference)[:, :, None], scene, assembly, [1.0])[:, 0]
 
     def error(self, system: System) -> float:
         """Return the error of a system; errors as `Question.error`."""
@@ -239,32 +237,23 @@ class Motion:
         """Return the scene's outputs at every communication point, (points, outputs)."""
         scene = self._scene
         steps = max(round(scene.stop_time / scene.step_size), 1)
-        _checked_files(system)  # in the scene's own words, before parts are fused
-        system = fused(system, scene.fuse)
-        files = build.files_for(system, self._algorithm)
-        with closing(open_master(files, system, self._algorithm, scene.step_size, self._library)) as master:
+        build(system).check()  # in the scene's own words, before parts are fused
+        assembly = with_ports(assemble(replace(scene, system=system)), self._algorithm)
+        with closing(open_master(assembly, self._algorithm, scene.step_size, self._library)) as master:
             recording = master.record(scene.outputs, rows=steps + 1)
             master.initialize(stop_time=max(scene.stop_time, steps * scene.step_size))
             master.advance(steps)
             return recording.values.copy()
 
 
-def _checked_files(system: System) -> dict[str, Path]:
-    """Return the FMUs of a system whose wiring is right; `StructureError` for another."""
-    files = build.build(system)
-    check(system, {name: describe(file).variables for name, file in files.items()})
-    return files
-
-
 def _counting(
-    size: NDArray[np.float64], scene: Scene, files: Mapping[str, Path], amplitudes: Sequence[float]
+    size: NDArray[np.float64], scene: Scene, assembly: Assembly, amplitudes: Sequence[float]
 ) -> NDArray[np.bool_]:
     """Return which entries are not zero by symmetry, (outputs, inputs); `StructureError` where all are.
 
     Outputs of different units are compared by the largest nominal in their unit.
     """
-    variables = {name: describe(file).variables for name, file in files.items()}
-    found: list[Connector] = [connector(scene.system, variables, name) for name in scene.outputs]
+    found: list[Connector] = [assembly.connector(name) for name in scene.outputs]
     units = [output.unit or "1" for output in found]
     nominal = np.array([max(abs(o.nominal) for o in found if (o.unit or "1") == unit) for unit in units])
     size = size / nominal[:, None]

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.assemble import instrumented
+from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.fidelity.step_judge import settled
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
@@ -91,9 +91,8 @@ def measure_effect(
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
     for i, signal in enumerate(inputs):
-        system = fused(build.instrument(scene, signal.name), scene.fuse)
-        files = build.files_for(system, scene.algorithm)
-        bench = Bench(system, files, tuple(scene.outputs), scene.source.name, build.LOCK_IN, library)
+        assembly = with_ports(instrumented(scene, signal.name), scene.algorithm)
+        bench = Bench(assembly, tuple(scene.outputs), scene.source.name, LOCK_IN, library)
         with contextlib.closing(Rig(bench, settings)) as rig:
             for k, f in enumerate(frequency.tolist()):
                 small, full = (

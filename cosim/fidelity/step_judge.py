@@ -1,14 +1,12 @@
 """What communication steps do to a scene's answer: which algorithm `auto` takes, and what a user must know before.
 
-    with judge(scene, excited, outputs, band) as found:
+    with judge(scene, assembly, excited, outputs, band) as found:
         scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what; what is known against it
         found.step_error(scene, frequency)               # relative error of each response
 
-`excited` holds, by the full name of an input, the scene's system with a sine source there, and for a sweep a lock-in
-amplifier (`build.instrument`), parts fused; it is empty where the scene has a motion of its own. What the FMUs do not
-tell is said, with the reason.
-
-Like `assembly/build.py`, which it asks for files, it stands on the roof.
+`assembly` is that of the scene, `excited` holds, by the full name of an input, the assembly with a sine source there,
+and for a sweep a lock-in amplifier (`assemble.instrumented`); it is empty where the scene has a motion of its own. What
+the FMUs do not declare is stated, with the reason.
 """
 
 import contextlib
@@ -16,14 +14,16 @@ import dataclasses
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
 from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
-from hfsa.cosim.assembly import build
-from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.assemble import assemble, instrumented
+from hfsa.cosim.assembly.build import LOCK_IN
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance, open_instances
 from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.linear.linearize import upstream
@@ -90,17 +90,21 @@ class Judge:
 
 @contextlib.contextmanager
 def judge(
-    scene: Scene, excited: Mapping[str, System], outputs: Sequence[str], band: tuple[float, float]
+    scene: Scene,
+    assembly: Assembly,
+    excited: Mapping[str, Assembly],
+    outputs: Sequence[str],
+    band: tuple[float, float],
 ) -> Iterator[Judge]:
     """Yield what is known of a scene's steps; FMUs are loaded until the end of the `with`."""
     with ExitStack() as stack:
         found = Judge(None, "nothing is known of an empty system")
-        whole = fused(scene.system, scene.fuse)
         # what leads to no output may keep its derivatives to itself
-        leading = upstream(whole, [*outputs, *excited])
-        for system in (whole, leading) if len(leading.components) < len(whole.components) else (whole,):
+        leading = upstream(assembly.system, [*outputs, *excited])
+        is_part = len(leading.components) < len(assembly.system.components)
+        for considered in (assembly, assembly.of(leading)) if is_part else (assembly,):
             try:
-                found = Judge(_question(scene, system, excited, outputs, band, stack))
+                found = Judge(_question(scene, considered, excited, outputs, band, stack))
                 break
             except NOT_KNOWN as error:
                 found = Judge(None, str(error))
@@ -111,30 +115,27 @@ def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
     """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
     if scene.algorithm != AUTO:
         return scene, None
-    excited = {name: fused(build.instrument(scene, name), scene.fuse) for name in scene.inputs}
-    with judge(scene, excited, scene.outputs, scene.band) as found:
+    excited = {name: instrumented(scene, name) for name in scene.inputs}
+    with judge(scene, assemble(scene), excited, scene.outputs, scene.band) as found:
         return found.settled(scene)
 
 
 def _question(
     scene: Scene,
-    system: System,
-    excited: Mapping[str, System],
+    assembly: Assembly,
+    excited: Mapping[str, Assembly],
     outputs: Sequence[str],
     band: tuple[float, float],
     stack: ExitStack,
 ) -> Question:
-    """Return the question to a system's FMUs, which are loaded until the stack ends."""
-    files = build.build(system)
-    instances: dict[str, Instance] = dict(stack.enter_context(open_instances(files)))
+    """Return the question to an assembly's FMUs, which are loaded until the stack ends."""
+    instances: dict[str, Instance] = dict(stack.enter_context(assembly.open()))
     if not excited:
-        found = motions(system, instances)
+        found = motions(assembly.system, instances)
     else:
-        instruments: dict[tuple[str, str], Instance] = {}
-        found = [
-            _excitation(scene, name, whole, system, instances, instruments, stack) for name, whole in excited.items()
-        ]
-    question = Question(system, instances, found, outputs, band)
+        instruments: dict[tuple[str, Path], Instance] = {}
+        found = [_excitation(scene, name, whole, instances, instruments, stack) for name, whole in excited.items()]
+    question = Question(assembly.system, instances, found, outputs, band)
     if not any(excitation.lock_in for excitation in found):
         question.ignored = question.jumping
     return question
@@ -143,26 +144,22 @@ def _question(
 def _excitation(
     scene: Scene,
     name: str,
-    excited: System,
-    system: System,
+    excited: Assembly,
     instances: Mapping[str, Instance],
-    instruments: dict[tuple[str, str], Instance],
+    instruments: dict[tuple[str, Path], Instance],
     stack: ExitStack,
 ) -> Excitation:
     """Return the excitation at one input; an instrument of one file is loaded once."""
-    known = {component.name for component in system.components}
-    added = [c for c in excited.components if c.name in (scene.source.name, build.LOCK_IN)]
-    own = dict(instances)
-    for component, file in build.build(System(added)).items():
-        key = component, str(file)
-        if key not in instruments:
-            instruments[key] = stack.enter_context(open_instances({component: file}))[component]
-        own[component] = instruments[key]
-    kept = known | {component.name for component in added}
-    connections = [c for c in excited.connections if {excited.split(c.start)[0], excited.split(c.end)[0]} <= kept]
-    reduced = System([c for c in excited.components if c.name in kept], connections)
+    system, own = excited.system, dict(instances)
+    for component in (scene.source.name, LOCK_IN):
+        if component in excited.files:
+            key = component, excited.files[component]
+            if key not in instruments:
+                instruments[key] = stack.enter_context(open_instances({component: key[1]}))[component]
+            own[component] = instruments[key]
+    connections = [c for c in system.connections if {system.split(c.start)[0], system.split(c.end)[0]} <= set(own)]
+    reduced = System([c for c in system.components if c.name in own], connections)
     source = reduced[scene.source.name]
-    amplitude = source.start["amplitude"]
-    lock_in = build.LOCK_IN if build.LOCK_IN in own else None
+    lock_in = LOCK_IN if LOCK_IN in own else None
     unit = str(source.arguments.get("unit", "1"))
-    return entering(name, unit, amplitude, reduced, own, Source(source.name), lock_in)
+    return entering(name, unit, source.start["amplitude"], reduced, own, Source(source.name), lock_in)

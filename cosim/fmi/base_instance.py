@@ -54,6 +54,8 @@ class StepError(RuntimeError):
         message: what the FMU's logger said, or more about the value.
     """
 
+    exit_code = 4
+
     def __init__(self, instance: str, function: str, status: str, time: float | None, message: str = ""):
         at = "" if time is None else f" at t = {time:.9g} s"
         advice = f"; {_ADVICE[status]}" if status in _ADVICE else ""

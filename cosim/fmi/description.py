@@ -3,9 +3,9 @@
 import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
 from lxml import etree
@@ -117,23 +117,38 @@ class Description:
 
 
 def describe(file: Path, interface: Interface | None = None) -> Description:
-    """Read an FMU's description; `StructureError` where it is no FMU that can be run, and why.
+    """Return an FMU's description, read once per process; `StructureError` where it is no FMU that can be run, and why.
 
     Without an `interface`, of that for Co-Simulation where there is one.
     """
+    try:
+        stat = file.stat()
+    except OSError:
+        raise StructureError(f"there is no file {file}") from None
+    return _described(file, interface, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
+
+
+@lru_cache(maxsize=1024)
+def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]:
+    """Return the model description of an FMU as XML and as fmpy reads it; a later file has another `_version`."""
     try:
         with zipfile.ZipFile(file) as archive:
             root = etree.fromstring(archive.read("modelDescription.xml"))
         version = str(root.get("fmiVersion"))
         if not version.startswith(("2.", "3.")):
             raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
-        model = read_model_description(str(file), validate=False)
-    except FileNotFoundError:
-        raise StructureError(f"there is no file {file}") from None
+        return root, read_model_description(str(file), validate=False)
     except StructureError:
         raise
     except Exception as error:  # the parser raises many kinds for a file that is no FMU
         raise StructureError(f"{file} is not a readable FMU: {error}") from error
+
+
+@lru_cache(maxsize=1024)
+def _described(file: Path, interface: Interface | None, version_of_file: tuple[int, ...]) -> Description:
+    """Return the description of one interface of an FMU."""
+    root, model = _read(file, version_of_file)
+    version = str(root.get("fmiVersion"))
     chosen = interface or ("co_simulation" if model.coSimulation or not model.modelExchange else "model_exchange")
     offered, tag = (
         (model.coSimulation, "CoSimulation") if chosen == "co_simulation" else (model.modelExchange, "ModelExchange")

@@ -1,6 +1,6 @@
 """The table of algorithms: every way to run one system, by name.
 
-    with closing(open_master(files, system, "gauss_seidel", 50e-6, library)) as master:
+    with closing(open_master(assembly, "gauss_seidel", 50e-6, library)) as master:
         recording = master.record(["robot.platform.position[3]"], rows=1001)
         master.initialize()
         master.advance(1000)
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import hfsa.cosim.masters
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance, open_instances
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
 from hfsa.cosim.masters.algorithm import Algorithm
@@ -78,24 +79,19 @@ def make_master(
 
 
 def open_master(
-    files: Mapping[str, Path],
-    system: System,
-    algorithm: str,
-    step_size: float,
-    library: Path | None,
-    tolerance: float = 1e-3,
+    assembly: Assembly, algorithm: str, step_size: float, library: Path | None, tolerance: float = 1e-3
 ) -> Master:
-    """Return a master of a system whose FMUs it has loaded; `close` frees them.
+    """Return a master of an assembly whose FMUs it has loaded; `close` frees them.
 
-    `files` are the FMUs by component, `algorithm` is one of `ALGORITHMS`, `step_size` [s] lies between two points at
+    `algorithm` is one of `ALGORITHMS`, `step_size` [s] lies between two points at
     which values are recorded, `library` is the stepping loop in C, `None` for Python's; `tolerance` is that of a
     response, relative, for algorithms that choose their steps. Raises `StructureError` where the wiring is wrong or an
     FMU does not offer what the algorithm takes; nothing is left loaded then.
     """
     row = algorithm_named(algorithm)
-    instances = open_instances(files, ModelExchangeInstance if row.is_model_exchange else Instance)
+    instances = open_instances(assembly.files, ModelExchangeInstance if row.is_model_exchange else Instance)
     try:
-        return row.make(instances, system, row, step_size, library, tolerance)
+        return row.make(instances, assembly.system, row, step_size, library, tolerance)
     except BaseException:
         instances.close()
         raise

@@ -5,24 +5,21 @@ A `Rig` is a system with its instruments, loaded once per process and used again
 
 import math
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
-from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)
@@ -50,15 +47,13 @@ class Bench:
     """A system ready to measure one input: a sine source feeds it, a lock-in amplifier listens to the outputs.
 
     Attributes:
-        system: with both instruments among its components.
-        files: FMU file of each component.
+        assembly: with both instruments among its components.
         outputs: full names; signal i + 1 of the amplifier is `outputs[i]`.
         source, lock_in: names of the instruments.
         library: the stepping loop in C; `None` for the one in Python.
     """
 
-    system: System
-    files: Mapping[str, Path]
+    assembly: Assembly
     outputs: tuple[str, ...]
     source: str = "source"
     lock_in: str = "lock_in"
@@ -67,12 +62,7 @@ class Bench:
     @cached_property
     def key(self) -> str:
         """The same text for the same bench, in every process."""
-        return repr((self.system, sorted(self.files.items()), self.outputs, self.library))
-
-    def connector(self, name: str) -> Connector:
-        """Return the variable of a full name, from its FMU's description."""
-        component = self.system.split(name)[0]
-        return connector(self.system, {component: describe(self.files[component]).variables}, name)
+        return repr((self.assembly.system, sorted(self.assembly.files.items()), self.outputs, self.library))
 
 
 @dataclass(frozen=True)
@@ -102,8 +92,8 @@ class Rig:
 
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
-        self.master = open_master(bench.files, bench.system, settings.algorithm, settings.step_size, bench.library)
-        outputs = [bench.connector(name) for name in bench.outputs]
+        self.master = open_master(bench.assembly, settings.algorithm, settings.step_size, bench.library)
+        outputs = [bench.assembly.connector(name) for name in bench.outputs]
         self.units = [output.unit or "" for output in outputs]
         self.nominal = np.array([output.nominal for output in outputs])
         self._lock_in = self.master.instances[bench.lock_in]
@@ -111,7 +101,7 @@ class Rig:
         members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
         self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
         self._windows = self._lock_in.handle(["windows"])
-        limits = [bench.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
+        limits = [bench.assembly.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
         self._limits = self.master.record(limits, rows=1000) if limits else None
 
     def measure(self, task: Task) -> Point:
@@ -198,6 +188,12 @@ def _rig(bench: Bench, settings: Settings) -> Rig:
     if key not in _rigs:
         _rigs[key] = Rig(bench, settings)
     return _rigs[key]
+
+
+def close_rigs() -> None:
+    """Free the instances of all rigs of this process."""
+    while _rigs:
+        _rigs.popitem()[1].close()
 
 
 def _message(error: Exception) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 
 from hfsa.cosim.actions.divergence import Scale
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
@@ -23,7 +24,6 @@ from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.system import System
 
 _BLOCK = 0.1
 """Time [s] that steps at a stretch shall take: as long as an interruption may wait."""
@@ -40,7 +40,7 @@ class Ready:
     """A system ready to run from 0 to `stop_time` [s], as plain data that any process can take.
 
     Attributes:
-        system: what runs; `files` are its FMUs by component.
+        assembly: what runs.
         names: variables (full names) that are recorded at every communication point.
         record: what the results file says of the system.
         library: the stepping loop in C, `None` for Python's.
@@ -48,8 +48,7 @@ class Ready:
         scales: sizes of variables (full names) beyond a thousand times which the run stops.
     """
 
-    system: System
-    files: Mapping[str, Path]
+    assembly: Assembly
     names: Sequence[str]
     stop_time: float
     step_size: float
@@ -102,9 +101,9 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None,
     recorded before, and raised. `report` is called with the part done, 0 to 1, and may raise to end the run. `force`
     replaces a results file of that name (`results.RunFile`).
     """
-    steps, system = ready.steps, ready.system
+    steps, system = ready.steps, ready.assembly.system
     with contextlib.ExitStack() as stack:
-        master = open_master(ready.files, system, ready.algorithm, ready.step_size, ready.library, ready.tolerance)
+        master = open_master(ready.assembly, ready.algorithm, ready.step_size, ready.library, ready.tolerance)
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, ready.step_size)

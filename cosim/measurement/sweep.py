@@ -1,6 +1,6 @@
 """A frequency sweep: one input and one frequency at a time, on any executor, into one file.
 
-    plan = plan_sweep(system, files, inputs, outputs, frequency, amplitude, settings)
+    plan = plan_sweep(assembly, inputs, outputs, frequency, amplitude, settings)
     with SweepFile.create(path, plan, system_record(...)) as file:
         stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...).response(...)))
 
@@ -13,7 +13,7 @@ the others go on. `linear` takes the response from the FMUs' own derivatives (`l
 import contextlib
 import hashlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.wiring import check_sample_times
-from hfsa.cosim.fmi.co_simulation import open_instances
-from hfsa.cosim.fmi.description import Description, describe
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.measurement import pool
-from hfsa.cosim.measurement.rig import Bench, Settings, Task, measure
+from hfsa.cosim.measurement.rig import Bench, Settings, Task, close_rigs, measure
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     InstanceRecord,
@@ -40,9 +40,8 @@ from hfsa.cosim.results.files import (
 )
 from hfsa.cosim.signals.excitation import amplitude_of, ramp_time
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS
-from hfsa.cosim.systems.connectors import check, connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.system import Component, System
+from hfsa.cosim.systems.system import Component
 
 __all__ = [
     "METHODS",
@@ -75,8 +74,7 @@ class Progress:
 
 
 def plan_sweep(
-    system: System,
-    files: Mapping[str, Path],
+    assembly: Assembly,
     inputs: Sequence[str],
     outputs: Sequence[str],
     frequency: NDArray[np.float64],
@@ -89,13 +87,12 @@ def plan_sweep(
     `StructureError` names a signal that is not there, or not an input or output, and the nearest names; or a sample
     time that the step does not fit.
     """
-    variables = {name: describe(file).variables for name, file in files.items()}
     if settings.method == "stepped":
-        check_sample_times(system, variables, {}, settings.step_size)
+        check_sample_times(assembly.system, assembly.connectors, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
         """An input or output by full name, with its unit; `StructureError` where it is something else."""
-        found = connector(system, variables, name)
+        found = assembly.connector(name)
         if found.causality != causality:
             raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
         unit = found.unit or "1"
@@ -131,16 +128,16 @@ class LinearSweep:
         return self.found.growth.rate
 
 
-def linear(system: System, files: Mapping[str, Path], plan: Plan) -> LinearSweep:
+def linear(assembly: Assembly, plan: Plan) -> LinearSweep:
     """Linearise the FMUs for a plan.
 
     Raises `StructureError` where an FMU has no derivatives, sample times have no common grid, or there is no
     equilibrium.
     """
     inputs, outputs = [signal.name for signal in plan.inputs], [signal.name for signal in plan.outputs]
-    with open_instances(files) as instances:
-        columns, orders = sinusoids(system, instances, inputs)
-        return LinearSweep(linearize(system, instances, columns, outputs), orders)
+    with assembly.open() as instances:
+        columns, orders = sinusoids(assembly.system, instances, inputs)
+        return LinearSweep(linearize(assembly.system, instances, columns, outputs), orders)
 
 
 def finished(response: NDArray[np.complex128]) -> list[Point]:
@@ -152,30 +149,30 @@ def finished(response: NDArray[np.complex128]) -> list[Point]:
 def system_record(
     title: str,
     scene: str,
-    *systems: tuple[System, Mapping[str, Path]],
+    *assemblies: Assembly,
     operating_point: Mapping[str, float] = {},
     order: OrderChoice | None = None,
     algorithm: AlgorithmChoice | None = None,
 ) -> SystemRecord:
-    """Return what the results file says of what was measured: the scene's text, and the FMUs of each system.
+    """Return what the results file says of what was measured: the scene's text, and the FMUs of each assembly.
 
-    An instance that is another FMU in another system (a source in another unit) is counted, `source[2]`.
+    An instance that is another FMU in another one (a source in another unit) is counted, `source[2]`.
     """
     files: dict[str, list[Path]] = {}
     instances = []
-    for system, of_component in systems:
-        for component in system.components:
-            file, earlier = of_component[component.name], files.setdefault(component.name, [])
+    for assembly in assemblies:
+        for component in assembly.system.components:
+            file, earlier = assembly.files[component.name], files.setdefault(component.name, [])
             if file not in earlier:
                 earlier.append(file)
                 name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
-                instances.append(_instance_record(name, component, file))
+                instances.append(_instance_record(name, component, assembly.descriptions[component.name]))
     return SystemRecord(title, scene, instances, operating_point, order, algorithm)
 
 
-def _instance_record(name: str, component: Component, file: Path) -> InstanceRecord:
+def _instance_record(name: str, component: Component, description: Description) -> InstanceRecord:
     """Return what the results file says of an instance."""
-    description = describe(file)
+    file = description.file
     return InstanceRecord(
         instance=name,
         name=description.name,
@@ -205,7 +202,7 @@ def stepped(
     cannot be written.
     """
     for bench in benches.values():
-        check(bench.system, {name: describe(path).variables for name, path in bench.files.items()})
+        bench.assembly.check()
     tasks = [
         Task(i, k, benches[plan.inputs[i].name], settings, float(plan.frequency[k]), plan.inputs[i].amplitude)
         for i, k in file.unfinished()
@@ -215,8 +212,8 @@ def stepped(
     total, finished = sum(map(_work, tasks)), 0.0
     points = len(plan.frequency) * len(plan.inputs)
     # a foreign FMU may crash: never in this process
-    is_foreign = any(c.part.endswith(".fmu") for bench in benches.values() for c in bench.system.components)
-    with contextlib.closing(pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results:
+    is_foreign = any(bench.assembly.is_foreign for bench in benches.values())
+    with contextlib.closing(pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results, _rigs_closed():
         for n, (task, point) in enumerate(results, points - len(tasks) + 1):
             if point is None:
                 message = "the process ended without a result: an FMU must have crashed"
@@ -225,6 +222,15 @@ def stepped(
             finished += _work(task)
             if report is not None:
                 report(Progress(point, n, points, finished / total))
+
+
+@contextlib.contextmanager
+def _rigs_closed() -> Iterator[None]:
+    """Free in the end what points that were measured in this process have loaded."""
+    try:
+        yield
+    finally:
+        close_rigs()
 
 
 def _solver(description: Description) -> str:

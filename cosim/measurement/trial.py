@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
-from hfsa.cosim.fmi.co_simulation import StepError, open_instances
+from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.measurement.limit_flags import Acting, acting
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.measurement.run import Ready, run
@@ -221,8 +221,9 @@ def thinned(
 
 def _sampling(trial: Trial) -> tuple[SamplingLimit | None, tuple[str, ...]]:
     """Return the sampling limit of what runs, or why there is none."""
-    with open_instances(trial.ready.files) as instances:
+    assembly = trial.ready.assembly
+    with assembly.open() as instances:
         try:
-            return sampling_limit(trial.ready.system, instances, trial.outputs), ()
+            return sampling_limit(assembly.system, instances, trial.outputs), ()
         except (StructureError, StepError) as error:
             return None, (f"no sampling limit is known: {error}",)

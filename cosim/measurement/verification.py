@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
 from hfsa.cosim.measurement.limit_flags import is_limit
 from hfsa.cosim.measurement.run import Ready
@@ -54,9 +53,8 @@ def check_verifiable(ready: Ready) -> None:
             else "takes no communication steps: its step lies between two records"
         )
         raise StructureError(f"--verify halves the communication step, but {ready.algorithm} {reason}")
-    variables = {name: describe(file).variables for name, file in ready.files.items()}
     try:
-        check_sample_times(ready.system, variables, {}, ready.step_size / 2)
+        check_sample_times(ready.assembly.system, ready.assembly.connectors, {}, ready.step_size / 2)
     except StructureError as error:
         raise StructureError(f"--verify halves the communication step: {error}") from None
 
@@ -133,7 +131,7 @@ def _at_half_the_step(
 ) -> tuple[dict[str, NDArray[np.float64]], int]:
     """Return values of variables at the points of a run, from one with half its step, and the order of its error."""
     steps, step_size = 2 * ready.steps, ready.step_size / 2
-    master = open_master(ready.files, ready.system, ready.algorithm, step_size, ready.library, ready.tolerance)
+    master = open_master(ready.assembly, ready.algorithm, step_size, ready.library, ready.tolerance)
     with closing(master):
         recording = master.record(names, rows=ready.steps + 1, every=2)
         recording.watch.limit(ready.scales)

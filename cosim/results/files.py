@@ -3,7 +3,7 @@
     with SweepFile.create(path, plan, system) as file:      # or SweepFile.resume(path, plan, system)
         for i, k in file.unfinished():                      # input, frequency
             file.write([Point(i, k, response, ...)])
-    bode = read(path)
+    bode = read_sweep(path)
     bode.entry("robot.platform.position[3]", "reference.command.position[3]")    # complex, shape (frequencies,)
 
     /            title created tool tool_version git_commit command python platform format_version status
@@ -25,7 +25,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -53,6 +53,9 @@ from hfsa.cosim.results.target import Identity
 from hfsa.cosim.signals.frequency_response import phase
 from hfsa.cosim.systems.names import nearest
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 __all__ = [
     "AlgorithmChoice",
     "Bode",
@@ -70,13 +73,13 @@ __all__ = [
     "SweepFile",
     "SystemRecord",
     "Theory",
-    "read",
     "read_algorithm",
     "read_choices",
     "read_errors",
     "read_order",
     "read_run",
     "read_status",
+    "read_sweep",
     "write_errors",
 ]
 
@@ -241,6 +244,24 @@ class Bode:
         """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
         return self.response[:, self._index(output, self.outputs), self._index(input, self.inputs)]
 
+    def to_xarray(self) -> "Dataset":
+        """Return the sweep as an `xarray.Dataset` over frequency, output and input; it takes the extra `analysis`."""
+        import xarray
+
+        entries, points = ("frequency", "output", "input"), ("frequency", "input")
+        of_entries = ("response", "harmonic_distortion", "remaining_transient", "step_error")
+        variables = {name: (entries, getattr(self, name)) for name in of_entries}
+        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message")}
+        coordinates = {
+            "frequency": ("frequency", self.frequency, {"units": "Hz"}),
+            "output": [signal.name for signal in self.outputs],
+            "input": [signal.name for signal in self.inputs],
+            "output_unit": ("output", [signal.unit for signal in self.outputs]),
+            "input_unit": ("input", [signal.unit for signal in self.inputs]),
+            "amplitude": ("input", [signal.amplitude for signal in self.inputs]),
+        }
+        return xarray.Dataset(variables, coords=coordinates, attrs=self.attributes)
+
     def _index(self, name: str, signals: Sequence[Signal]) -> int:
         """Return the place of a signal; `ResultsError` with the nearest names if there is none."""
         names = [signal.name for signal in signals]
@@ -249,7 +270,7 @@ class Bode:
         return names.index(name)
 
 
-def read(path: str | Path) -> Bode:
+def read_sweep(path: str | Path) -> Bode:
     """Read a sweep, finished or not; `ResultsError` where the file holds none."""
     path = Path(path)
     file = hdf5.open_file(path)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 class ResultsError(RuntimeError):
     """A results file that cannot be written, read or continued; the message names the file and the reason."""
 
+    exit_code = 2
+
 
 @dataclass(frozen=True)
 class LevelChoice:

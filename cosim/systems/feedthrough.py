@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
@@ -101,6 +99,9 @@ def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
 
 def _loops(followed: Mapping[str, set[str]]) -> dict[str, str]:
     """Return for each output one that stands for all that follow each other both ways; mostly itself."""
+    from scipy.sparse import csr_matrix  # a third of a second that no other command should wait for
+    from scipy.sparse.csgraph import connected_components
+
     names = list(followed)
     places = {name: i for i, name in enumerate(names)}
     pairs = [(places[name], places[other]) for name, others in followed.items() for other in others]

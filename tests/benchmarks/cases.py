@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hfsa.components import Model
-from hfsa.cosim.assembly.build import build, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.fmus.export import export
 
@@ -38,7 +39,7 @@ def robot() -> Case:
     """Scene `sdelta_hfsa` with its instruments, as a sweep has it."""
     scene = load_scene("sdelta_hfsa")
     system = instrument(scene, "reference.command.position[3]")
-    return Case("sdelta_hfsa", system, build(system), scene.step_size, 20_000, "robot.platform.position[3]")
+    return Case("sdelta_hfsa", system, build(system).files, scene.step_size, 20_000, "robot.platform.position[3]")
 
 
 def _plant(solver: str) -> Model:

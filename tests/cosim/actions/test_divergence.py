@@ -11,12 +11,13 @@ from algorithm_groups import ALGORITHMS
 from mass_and_law import law, plant
 
 from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, recorded_scales
-from hfsa.cosim.assembly.build import build, load_scene
-from hfsa.cosim.assembly.load_scene import scenes
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene, scenes
 from hfsa.cosim.commands._reports import run_report
 from hfsa.cosim.experiments.run import Drive, prepare
-from hfsa.cosim.experiments.sweep import load
+from hfsa.cosim.experiments.setup import set_up
 from hfsa.cosim.figures.comparison import comparison_figure
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response
@@ -50,7 +51,9 @@ def unstable(exported, library):
         files = {"mass": exported(plant())[2], "law": exported(law())[2]}
         names, record = ("mass.velocity", "mass.position"), SystemRecord("unstable", "")
         scales = {"mass.position": SCALE}
-        made = Ready(system, files, names, 2.0, STEP, record, algorithm, library if is_compiled else None)
+        made = Ready(
+            Assembly.read(system, files), names, 2.0, STEP, record, algorithm, library if is_compiled else None
+        )
         return replace(made, **{"scales": scales, **changes})
 
     return ready
@@ -92,7 +95,7 @@ def test_a_run_stops_at_the_first_row_beyond_a_thousand_times_the_scale(unstable
 def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_compiled):
     """On a scene whose scale is made smaller than its motion."""
     monkeypatch.chdir(tmp_path)
-    loaded = load("sdelta_hfsa", {"execution": "continuous"}, algorithm="linearized_feedback", stop_time=0.1)
+    loaded = set_up("sdelta_hfsa", {"execution": "continuous"}, algorithm="linearized_feedback", stop_time=0.1)
     name, limit = "robot.platform.position[3]", 1e-8
     loaded = replace(loaded, scene=replace(loaded.scene, scale={name: limit / FACTOR}))
     with pytest.raises(DivergenceError, match=r"position\[3\]: diverged"):
@@ -268,7 +271,7 @@ def test_every_output_has_a_scale_which_no_motion_of_the_machine_comes_near(name
     """At all frequencies of the band, and at the end of the travel, a response is a tenth of the limit at most."""
     scene = load_scene(name, arguments)
     assert set(scene.scale) == set(scene.outputs)
-    files = build(scene.system)
+    files = build(scene.system).files
     variables = {name: describe(file).variables for name, file in files.items()}
     limits = np.array([FACTOR * scene.scale[name] for name in scene.outputs])
     if not scene.inputs:

@@ -8,7 +8,8 @@ from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.components import Model
 from hfsa.cosim.analysis.margins import find_connection, open_loop
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -127,7 +128,7 @@ def test_a_delay_beyond_its_margin_makes_the_loop_unstable(files, opened, tmp_pa
 def test_the_robot_s_first_motor(opened):
     """The gain margin scales one axis' gains up to where the whole loop becomes unstable, the other five closed."""
     scene = load_scene("sdelta_hfsa", {"gravity": "9.81"})
-    found = opened(build(scene.system))
+    found = opened(build(scene.system).files)
     loop = open_loop(scene.system, found, find_connection(scene.system, "controller.axis[1].command"))
     margins = loop.margins()
     assert margins.is_stable

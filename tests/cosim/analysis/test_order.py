@@ -14,6 +14,7 @@ from hfsa.cosim.analysis.order import MOST, Before, Case, Modes, best_order, exc
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.experiments.orders import with_computed_order, with_order
 from hfsa.cosim.linear.linearize import linear_response, linearize
 from hfsa.cosim.masters.algorithms import make_master
@@ -47,7 +48,7 @@ def chain(*names: str) -> Scene:
 
 def bench_of(scene: Scene, step_size: float, library) -> Bench:
     system = build.instrument(replace(scene, step_size=step_size), scene.inputs[0])
-    return Bench(system, build.build(system), tuple(scene.outputs), library=library)
+    return Bench(build.build(system), tuple(scene.outputs), library=library)
 
 
 def measured(bench: Bench, step_size: float, frequency: float) -> np.ndarray:
@@ -65,7 +66,7 @@ def exact(opened):
     """Return a scene's response to its first input at one frequency, (outputs,)."""
 
     def response(scene: Scene, frequency: float) -> np.ndarray:
-        instances = opened(build.build(scene.system))
+        instances = opened(build.build(scene.system).files)
         inputs = scene.inputs[:1]
         return linear_response(scene.system, instances, inputs, scene.outputs, np.array([frequency]))[0, :, 0]
 
@@ -100,7 +101,7 @@ def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
 
 def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(library, exact):
     """At 2 kHz, where it errs most, from an order that goes down the chain."""
-    scene, names = build.load_scene("stage_bode"), ("stack[1]", "stack[2]", "stack[3]", "stage")
+    scene, names = load_scene("stage_bode"), ("stack[1]", "stack[2]", "stack[3]", "stage")
     scene = replace(scene, step_size=10e-6)
     scene = replace(scene, inputs=scene.inputs[:1], outputs=scene.outputs[1:2], band=(1e3, 2e3))
     scene = replace(scene, system=in_order(scene.system, names))
@@ -155,7 +156,7 @@ def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring
 
 
 def test_a_scene_that_nothing_excites_is_ordered_by_its_modes():
-    scene = with_fusion(build.load_scene("sdelta_hfsa", {"execution": "continuous"}), ["robot,drives"])
+    scene = with_fusion(load_scene("sdelta_hfsa", {"execution": "continuous"}), ["robot,drives"])
     _, choice = with_computed_order(scene, "computed", inputs=())
     assert choice is not None
     assert (choice.about, choice.own, choice.compared) == ("modes", ("reference", "controller", "fused"), 4)
@@ -164,7 +165,7 @@ def test_a_scene_that_nothing_excites_is_ordered_by_its_modes():
 
 def test_what_ticks_among_others_goes_first_in_any_order():
     """The controller, fused with what it moves, sees what the reference has put out before both step."""
-    scene = with_fusion(build.load_scene("sdelta_hfsa"), ["robot,drives,controller"])
+    scene = with_fusion(load_scene("sdelta_hfsa"), ["robot,drives,controller"])
     same, choice = with_computed_order(scene, "computed", inputs=scene.inputs[2:3])
     assert choice is not None
     assert same == scene
@@ -180,7 +181,7 @@ def test_a_stable_order_goes_before_one_that_errs_less():
 
 
 def test_where_nothing_is_joined_no_order_makes_a_difference():
-    scene = build.load_scene("mass_on_spring")
+    scene = load_scene("mass_on_spring")
     same, choice = with_computed_order(scene, "computed")
     assert choice is not None
     assert same == scene
@@ -244,7 +245,7 @@ def order_in(scene: Scene) -> list[str]:
 
 
 def test_named_components_take_the_places_that_they_have():
-    scene = build.load_scene("sdelta_hfsa")
+    scene = load_scene("sdelta_hfsa")
     assert order_in(scene) == ["reference", "controller", "drive[1]", "drive[2]", "drive[3]", "robot"]
     ordered = with_order(scene, "robot,drives")
     assert order_in(ordered) == ["reference", "controller", "robot", "drive[1]", "drive[2]", "drive[3]"]
@@ -255,7 +256,7 @@ def test_named_components_take_the_places_that_they_have():
 
 
 def test_the_order_is_that_of_what_is_left_after_fusing():
-    scene = build.load_scene("stage_accelerometer")
+    scene = load_scene("stage_accelerometer")
     fusing = with_fusion(scene, ["stage,stacks"])
     assert order_in(fusing) == ["sensor", "ideal", "stage", "stack[1]", "stack[2]", "stack[3]"]
     ordered = with_order(fusing, "fused,ideal")

@@ -9,6 +9,7 @@ import scipy.optimize
 
 from hfsa.cosim.analysis.sampling import ACCURACY, SamplingLimit, sampling_limit
 from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -51,8 +52,8 @@ def test_what_has_no_limit(files, opened):
 
 def test_the_robot_settles_on_one_side_of_its_limit_and_not_on_the_other(opened, library):
     """A jump of the command by 10 um, co-simulated at 16 steps in a sample time: the last jerk beside the first."""
-    scene = build.load_scene("sdelta_hfsa")
-    instances = opened(build.build(scene.system))
+    scene = load_scene("sdelta_hfsa")
+    instances = opened(build.build(scene.system).files)
     found = sampling_limit(scene.system, instances, scene.outputs)
     assert found is not None
     assert found.is_stable
@@ -92,8 +93,8 @@ CONSTANT = {"actuator": "force", "stage": "constant_jacobian", "model": "constan
 
 
 def stage_limit(opened, arguments: dict[str, object]) -> SamplingLimit:
-    scene = build.load_scene("stage_tracking", arguments)
-    found = sampling_limit(scene.system, opened(build.build(scene.system)), scene.outputs)
+    scene = load_scene("stage_tracking", arguments)
+    found = sampling_limit(scene.system, opened(build.build(scene.system).files), scene.outputs)
     assert found is not None
     return found
 

@@ -11,6 +11,7 @@ from spring_loop import LOOP
 from hfsa.components import Model
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.masters.algorithms import make_master
@@ -41,9 +42,9 @@ def bench():
     def make(scene_name: str, excited: str = VERTICAL, outputs: tuple[str, ...] = ()) -> Bench:
         key = scene_name, excited, outputs
         if key not in made:
-            scene = build.load_scene(scene_name)
+            scene = load_scene(scene_name)
             system = build.instrument(scene, excited, outputs or None)
-            made[key] = Bench(system, build.build(system), outputs or tuple(scene.outputs))
+            made[key] = Bench(build.build(system), outputs or tuple(scene.outputs))
         return made[key]
 
     return make
@@ -95,9 +96,9 @@ def test_a_stepped_sweep_with_iterated_steps_measures_the_same(bench, opened, al
 
 def test_a_stepped_sweep_with_linearised_feedback_measures_the_same(opened):
     """Continuous control, which the drives take into account within a step, and a source on lines at its own rate."""
-    scene = build.load_scene("sdelta_hfsa", {"execution": "continuous"})
+    scene = load_scene("sdelta_hfsa", {"execution": "continuous"})
     system = build.instrument(scene, VERTICAL, MOVED[VERTICAL])
-    at = Bench(system, build.files_for(system, "linearized_feedback"), MOVED[VERTICAL])
+    at = Bench(build.with_ports(build.build(system), "linearized_feedback"), MOVED[VERTICAL])
     assert_stepped_is_predicted(at, opened, "linearized_feedback", 1e-3, [10.0])
 
 
@@ -121,13 +122,13 @@ def test_a_stepped_shaker_with_longer_steps(bench, opened, algorithm):
 @pytest.mark.parametrize("scene_name", SCENES)
 def test_extrapolated_to_step_zero_it_is_the_linear_response(bench, opened, algorithm, scene_name):
     """2 G(H/2) - G(H) at 50 us: within 0.1 dB and 1 degree, every entry above -60 dB of its maximum over the band."""
-    scene = build.load_scene(scene_name)
+    scene = load_scene(scene_name)
     frequency = np.concatenate([np.geomspace(*scene.band, 12), [23.59, 24.55]])
     for excited in (VERTICAL, ACROSS, "reference.command.rotation[2]"):
         at = bench(scene_name, excited)
         cycle = cycle_of(at, algorithm, opened)
         found = 2 * cycle.over(25e-6).response(frequency) - cycle.over(50e-6).response(frequency)
-        instances = opened(build.build(scene.system))
+        instances = opened(build.build(scene.system).files)
         exact = linear_response(scene.system, instances, [excited], scene.outputs, frequency)
         zero = negligible(exact, ["rad"] * 3 + ["m"] * 3, [1.0])[:, 0]
         exact = exact[:, :, 0]
@@ -143,8 +144,8 @@ def test_extrapolated_to_step_zero_it_is_the_linear_response(bench, opened, algo
 @each_algorithm
 @pytest.mark.parametrize("delay", [False, True])
 def test_under_control_every_step_that_fits_the_sample_time_is_stable(opened, algorithm, delay):
-    scene = build.load_scene("sdelta_hfsa", {"delay": str(delay)})
-    cycle = Cycle(scene.system, opened(build.build(scene.system)), algorithm)
+    scene = load_scene("sdelta_hfsa", {"delay": str(delay)})
+    cycle = Cycle(scene.system, opened(build.build(scene.system).files), algorithm)
     for n in (1, 2, 3, 4, 5, 10, 25, 100):
         step = cycle.over(0.25e-3 / n)
         assert step.steps == n
@@ -156,7 +157,7 @@ def test_under_control_every_step_that_fits_the_sample_time_is_stable(opened, al
 
 def free_drives() -> System:
     """Return robot and drives without a controller."""
-    system = build.load_scene("sdelta_hfsa").system
+    system = load_scene("sdelta_hfsa").system
     gone = ("controller", "reference")
     inner = [c for c in system.connections if not {system.split(c.start)[0], system.split(c.end)[0]} & {*gone}]
     return System([c for c in system.components if c.name not in gone], inner)
@@ -166,7 +167,7 @@ def free_drives() -> System:
 def free():
     """Return a system with free drives and its instances."""
     system = free_drives()
-    with open_instances(build.build(system)) as instances:
+    with open_instances(build.build(system).files) as instances:
         yield system, instances
 
 
@@ -216,18 +217,18 @@ def test_free_drives_in_simulation(free, algorithm, factor):
 @each_algorithm
 def test_free_drives_with_gains_of_zero(opened, algorithm):
     """The same with the controller in place, at steps on either side of the limit that fit its sample time."""
-    scene = build.load_scene("sdelta_hfsa")
+    scene = load_scene("sdelta_hfsa")
     zero = {f"controller.axis[{i}].{name}_gain": 0.0 for i in range(1, 7) for name in ("proportional", "derivative")}
     limit = FLEXIBLE_LIMIT[algorithm]
-    cycle = Cycle(scene.system, opened(build.build(scene.system)), algorithm, starts={**zero})
+    cycle = Cycle(scene.system, opened(build.build(scene.system).files), algorithm, starts={**zero})
     fitting = [0.25e-3 / n for n in range(1, 10)]
     assert [cycle.over(h).is_stable("oscillatory") for h in fitting] == [h < limit for h in fitting]
 
 
 def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
     """With its base at rest, a mass on a spring is integrated exactly."""
-    scene = build.load_scene("mass_on_spring")
-    instances = opened(build.build(scene.system))
+    scene = load_scene("mass_on_spring")
+    instances = opened(build.build(scene.system).files)
     exact = np.roots([1, 0.5, 1e4])[0]
     for algorithm in HELD:
         (mode,) = Cycle(scene.system, instances, algorithm).over(3e-3).modes

@@ -11,6 +11,7 @@ from hfsa.components.lock_in import lock_in
 from hfsa.components.sine_source import sine_source
 from hfsa.cosim.analysis.algorithm_choice import choose, warnings
 from hfsa.cosim.analysis.step_effect import Question, entering, motions
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -108,7 +109,7 @@ def test_the_predicted_error_of_a_response_is_the_measured_one(opened, fmus, lib
     system, files, question, algorithm, step, frequency = drawn(np.random.default_rng(seed), opened, fmus)
     at = np.array([frequency])
     predicted, exact = question.errors(algorithm, step, at)[0, 0, 0], question.exact(at)[0, 0, 0]
-    bench = Bench(system, files, ("part[1].y",), library=library)
+    bench = Bench(Assembly.read(system, files), ("part[1].y",), library=library)
     settings = Settings("stepped", algorithm, step, settling_tolerance=1e-8, settling_time=400.0)
     with contextlib.closing(Rig(bench, settings)) as rig:
         point = rig.measure(Task(0, 0, bench, settings, frequency, 1.0))

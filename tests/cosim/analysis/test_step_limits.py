@@ -9,7 +9,8 @@ from spring_loop import loop
 
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.analysis.step_limits import LIMITED, advice, fitting, step_limits
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.experiments.stability_map import Axis, stability_map
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
@@ -80,7 +81,7 @@ def test_limits_of_the_robot_and_the_stage(opened, name, arguments, limits):
     On the stage 0.33 ms is the only one below 0.45 ms that grows.
     """
     scene = load_scene(name, arguments)
-    found = step_limits(scene.system, opened(build(scene.system)), scene.step_size, limits)
+    found = step_limits(scene.system, opened(build(scene.system).files), scene.step_size, limits)
     assert {limit.algorithm: limit.longest for limit in found} == pytest.approx({k: v[0] for k, v in limits.items()})
     for algorithm, steps in limits.items():
         sides = stability_map(name, arguments, [Axis("step_size", np.array(steps))], algorithm=algorithm)
@@ -91,7 +92,7 @@ def test_limits_of_the_robot_and_the_stage(opened, name, arguments, limits):
 def test_free_rigid_motion_does_not_count(opened):
     """The drives of `sdelta_hfsa` without a controller: an algorithm makes their drift grow, the modes have a limit."""
     system = free_drives({})
-    limits = {f.algorithm: f.longest for f in step_limits(system, opened(build(system)), 50e-6, HELD)}
+    limits = {f.algorithm: f.longest for f in step_limits(system, opened(build(system).files), 50e-6, HELD)}
     expected = {"jacobi_plain": 62.8e-6, "jacobi": 104.3e-6, "gauss_seidel": 285e-6}
     assert limits == pytest.approx(expected, rel=2e-3)
 
@@ -112,7 +113,7 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
 def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
     """The stage at its extreme gains, continuously: with plants that close their loops any step will do."""
     scene = load_scene("stage_extremes", {"execution": "continuous"})
-    cycle = Cycle(scene.system, opened(build(scene.system)))
+    cycle = Cycle(scene.system, opened(build(scene.system).files))
     assert advice(cycle, "linearized_feedback", 1e-6, []) is None
     sentence = advice(cycle, "quasi_newton", 1e-6, [])
     assert sentence is not None

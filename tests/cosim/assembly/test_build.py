@@ -8,9 +8,10 @@ import pytest
 
 from hfsa.components import ModelError
 from hfsa.cosim.assembly import fmu_cache
-from hfsa.cosim.assembly.build import build, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import model_of
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene_file import scene_text
@@ -167,7 +168,7 @@ def test_a_foreign_fmu_beside_its_scene(foreign, tmp_path, monkeypatch):
     )
     monkeypatch.chdir(tmp_path)
     scene = load_scene("scene/own.toml", {"spring.behaviour": "1"})
-    assert build(scene.system) == {"spring": tmp_path / "scene" / "spring.fmu"}
+    assert build(scene.system).files == {"spring": tmp_path / "scene" / "spring.fmu"}
     assert instrument(scene, "spring.u")["source"].arguments == {"unit": "1"}  # it states no unit
 
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from hfsa.components import rrr_stage
-from hfsa.cosim.assembly.build import build, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.fuse import fused, models_to_export, with_fusion
 from hfsa.cosim.assembly.level_rules import check_levels
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import model_of
 from hfsa.cosim.fidelity.levels import at_highest
 from hfsa.cosim.masters.algorithms import make_master
-from hfsa.cosim.results.files import read, read_run
+from hfsa.cosim.results.files import read_run, read_sweep
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
@@ -38,7 +39,7 @@ def heights(opened, library):
     def run(step_size: float, *words: str) -> np.ndarray:
         scene = load_scene("sdelta_hfsa")
         system = fused(scene.system, with_fusion(scene, words).fuse if words else ())
-        master = make_master(opened(build(system)), system, "gauss_seidel", step_size, library)
+        master = make_master(opened(build(system).files), system, "gauss_seidel", step_size, library)
         every = round(SAMPLE_TIME / step_size)
         recording = master.record([HEIGHT], rows=81, every=every)
         master.initialize(starts={"reference.command.position[3]": 10e-6, "robot.damping_ratio": 0.02})
@@ -77,7 +78,7 @@ def test_parts_that_tick_one_after_the_other_do_so_in_a_group(opened, library):
     courses = []
     for words in ([], ["controller,voltage"], ["controller,voltage,stage,stacks"]):
         system = fused(scene.system, with_fusion(scene, words).fuse if words else ())
-        master = make_master(opened(build(system)), system, "gauss_seidel", scene.step_size, library)
+        master = make_master(opened(build(system).files), system, "gauss_seidel", scene.step_size, library)
         recording = master.record(names, rows=501)
         master.initialize()
         master.advance(500)
@@ -105,7 +106,7 @@ def test_a_stiff_connection_within_an_fmu_limits_no_step(opened, library, step_s
     names = [f"stage.stack[{i}].elongation" for i in (1, 2, 3)]
     whole = fused(system, [[c.name for c in system.components]])
     (component,) = whole.components
-    master = make_master(opened(build(whole)), whole, "gauss_seidel", step_size, library)
+    master = make_master(opened(build(whole).files), whole, "gauss_seidel", step_size, library)
     assert (component.name, whole.connections) == ("fused", ())
     master.initialize(starts={f"stack[{i}].command.voltage": 75.0 for i in (1, 2, 3)})
     master.advance(round(0.2 / step_size))
@@ -169,7 +170,7 @@ def test_a_sweep_of_fused_parts_is_that_of_the_scene(hfsa):
     assert hfsa("sweep", "sdelta_hfsa", *options, "--method", "linear", "--points", 20, "-o", "apart.h5")[0] == 0
     options += ["--fuse", "robot,drives"]
     assert hfsa("sweep", "sdelta_hfsa", *options, "--method", "linear", "--points", 20, "-o", "fused.h5")[0] == 0
-    apart, together = read("apart.h5"), read("fused.h5")
+    apart, together = read_sweep("apart.h5"), read_sweep("fused.h5")
     assert [s.name for s in together.outputs] == [HEIGHT]
     np.testing.assert_allclose(together.response, apart.response, rtol=1e-9)
     with h5py.File("fused.h5") as file:

@@ -7,7 +7,8 @@ import pytest
 
 from hfsa.components import rrr_stage
 from hfsa.components._mechanics.pzt import Stack
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.masters.algorithms import make_master
 
@@ -22,7 +23,7 @@ def ran(opened, library):
     def run(name: str, seconds: float, signals: list[str], step_size: float | None = None, **arguments):
         scene = load_scene(name, {key.replace("__", "."): value for key, value in arguments.items()})
         step_size = step_size or scene.step_size
-        master = make_master(opened(build(scene.system)), scene.system, "gauss_seidel", step_size, library)
+        master = make_master(opened(build(scene.system).files), scene.system, "gauss_seidel", step_size, library)
         steps = round(seconds / step_size)
         recording = master.record(signals, rows=steps + 1)
         master.initialize()
@@ -123,7 +124,9 @@ def test_the_gain_of_a_stage_on_other_stacks(opened):
     """At rest x = J (K + k)^-1 alpha V: 1.672e-7 m/V of the first stack, where those of 2000 N push, not 3.217e-7."""
     stack = Stack(blocking_force=2000.0)
     scene = load_scene("stage_bode", {"pzt.blocking_force": "2000"})
-    gain = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, np.array([1.0]))[0]
+    gain = linear_response(
+        scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, np.array([1.0])
+    )[0]
     rest = rrr_stage.analyze(stack=stack, voltage=(75.0,) * 3)["elongation_at_voltage"]
     stage = rrr_stage.analyze(elongation=tuple(rest.tolist()))
     expected = stage["jacobian"] @ np.linalg.inv(stage["stiffness"] + 125e6 * np.eye(3)) * 2000 / 150
@@ -179,7 +182,7 @@ def test_elastic_feed_forward_inverts_the_robot_with_any_payload(opened):
         "sdelta_hfsa", {"law": "ctc", "execution": "continuous", "feed_forward": "elastic", "payload.mass": "1"}
     )
     frequency = np.array([5.0, 10.0, 20.0])
-    found = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, frequency)
+    found = linear_response(scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, frequency)
     np.testing.assert_allclose(found, np.broadcast_to(np.eye(6), (3, 6, 6)), atol=1e-6)
 
 

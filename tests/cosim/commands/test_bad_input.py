@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfsa.cosim.results.files import Status, read, read_run
+from hfsa.cosim.results.files import Status, read_run, read_sweep
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 LOOPS = pytest.mark.parametrize("loop", ["c", "python"])
@@ -39,7 +39,7 @@ def hfsa(hfsa):
     ],
 )
 def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, advice, version, loop):
-    code, out, err = hfsa("run", box(foreign[version], behaviour=behaviour, at=0.2), "--loop", loop, "-o", "run.h5")
+    code, out, err = hfsa("run", box(foreign[version], behaviour=behaviour, at=0.2), "--backend", loop, "-o", "run.h5")
     values, _ = read_run("run.h5")
     if ending == "terminated" and version == 2:
         assert (code, err) == (0, "")  # FMI 2 has no such request
@@ -55,7 +55,7 @@ def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, advice, ve
 
 @LOOPS
 def test_a_warning_is_said_once_and_the_run_goes_on(hfsa, box, foreign, loop):
-    code, _, err = hfsa("run", box(foreign[3], behaviour=1, at=0.2), "--loop", loop, "-o", "run.h5")
+    code, _, err = hfsa("run", box(foreign[3], behaviour=1, at=0.2), "--backend", loop, "-o", "run.h5")
     assert (code, err) == (0, "hfsa: box: fmi3DoStep: warning at t = 0.2 s: the spring is broken")
     assert np.isfinite(read_run("run.h5")[0]["box.y"]).all()
 
@@ -76,7 +76,7 @@ def test_an_fmu_that_crashes_in_a_sweep_fails_its_points_only(hfsa, box, foreign
     """It crashes at 1.5 s, which only the low frequency lives to see; even one job is then a process of its own."""
     words = ["--points", "3", "--grid", "log", "--jobs", "1", "-o", "sweep.h5"]
     code, _, _ = hfsa("sweep", box(foreign[2], behaviour=8, at=1.5), *words)
-    bode = read("sweep.h5")
+    bode = read_sweep("sweep.h5")
     assert code == 1
     assert bode.status[:, 0].tolist() == [Status.FAILED, Status.DONE, Status.DONE]
     assert bode.message[0, 0] == "the process ended without a result: an FMU must have crashed"
@@ -147,7 +147,7 @@ def test_a_ring_of_feedthrough_is_refused(hfsa, ring):
         "right.drive[1].slide -> left.command.position[1] -> left.drive[1].slide -> right.command.position[1] -> ",
     ]
     for words in (("run",), ("sweep",), ("compare", "--over", "left.level=linear,exact")):
-        code, out, err = hfsa(words[0], ring(1), *words[1:], "--loops", "refuse")
+        code, out, err = hfsa(words[0], ring(1), *words[1:], "--algebraic-loops", "refuse")
         assert (code, out) == (2, "")
         assert err.startswith("error: algebraic loop: ")
         spelt = err.removeprefix("error: algebraic loop: ").partition(";")[0]
@@ -182,7 +182,7 @@ LIMIT = [word for i in range(1, 7) for word in ("-p", f"controller.axis[{i}].lim
 
 @LOOPS
 def test_a_run_into_the_limit_says_so(hfsa, loop):
-    words = ["--input", "command.position[3]", "--frequency", "20", "--stop", "0.5", "--loop", loop, "-o", "run.h5"]
+    words = ["--input", "command.position[3]", "--frequency", "20", "--stop", "0.5", "--backend", loop, "-o", "run.h5"]
     code, _, err = hfsa("run", "sdelta_hfsa", *words)
     assert (code, err) == (0, "")
     assert not read_run("run.h5")[0]["controller.axis[1].saturation"].any()
@@ -203,7 +203,7 @@ def test_a_point_measured_in_the_limit_is_marked(hfsa):
     words = ["--input", "command.position[3]", "--from", "20", "--to", "25", "--points", "2", "--grid", "log"]
     code, out, _ = hfsa("sweep", "sdelta_hfsa", *LIMIT, *words, "--settling-time", "1", "--jobs", "1", "-o", "sweep.h5")
     assert code == 1
-    bode = read("sweep.h5")
+    bode = read_sweep("sweep.h5")
     assert (bode.status == Status.LIMITED).all()
     assert np.isfinite(bode.response).all()
     assert "limited: controller: axis[" in out

@@ -15,7 +15,7 @@ import pytest
 
 from hfsa.cosim.cli import main
 from hfsa.cosim.commands._shell import plain
-from hfsa.cosim.results.files import Status, read, read_run
+from hfsa.cosim.results.files import Status, read_run, read_sweep
 from hfsa.fmus.errors import ExportError
 
 SWEEP = ["sweep", "mass_on_spring", "-p", "damping=5", "--from", "5", "--to", "50", "--jobs", "1"]
@@ -141,7 +141,7 @@ def test_sweep_then_bode(hfsa):
     code, out, err = hfsa(*SWEEP, "--points", "4", "-o", "swept.h5")
     assert (code, err) == (0, "")
     assert out.startswith("swept.h5: 4 done\n  algorithm gauss_seidel_linear: response within ")
-    bode = read("swept.h5")
+    bode = read_sweep("swept.h5")
     assert (bode.frequency[0], bode.frequency[-1]) == (5, 50)
     assert np.abs(bode.frequency / 15.9 - 1).min() < 0.01  # one of four points hits the resonance
     assert bode.attributes["title"].startswith("The example's scene")
@@ -167,7 +167,7 @@ def test_sweep_takes_signals_by_short_name_amplitude_and_grid(hfsa):
         "position",
     ]
     assert hfsa(*SWEEP, *words, "-o", "a.h5")[0] == 0
-    bode = read("a.h5")
+    bode = read_sweep("a.h5")
     assert np.allclose(bode.frequency, [5, 5 * np.sqrt(10), 50])
     assert [(s.name, s.amplitude) for s in bode.inputs] == [("mass.base.position", 2e-4)]
     assert [s.name for s in bode.outputs] == ["mass.position"]
@@ -256,7 +256,7 @@ def test_a_sweep_of_one_frequency(hfsa, method):
     ):
         code, out, _ = hfsa(*words, *more, "-j", "1", "-o", "one.h5", "--force")
         assert (code, out.splitlines()[0]) == (0, "one.h5: 1 done")
-        bode = read("one.h5")
+        bode = read_sweep("one.h5")
         assert bode.frequency.tolist() == [f]
         assert np.abs(bode.response[0, 0, 0]) == pytest.approx(gain(f), rel=1e-2)
         assert hfsa("bode", "one.h5")[0] == 0
@@ -523,11 +523,11 @@ def test_an_interrupted_sweep_keeps_its_points_and_resumes(tmp_path):
     assert child.returncode == 130
     assert "sweep with --resume to go on" in err
     assert "Traceback" not in err
-    half = read(path)
+    half = read_sweep(path)
     assert half.attributes["status"] == "interrupted"
     assert 0 < np.sum(half.status == Status.DONE) < 12
     assert main([*words, "--resume"]) == 0
-    assert read(path).attributes["status"] == "complete"
+    assert read_sweep(path).attributes["status"] == "complete"
 
 
 def measured(path):

@@ -161,7 +161,7 @@ def test_file_names_are_safe_and_distinct(hfsa):
 
 
 def test_an_interrupted_comparison_keeps_what_is_finished(tmp_path):
-    words = ["compare", "mass_on_spring", "--over", "damping=0.5,1,2,3", "--loop", "python", "--stop", "30", "-j", "1"]
+    words = ["compare", "mass_on_spring", "--over", "damping=0.5,1,2,3", "--backend", "python", "--stop", "30", "-j1"]
     command = [sys.executable, "-m", "hfsa.cosim.cli", *words]
     child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=tmp_path, start_new_session=True)
     while not (tmp_path / "results" / "mass_on_spring_damping=1.h5").is_file():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.cli import main
-from hfsa.cosim.results.files import read
+from hfsa.cosim.results.files import read_sweep
 
 CONNECTION = "controller.axis[1].command -> drive[1].motor[1].torque"
 
@@ -31,7 +31,7 @@ def test_loop_gain_and_sensitivity_are_in_the_file_and_the_margins_answered(swee
     answer = json.loads(out)
     assert answer["connection"] == CONNECTION
     assert answer["is_stable"]
-    bode = read(path)
+    bode = read_sweep(path)
     L, S = bode.entry("loop_gain", CONNECTION), bode.entry("sensitivity", CONNECTION)
     np.testing.assert_allclose(S, 1 / (1 + L), rtol=1e-12)
     assert bode.settings["open_loop"] == CONNECTION

@@ -5,9 +5,9 @@ from itertools import product
 
 import pytest
 
-from hfsa.cosim.assembly.build import load_scene
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fidelity.step_judge import settled
-from hfsa.cosim.results.files import read, read_algorithm
+from hfsa.cosim.results.files import read_algorithm, read_sweep
 
 ROBOT = [
     {"law": law, "feedback": feedback, "execution": execution, "feed_forward": forward}
@@ -87,7 +87,7 @@ def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
     assert code == 0
     assert "errs by 374 % at 2 Hz" in err
     assert "the algorithm gauss_seidel_linear (0.0" in err
-    taken, held = read("auto.h5"), read("held.h5")
+    taken, held = read_sweep("auto.h5"), read_sweep("held.h5")
     assert read_algorithm("auto.h5").algorithm == "gauss_seidel_linear"
     assert read_algorithm("held.h5") is None
     exact = taken.response / (1 + taken.step_error)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hfsa.components import tba_accelerometer
-from hfsa.cosim.assembly.build import load_scene
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.level_error import ask

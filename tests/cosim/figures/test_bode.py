@@ -10,7 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.text import Text
 
 from hfsa.cosim.figures.bode import bode_figure, save
-from hfsa.cosim.results.files import Plan, Point, ResultsError, Signal, Status, SweepFile, SystemRecord, Theory, read
+from hfsa.cosim.results.files import (
+    Plan,
+    Point,
+    ResultsError,
+    Signal,
+    Status,
+    SweepFile,
+    SystemRecord,
+    Theory,
+    read_sweep,
+)
 
 DENSE = np.geomspace(1, 50, 2000)
 SPARSE = np.array([1.0, 5.0, 20.0, 24.0, 25.0, 30.0, 50.0])
@@ -40,7 +50,7 @@ def sweep(tmp_path_factory):
                 file.write(
                     Point(i, k, status, np.array([c[k] for c in columns]), message="x") for k in range(len(frequency))
                 )
-        return read(path)
+        return read_sweep(path)
 
     return make
 

@@ -7,7 +7,8 @@ import pytest
 from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.components import Model
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linear_response, linearize
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, System
@@ -25,7 +26,7 @@ def test_mass_on_spring(opened, version):
     scene = load_scene("mass_on_spring")
     f = np.geomspace(*scene.band, 100)
     s = 2j * np.pi * f
-    found = linear_response(scene.system, opened(build(scene.system, version)), scene.inputs, scene.outputs, f)
+    found = linear_response(scene.system, opened(build(scene.system, version).files), scene.inputs, scene.outputs, f)
     expected = 1e4 / (s * s + 0.5 * s + 1e4)
     assert found.shape == (100, 1, 1)
     np.testing.assert_allclose(found[:, 0, 0], expected, rtol=1e-12)
@@ -160,7 +161,7 @@ def test_sdelta_shaker(opened, posture):
     arguments, Q, a = POSTURES[posture]
     scene = load_scene("sdelta_shaker", arguments)
     f = np.concatenate([np.geomspace(*scene.band, 60), [23.58966, 24.54538]])
-    found = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, f)
+    found = linear_response(scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, f)
     expected = pose_response(f, Q, a)
     largest, error = np.abs(expected).max(axis=0), np.abs(found - expected).max(axis=0)
     is_zero = largest < 1e-9 * largest.max(axis=1, keepdims=True)
@@ -172,7 +173,9 @@ def test_sdelta_shaker(opened, posture):
 def test_printed_amplitude_ratios(opened):
     """A row of the specification's table: ratios at 24.55 Hz, symmetric posture."""
     scene = load_scene("sdelta_shaker")
-    found = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, np.array([24.55]))
+    found = linear_response(
+        scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, np.array([24.55])
+    )
     row = np.abs(found[0])
     printed = {(0, 0): 5.6168, (2, 2): 1.02378, (3, 3): 5.0333, (5, 5): 49.992, (1, 3): 123.17, (3, 1): 0.32740}
     for entry, value in printed.items():

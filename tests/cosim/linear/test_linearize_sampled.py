@@ -8,7 +8,8 @@ import scipy.linalg
 
 from hfsa.components import Model, c_drive, sdelta
 from hfsa.controllers import sdelta_tuning
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linear_response, linearize
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -87,7 +88,7 @@ class MotorPlant:
 
 def response(opened, frequency, version: Literal[2, 3] = 2, **arguments):
     scene = load_scene("sdelta_hfsa", arguments)
-    instances = opened(build(scene.system, version))
+    instances = opened(build(scene.system, version).files)
     return linear_response(scene.system, instances, scene.inputs, scene.outputs, np.asarray(frequency))
 
 
@@ -130,7 +131,7 @@ def test_a_short_sample_time_tends_to_continuous_control_at_order_one(opened):
 
 def test_gravity_is_held_by_the_fed_forward_torque(opened):
     scene = load_scene("sdelta_hfsa", {"gravity": "9.81"})
-    point = linearize(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs).operating_point
+    point = linearize(scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs).operating_point
     torque = [point[f"controller.axis[{i}].command"] for i in range(1, 7)]
     np.testing.assert_allclose(torque, 0.458382, atol=1e-6)
     assert point["robot.center.position[3]"] == pytest.approx(-0.412e-3, abs=1e-6)
@@ -140,7 +141,7 @@ def test_gravity_is_held_by_the_fed_forward_torque(opened):
 def test_without_feed_forward_the_platform_sags_by_the_weight_on_the_gains(opened):
     scene = load_scene("sdelta_hfsa", {"gravity": "9.81"})
     starts = {f"controller.axis[{i}].feed_forward": 0.0 for i in range(1, 7)}
-    instances = opened(build(scene.system))
+    instances = opened(build(scene.system).files)
     point = linearize(scene.system, instances, scene.inputs, scene.outputs, starts).operating_point
     # holding torque over Kp, 0.458382 / 1.48196 rad on every motor, and 2 iota of them turn the tube by one
     sag = 0.458382 / 1.48196 * sdelta.analyze()["jacobian"][5].sum()
@@ -152,7 +153,7 @@ def test_a_limit_below_the_holding_torque_leaves_no_equilibrium(opened):
     scene = load_scene("sdelta_hfsa", {"gravity": "9.81"})
     starts = {f"controller.axis[{i}].limit": 0.4 for i in range(1, 7)}
     with pytest.raises(StructureError, match="no equilibrium found"):
-        linearize(scene.system, opened(build(scene.system)), [], scene.outputs, starts)
+        linearize(scene.system, opened(build(scene.system).files), [], scene.outputs, starts)
 
 
 # Small systems --------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response, linearize
-from hfsa.cosim.results.files import read
+from hfsa.cosim.results.files import read_sweep
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, System
 
@@ -162,7 +162,7 @@ def test_a_stepped_sweep_measures_it_and_says_what_is_missing(hfsa, tmp_path, fm
     code, _, err = hfsa("sweep", "pi.toml", "--points", "3", "--grid", "log", "-j", "1", "-o", "stepped.h5")
     assert code == 0
     assert "there is no linear response to compare with: p (Hidden.fmu): its output y is discrete" in err
-    bode = read("stepped.h5")
+    bode = read_sweep("stepped.h5")
     assert bode.theory is None
     f, ticks = bode.frequency, 0.01
     z = np.exp(2j * np.pi * f * ticks)

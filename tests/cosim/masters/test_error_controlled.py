@@ -7,7 +7,8 @@ from scipy.linalg import expm
 from spring_loop import LOOP
 
 from hfsa.components import Model
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.masters.algorithms import ALGORITHMS, open_master
 from hfsa.cosim.masters.error_controlled import SCALE, TOLERANCE, ErrorControlled
 from hfsa.cosim.systems.errors import StructureError
@@ -116,7 +117,7 @@ def test_jumps_at_ticks(opened, files, servos, exported):
 def test_a_tick_that_changes_little_shortens_no_step():
     """The stage under its sampled controller: every tick one step is tried whole, and kept as two halves."""
     scene = load_scene("stage_tracking", {"motion": "three_axis"})
-    master = open_master(build(scene.system), scene.system, ERROR_CONTROLLED, scene.step_size, None, scene.tolerance)
+    master = open_master(build(scene.system), ERROR_CONTROLLED, scene.step_size, None, scene.tolerance)
     master.initialize()
     master.advance(10)
     before = master.tried

@@ -9,8 +9,9 @@ from scipy.linalg import expm
 
 from hfsa.components import Model
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.cosim.assembly.build import build, files_for, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument, with_ports
 from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.linearized_feedback import NAME as ALGORITHM
@@ -60,7 +61,7 @@ def run(opened, library):
     """Run a system by the loop in C; the recording of `names`."""
 
     def recorded(system: System, step_size: float, until: float, names: list[str], **starts: float):
-        files = files_for(system, ALGORITHM)
+        files = with_ports(build(system), ALGORITHM).files
         master = make_master(opened(files), system, ALGORITHM, step_size, library)
         steps = round(until / step_size)
         recording = master.record(names, rows=steps + 1)
@@ -102,7 +103,7 @@ def test_a_continuous_controller_has_no_sample_time():
 def test_held_forces_explode_in_two_steps(opened):
     """The same scene at 1 us: each step multiplies the error by more than Kv H = 600."""
     system = stage(5e16, 6e8)
-    master = make_master(opened(build(system)), system, "gauss_seidel", 1e-6)
+    master = make_master(opened(build(system).files), system, "gauss_seidel", 1e-6)
     recording = master.record([ERROR], rows=10)
     master.initialize()
     with pytest.raises(StepError):
@@ -224,7 +225,7 @@ def test_scenes_have_the_same_bits(both, name, version):
     if scene.inputs:
         system = instrument(scene, scene.inputs[-1], fmi=version)
         names += ["source.value"]
-    files = files_for(system, ALGORITHM, version)
+    files = with_ports(build(system, version).files, ALGORITHM, version).files
     python, c = both(system, files, recorded(names, 200), ALGORITHM, scene.step_size)
     assert python == c
     assert python[:2] == (None, 201)
@@ -289,7 +290,7 @@ def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exporte
 def test_a_scene_without_such_a_loop_is_refused(opened):
     system = load_scene("stage_tracking", {"actuator": "force"}).system
     with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
-        make_master(opened(files_for(system, "linearized_feedback")), system, "linearized_feedback", 1e-5)
+        make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-5)
 
 
 def test_a_finished_fmu_has_no_ports(opened, files):
@@ -300,7 +301,7 @@ def test_a_finished_fmu_has_no_ports(opened, files):
     with pytest.raises(
         StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
     ):
-        make_master(opened(files_for(system, "linearized_feedback")), system, "linearized_feedback", 1e-3)
+        make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-3)
 
 
 def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):

@@ -11,6 +11,7 @@ from scipy.linalg import expm
 from spring_loop import KD, KP, LOOP, MATRIX
 
 from hfsa.components import Model
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Fmu, StepError, open_instances
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
 from hfsa.cosim.masters.algorithms import make_master, open_master
@@ -280,14 +281,14 @@ def test_an_fmus_own_solver_has_no_part(master, exported, algorithm):
 def test_an_fmu_without_model_exchange(foreign, version):
     files, system = {"it": foreign[version]}, System([Component("it", "x")])
     with pytest.raises(StructureError, match=r"Foreign\.fmu offers no Model Exchange interface, which .* monolithic"):
-        open_master(files, system, "monolithic", 1e-3, None)
+        open_master(Assembly.read(system, files), "monolithic", 1e-3, None)
 
 
 @pytest.mark.parametrize(("algorithm", "module"), [(MONOLITHIC, "cvode"), (MONOLITHIC_DAE, "ida")])
 def test_without_sundials(monkeypatch, files, algorithm, module):
     monkeypatch.setitem(sys.modules, f"sksundae.{module}", None)
     with pytest.raises(StructureError, match="its package scikit-sundae cannot be loaded"):
-        open_master({"it": files["Plant", 2]}, System([Component("it", "x")]), algorithm, 1e-3, None)
+        open_master(Assembly.read(System([Component("it", "x")]), {"it": files["Plant", 2]}), algorithm, 1e-3, None)
 
 
 def runaway() -> Model:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from algorithm_groups import MONOLITHIC, MONOLITHIC_DAE
 
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.masters.monolithic import integrator
 from hfsa.cosim.masters.monolithic.cvode import Cvode
@@ -13,7 +14,7 @@ from hfsa.cosim.masters.monolithic.cvode import Cvode
 def simulated(name, arguments, algorithm, step, stop, names, starts=None, library=None) -> np.ndarray:
     """Values of a scene's run at twenty points, (21, names)."""
     scene = load_scene(name, arguments)
-    one = open_master(build(scene.system), scene.system, algorithm, step, library)
+    one = open_master(build(scene.system), algorithm, step, library)
     try:
         recording = one.record(names, rows=21, every=round(stop / step / 20))
         one.initialize(starts=starts)

@@ -15,7 +15,9 @@ import pytest
 from algorithm_groups import ALGORITHMS, ERROR_CONTROLLED, MONOLITHIC, MONOLITHIC_DAE, ORDERS
 from scipy.linalg import expm
 
-from hfsa.cosim.assembly.build import build, files_for, load_scene
+from hfsa.cosim.assembly.build import build, with_ports
+from hfsa.cosim.assembly.load_scene import load_scene
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import open_master
@@ -50,8 +52,10 @@ class Case:
     def run(self, algorithm: str, parts: int, library: Path | None, tolerance: float = 1e-3) -> tuple[float, int]:
         """Return the error of a run, and how many communication steps `ErrorControlled` took."""
         step_size = self.until / POINTS / parts
-        files = files_for(self.system, algorithm)
-        with closing(open_master(files, self.system, algorithm, step_size, library, tolerance)) as master:
+        files = with_ports(build(self.system), algorithm).files
+        with closing(
+            open_master(Assembly.read(self.system, files), algorithm, step_size, library, tolerance)
+        ) as master:
             recording = master.record(self.names, rows=POINTS + 1, every=parts)
             master.initialize(starts=self.starts)
             master.advance(POINTS * parts)
@@ -65,7 +69,7 @@ def robot() -> Case:
     names = ("robot.platform.position[1]", "robot.platform.position[3]", "drive[1].motor[1].angle")
     starts = {"reference.command.position[1]": 5e-6, "reference.command.position[3]": 10e-6}
     until = 8e-3
-    with open_instances(build(system)) as instances:
+    with open_instances(build(system).files) as instances:
         linear = linearize(system, instances, list(starts), names)
     way = np.linalg.solve(linear.A, linear.B @ list(starts.values()))  # from where it goes to where it comes from
     times = until / POINTS * np.arange(1, POINTS + 1)
@@ -90,7 +94,7 @@ def stage() -> Case:
     ]
     system = System(components, connections)
     references = [f"reference.stack[{i}].elongation{o}" for o in ("", "_rate") for i in (1, 2, 3)]
-    with closing(open_master(build(system), system, ALGORITHMS[0], until / POINTS, None)) as master:
+    with closing(open_master(build(system), ALGORITHMS[0], until / POINTS, None)) as master:
         recording = master.record([*references, *(f"stage.stack[{i}].elongation_rate" for i in (1, 2, 3))], POINTS + 1)
         master.initialize()
         master.advance(POINTS)

@@ -7,7 +7,8 @@ import pytest
 
 import hfsa.cosim.scenes
 from hfsa.components._modelling.parts import find
-from hfsa.cosim.assembly.build import build, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import make_master
@@ -46,7 +47,7 @@ class Moving:
     def __init__(self, scene_name: str, version: int):
         scene = load_scene(scene_name)
         self.system = excited(scene, version) if scene.inputs else scene.system
-        self.files = build(self.system, fmi=version)
+        self.files = build(self.system, fmi=version).files
         self.outputs, self.step_size = scene.outputs, STEP_SIZES.get(scene_name, scene.step_size)
         self.values = {f"{c.name}::{v}": value for c in self.system.components for v, value in c.start.items()}
         self.connections = [(name(c.start), name(c.end)) for c in self.system.connections]

@@ -8,6 +8,7 @@ import pytest
 from algorithm_groups import MONOLITHIC, MONOLITHIC_DAE
 from foreign_fmu import foreign_fmu
 
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -32,7 +33,7 @@ def balls(tmp_path_factory) -> dict[int, Path]:
 def run(files, names, steps, step_size, algorithm, starts=None, connections=()) -> np.ndarray:
     """Values at all points of a run, (steps + 1, names)."""
     system = System([Component(name, "x", start=(starts or {}).get(name, {})) for name in files], connections)
-    with closing(open_master(files, system, algorithm, step_size, None)) as master:
+    with closing(open_master(Assembly.read(system, files), algorithm, step_size, None)) as master:
         recording = master.record(names, rows=steps + 1)
         master.initialize()
         master.advance(steps)

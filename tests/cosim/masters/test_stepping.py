@@ -12,8 +12,8 @@ import pytest
 from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
 from hfsa.cosim.assembly import native_loop
-from hfsa.cosim.assembly.build import build, instrument, load_scene
-from hfsa.cosim.assembly.load_scene import scenes
+from hfsa.cosim.assembly.build import build, instrument
+from hfsa.cosim.assembly.load_scene import load_scene, scenes
 from hfsa.cosim.assembly.native_loop import chosen_loop, stepping_library
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.native import stepping
@@ -65,7 +65,7 @@ def test_every_scene_has_the_same_bits(both, name, version, algorithm):
         assert recording.values.any(axis=0).mean() >= 0.25, "what is recorded must move"
         return recording
 
-    python, c = both(system, build(system, version), run, algorithm, scene.step_size)
+    python, c = both(system, build(system, version).files, run, algorithm, scene.step_size)
     assert python == c
     assert python[0] is None
 
@@ -150,7 +150,7 @@ def test_the_command_line_runs_either_loop(capsys, tmp_path):
     found = []
     for loop in ("c", "python"):
         file = tmp_path / f"{loop}.h5"
-        assert main(["run", "mass_on_spring", "--loop", loop, "--stop", "0.3", "-o", str(file)]) == 0
+        assert main(["run", "mass_on_spring", "--backend", loop, "--stop", "0.3", "-o", str(file)]) == 0
         values, _ = read_run(file)
         found.append({name: array.tobytes() for name, array in values.items()})
     assert found[0] == found[1]

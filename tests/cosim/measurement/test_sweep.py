@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.load_scene import load_scene
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.sweep import Bench, Settings, finished, linear, plan_sweep, stepped, system_record
-from hfsa.cosim.results.files import Status, SweepFile, read
+from hfsa.cosim.results.files import Status, SweepFile, read_sweep
 from hfsa.cosim.signals.excitation import along_response, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.systems.errors import StructureError
@@ -24,23 +26,24 @@ class Sweeper:
 
     def __init__(self, scene: Scene, inputs, outputs=None):
         self.scene, self.inputs, self.outputs = scene, list(inputs), list(outputs or scene.outputs)
-        self.files = build.build(scene.system)
+        self.assembly = build.build(scene.system)
         self.settings = Settings(step_size=scene.step_size, algorithm="gauss_seidel")
         self.benches = {}
         for name in self.inputs:
             system = build.instrument(scene, name, self.outputs)
-            self.benches[name] = Bench(system, build.build(system), tuple(self.outputs))
+            self.benches[name] = Bench(build.build(system), tuple(self.outputs))
 
     def plan(self, frequency, **settings):
         chosen = replace(self.settings, **settings)
-        parts = (self.scene.system, self.files, self.inputs, self.outputs)
-        return plan_sweep(*parts, np.asarray(frequency, float), self.scene.amplitude, chosen)
+        return plan_sweep(
+            self.assembly, self.inputs, self.outputs, np.asarray(frequency, float), self.scene.amplitude, chosen
+        )
 
     def linear(self, frequency):
-        return linear(self.scene.system, self.files, self.plan(frequency)).response(np.asarray(frequency, float))
+        return linear(self.assembly, self.plan(frequency)).response(np.asarray(frequency, float))
 
     def record(self):
-        return system_record("Test", "scene", *((b.system, b.files) for b in self.benches.values()))
+        return system_record("Test", "scene", *(bench.assembly for bench in self.benches.values()))
 
     def stepped(self, path: Path, frequency, resume=False, jobs=1, executor=None, report=None, **settings):
         chosen = replace(self.settings, **settings)
@@ -48,12 +51,12 @@ class Sweeper:
         plan = self.plan(frequency, **settings)
         with opening(path, plan, self.record()) as file:
             stepped(file, plan, self.benches, chosen, jobs=jobs, executor=executor, report=report)
-        return read(path)
+        return read_sweep(path)
 
 
 @pytest.fixture(scope="module")
 def mass():
-    return Sweeper(build.load_scene("mass_on_spring", {"damping": "5"}), ["mass.base.position"])
+    return Sweeper(load_scene("mass_on_spring", {"damping": "5"}), ["mass.base.position"])
 
 
 def assert_equal_within_a_tenth_of_a_decibel(swept, exact, band):
@@ -72,7 +75,7 @@ def assert_equal_within_a_tenth_of_a_decibel(swept, exact, band):
 
 def shaker(inputs):
     """Return the swept and the exact response at 8 frequencies, and the exact one over the whole band."""
-    sweeper = Sweeper(build.load_scene("sdelta_shaker"), inputs)
+    sweeper = Sweeper(load_scene("sdelta_shaker"), inputs)
     dense = logarithmic(*sweeper.scene.band, 4000)
     band = sweeper.linear(dense)
     units, amplitude = [s.unit for s in sweeper.plan(dense).outputs], [s.amplitude for s in sweeper.plan(dense).inputs]
@@ -150,7 +153,7 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(mass, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         mass.stepped(path, frequency, report=interrupt)
-    half = read(path)
+    half = read_sweep(path)
     assert half.attributes["status"] == "interrupted"
     assert np.sum(half.status == Status.DONE) == 2
     seen = []
@@ -181,35 +184,41 @@ def test_wrong_wiring_and_wrong_names_are_errors_before_anything_runs(mass, tmp_
     with pytest.raises(
         StructureError, match=r"mass \(mass_on_spring\) has no variable 'positon'; did you mean position"
     ):
-        plan_sweep(mass.scene.system, mass.files, mass.inputs, ["mass.positon"], np.array([1.0]), {"m": 1}, Settings())
+        plan_sweep(mass.assembly, mass.inputs, ["mass.positon"], np.array([1.0]), {"m": 1}, Settings())
     with pytest.raises(StructureError, match=r"mass.position is an FMU's output, expected an input"):
-        plan_sweep(mass.scene.system, mass.files, mass.outputs, mass.outputs, np.array([1.0]), {"m": 1}, Settings())
+        plan_sweep(mass.assembly, mass.outputs, mass.outputs, np.array([1.0]), {"m": 1}, Settings())
     bench = mass.benches[mass.inputs[0]]
-    wrong = {**bench.files, "source": bench.files["mass"]}
+    files = bench.assembly.files
+    wrong = {**files, "source": files["mass"]}
     plan = mass.plan([10.0])
     with SweepFile.create(tmp_path / "sweep.h5", plan, mass.record()) as file:
         with pytest.raises(StructureError, match="source"):
-            stepped(file, plan, {mass.inputs[0]: Bench(bench.system, wrong, tuple(mass.outputs))}, mass.settings)
+            stepped(
+                file,
+                plan,
+                {mass.inputs[0]: Bench(Assembly.read(bench.assembly.system, wrong), tuple(mass.outputs))},
+                mass.settings,
+            )
         assert len(file.unfinished()) == 1
 
 
 def test_a_sweep_knows_what_it_was_made_of(mass, tmp_path):
     plan = replace(mass.plan([1.0, 2.0]), settings={"method": "linear"})
-    theory = linear(mass.scene.system, mass.files, plan)
-    record = system_record("Mass", "text", (mass.scene.system, mass.files), operating_point=theory.operating_point)
+    theory = linear(mass.assembly, plan)
+    record = system_record("Mass", "text", mass.assembly, operating_point=theory.operating_point)
     assert record.instances[0].solver == "exact"
     assert record.instances[0].fmi_version == 2
     assert len(record.instances[0].sha256) == 64
     assert dict(record.operating_point) == {"mass.mass.position": 0.0, "mass.mass.velocity": 0.0}
     with SweepFile.create(tmp_path / "linear.h5", plan, record) as file:
         file.write(finished(theory.response(plan.frequency)))
-    assert np.array_equal(read(tmp_path / "linear.h5").response, theory.response(plan.frequency))
+    assert np.array_equal(read_sweep(tmp_path / "linear.h5").response, theory.response(plan.frequency))
 
 
 @pytest.mark.parametrize(("bandwidth", "is_stable"), [(175.0, True), (188.0, False)])
 def test_an_unstable_loop_is_told_from_a_stable_one(bandwidth, is_stable):
     """Sampled PD at 0.25 ms loses stability at a bandwidth of 181.8 Hz."""
-    sweeper = Sweeper(build.load_scene("sdelta_hfsa", {"bandwidth": bandwidth}), SHAKER_INPUTS[5:])
-    theory = linear(sweeper.scene.system, sweeper.files, sweeper.plan([10.0]))
+    sweeper = Sweeper(load_scene("sdelta_hfsa", {"bandwidth": bandwidth}), SHAKER_INPUTS[5:])
+    theory = linear(sweeper.assembly, sweeper.plan([10.0]))
     assert (theory.growth == 0) is is_stable
     assert np.all(np.isfinite(theory.response(np.array([10.0]))))

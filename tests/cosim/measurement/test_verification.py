@@ -11,6 +11,7 @@ from algorithm_groups import ALGORITHMS, ORDERS
 from mass_and_law import law, plant
 from spring_loop import loop
 
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.run import Ready, run
 from hfsa.cosim.measurement.verification import check_verifiable, verify
 from hfsa.cosim.results.files import SystemRecord, read_errors, read_run, read_status
@@ -49,7 +50,7 @@ def held(exported, library, monkeypatch, tmp_path):
     files = {"mass": exported(plant())[2], "law": exported(law())[2]}
 
     def ready(algorithm: str, step_size: float, **changes) -> Ready:
-        made = Ready(system, files, NAMES, 1.0, step_size, SystemRecord("held", ""), algorithm, library)
+        made = Ready(Assembly.read(system, files), NAMES, 1.0, step_size, SystemRecord("held", ""), algorithm, library)
         return replace(made, **changes)
 
     return ready
@@ -81,7 +82,7 @@ def test_the_estimate_is_the_error(held, algorithm, step_size):
 def test_inputs_that_are_held_after_all_make_the_error_one_of_first_order(held, rewritten):
     """An FMU that takes no derivatives of its inputs has them held, whatever the algorithm's own order is."""
     ready = held("gauss_seidel_quadratic", 1e-3)
-    files = {name: rewritten(file, 'canInterpolateInputs="true"', "") for name, file in ready.files.items()}
+    files = {name: rewritten(file, 'canInterpolateInputs="true"', "") for name, file in ready.assembly.files.items()}
     ready = replace(ready, files=files)
     assert ratios(ready) == pytest.approx(1, abs=0.1)
     assert verify(ready, Path("it.h5")).order == 1
@@ -91,7 +92,14 @@ def test_what_the_step_does_not_change_has_no_error(files, library, monkeypatch,
     """A force that is held between ticks, on a mass that is solved exactly, is as exact at any step."""
     monkeypatch.chdir(tmp_path)
     system, made = loop(files, controller="SampledPd")
-    ready = Ready(system, made, ("plant.position", "pd.force"), 1.0, 0.005, SystemRecord("loop", ""), library=library)
+    ready = Ready(
+        Assembly.read(system, made),
+        ("plant.position", "pd.force"),
+        1.0,
+        0.005,
+        SystemRecord("loop", ""),
+        library=library,
+    )
     run(ready, Path("it.h5"))
     assert max(error.relative for error in verify(ready, Path("it.h5")).errors.values()) < 1e-12
 
@@ -151,7 +159,9 @@ def test_only_a_step_that_is_given_can_be_halved(held, algorithm):
 def test_ticks_that_half_a_step_would_miss(files, library):
     """Three of them in a step."""
     system, made = loop(files, controller="SampledPd")
-    ready = Ready(system, made, ("plant.position",), 1.0, 0.03, SystemRecord("loop", ""), library=library)
+    ready = Ready(
+        Assembly.read(system, made), ("plant.position",), 1.0, 0.03, SystemRecord("loop", ""), library=library
+    )
     with pytest.raises(StructureError, match=r"--verify halves the communication step: pd\.sample_time is 0.01 s"):
         check_verifiable(ready)
     check_verifiable(replace(ready, step_size=0.02))

@@ -25,8 +25,8 @@ from hfsa.cosim.results.files import (
     SweepFile,
     SystemRecord,
     Theory,
-    read,
     read_run,
+    read_sweep,
 )
 
 PLAN = Plan(
@@ -61,7 +61,7 @@ def path(tmp_path):
 def test_a_measured_sweep_brings_its_theory_along(path):
     xarray = pytest.importorskip("xarray")
     SweepFile.create(path, replace(PLAN, theory=THEORY), SYSTEM).close()
-    found = read(path).theory
+    found = read_sweep(path).theory
     assert found is not None
     np.testing.assert_array_equal(found.frequency, THEORY.frequency)
     np.testing.assert_array_equal(found.response, THEORY.response)
@@ -69,21 +69,21 @@ def test_a_measured_sweep_brings_its_theory_along(path):
         entry = theory.response.sel(output="robot.rotation[1]", input="reference.position[3]")
         np.testing.assert_array_equal(entry, THEORY.response[:, 2, 0])
     assert SweepFile.create(path, PLAN, SYSTEM, force=True).close() is None
-    assert read(path).theory is None
+    assert read_sweep(path).theory is None
 
 
 def test_what_others_have_found_comes_with_the_scene(path):
     SweepFile.create(path, PLAN, replace(SYSTEM, scene=SYSTEM.scene + 'marks = { "test" = 25.0 }\n')).close()
-    assert read(path).marks == {"test": 25.0}
+    assert read_sweep(path).marks == {"test": 25.0}
     SweepFile.create(path, PLAN, SYSTEM, force=True).close()
-    assert read(path).marks == {}
+    assert read_sweep(path).marks == {}
 
 
 def test_what_is_written_is_read_by_name(path):
     with SweepFile.create(path, PLAN, SYSTEM) as file:
         file.write([point(0, 2), point(1, 2, 3.0)])
         file.write([Point(1, 3, Status.FAILED, wall_time=0.1, message="robot: fmi3DoStep returned error; é" * 30)])
-    bode = read(path)
+    bode = read_sweep(path)
     assert [s.name for s in bode.outputs] == [s.name for s in PLAN.outputs]
     assert bode.inputs == PLAN.inputs
     assert bode.entry("robot.position[1]", "reference.rotation[1]")[2] == 3 + 3j
@@ -104,7 +104,7 @@ def test_a_finished_sweep_is_complete(path):
     with SweepFile.create(path, PLAN, SYSTEM) as file:
         file.write([point(i, k) for i, k in file.unfinished()])
         assert file.unfinished() == []
-    assert read(path).attributes["status"] == "complete"
+    assert read_sweep(path).attributes["status"] == "complete"
 
 
 def test_layout_is_that_of_the_design(path):
@@ -176,7 +176,7 @@ def test_resume_measures_what_is_pending_or_failed(path):
     with SweepFile.resume(path, PLAN, SYSTEM) as file:
         assert file.unfinished() == [(1, 1), (1, 3)]
         file.write([point(1, 1), point(1, 3)])
-    bode = read(path)
+    bode = read_sweep(path)
     assert bode.attributes["status"] == "complete"
     assert bode.message[1, 1] == ""
 
@@ -203,19 +203,19 @@ def test_resume_refuses_another_sweep_and_says_what_differs(path, plan, system, 
 
 def test_files_that_are_none_are_named(path, tmp_path):
     with pytest.raises(ResultsError, match="there is no file"):
-        read(path)
+        read_sweep(path)
     text = tmp_path / "text.h5"
     text.write_text("no HDF5")
     with pytest.raises(ResultsError, match=r"cannot open .*text.h5"):
-        read(text)
+        read_sweep(text)
     other = tmp_path / "other.h5"
     h5py.File(other, "w").close()
     with pytest.raises(ResultsError, match="format version None, expected 1"):
-        read(other)
+        read_sweep(other)
 
 
 def test_a_file_in_use_is_refused(path):
-    script = "import sys; from hfsa.cosim.results.files import read; read(sys.argv[1])"
+    script = "import sys; from hfsa.cosim.results.files import read_sweep; read_sweep(sys.argv[1])"
     with SweepFile.create(path, PLAN, SYSTEM):
         done = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=False)
     assert "another process has it open" in done.stderr
@@ -249,7 +249,7 @@ def test_a_kill_at_any_moment_leaves_a_file_that_resumes(path):
         os.kill(child.pid, signal.SIGKILL)
         child.wait()
         child.stdout.close()
-        bode = read(path)
+        bode = read_sweep(path)
         finished = bode.status == Status.DONE
         assert np.sum(finished) >= done
         done = np.sum(finished)
@@ -282,7 +282,7 @@ def test_a_disk_that_fills_up_later_stops_no_sweep(path):
         file.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert read(path).attributes["status"] == "complete"
+    assert read_sweep(path).attributes["status"] == "complete"
 
 
 def test_a_disk_that_fails_is_an_error_and_the_file_stays_readable(path):
@@ -297,7 +297,7 @@ def test_a_disk_that_fails_is_an_error_and_the_file_stays_readable(path):
             file.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    bode = read(path)
+    bode = read_sweep(path)
     assert bode.status[:, 0].tolist()[0] == Status.DONE
     assert bode.response[0, 1, 0] == -2.0
 
@@ -311,4 +311,4 @@ def test_a_run_keeps_what_was_recorded_before_it_failed(path):
     assert np.array_equal(values["robot.position[3]"][:5], [0, 1, 2, 3, np.nan], equal_nan=True)
     assert units == {"time": "s", "robot.position[3]": "m"}
     with pytest.raises(ResultsError, match="holds no sweep; it has system, time"):
-        read(path)
+        read_sweep(path)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.measurement import run as running
-from hfsa.cosim.results.files import Status, interrupts, read, read_run
+from hfsa.cosim.results.files import Status, interrupts, read_run, read_sweep
 from hfsa.cosim.results.interrupts import Interrupted, heard, held
 
 DAWDLE, HANG = 11, 12
@@ -155,7 +155,7 @@ def test_what_is_ignored_stays_ignored(child, box, foreign, tmp_path):
 def test_a_run_in_a_call_that_never_returns_ends_at_sigterm(child, box, foreign, tmp_path):
     path = tmp_path / "run.h5"
     script = "from hfsa.cosim.results import interrupts; from hfsa.cosim.cli import main; interrupts.GRACE = 0.5"
-    it = child("run", box(foreign[2], behaviour=HANG, at=0.1), "-o", path, "--loop", "python", script=script)
+    it = child("run", box(foreign[2], behaviour=HANG, at=0.1), "-o", path, "--backend", "python", script=script)
     it.wait_for(path.exists)
     assert it.end(signal.SIGTERM)[0] == 143
 
@@ -200,7 +200,7 @@ def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp
     assert code == 143
     assert "sweep with --resume to go on\nhfsa: ended by SIGTERM\n" in err
     assert "Traceback" not in err
-    bode = read(path)
+    bode = read_sweep(path)
     assert bode.attributes["status"] == "interrupted"
     assert set(bode.status.ravel()) == {Status.PENDING, Status.DONE}
     it.wait_for_the_others()
@@ -246,7 +246,7 @@ def test_processes_end_though_an_fmu_does_not_return(child, box, foreign, tmp_pa
     code, _ = it.end(number)
     assert code == {signal.SIGINT: 130, signal.SIGKILL: -9}[number]
     it.wait_for_the_others()
-    assert set(read(path).status.ravel()) == {Status.PENDING}
+    assert set(read_sweep(path).status.ravel()) == {Status.PENDING}
 
 
 # Between two calls ----------------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hfsa.cosim.figures.style import save
+from hfsa.cosim.results import target
 from hfsa.cosim.results.files import (
     Plan,
     Point,
@@ -28,8 +29,7 @@ from hfsa.cosim.results.files import (
     Status,
     SweepFile,
     SystemRecord,
-    read,
-    target,
+    read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.fmus.compile import compiler
@@ -227,7 +227,7 @@ def test_a_folder_that_takes_no_files_is_named(place):
 def test_a_folder_is_made_where_there_is_none(tmp_path, make):
     path = tmp_path / "a" / "b" / "new.h5"
     swept(path)
-    assert read(path).attributes["status"] == "complete"
+    assert read_sweep(path).attributes["status"] == "complete"
     make("text", tmp_path / "file")
     with pytest.raises(ResultsError, match=r"cannot write .*: Not a directory"):
         swept(tmp_path / "file" / "new.h5")
@@ -462,7 +462,7 @@ def test_of_two_that_start_together_exactly_one_wins(writers, tmp_path, kind, fo
         assert said.count("won") == 1, said
         winner = said.index("won")
         losers.add(said[1 - winner].replace(str(path), "it"))
-        bode = read(path)
+        bode = read_sweep(path)
         assert bode.frequency.tolist() == [1.0 + winner]
         assert bode.attributes["status"] == "complete"
         assert sorted(p.name for p in tmp_path.iterdir()) == sorted(f"{n}.h5" for n in range(number + 1))
@@ -483,10 +483,10 @@ def test_a_file_that_is_being_written_is_refused_to_others(writers, tmp_path, hf
             f"error: cannot write {path}: another process is writing it\n",
         )
     assert (told(second, "go on"), told(first, "go on")) == ("gone", "done")
-    assert read(path).frequency.tolist() == [1.0]
+    assert read_sweep(path).frequency.tolist() == [1.0]
     assert told(second, f"{path} force") == "won"
     assert told(second, "go on") == "done"
-    assert read(path).frequency.tolist() == [2.0]
+    assert read_sweep(path).frequency.tolist() == [2.0]
 
 
 def test_a_file_that_somebody_reads_is_not_replaced(results, monkeypatch):
@@ -543,7 +543,7 @@ def test_without_locks_one_still_wins(writers, tmp_path):
         path = tmp_path / f"{number}.h5"
         said = raced(children, path, "")
         assert said.count("won") == 1, said
-        assert read(path).frequency.tolist() == [1.0 + said.index("won")]
+        assert read_sweep(path).frequency.tolist() == [1.0 + said.index("won")]
 
 
 # Pictures and FMUs ----------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from scene_responses import ahead, assert_close, errors, linear, one_step, respo
 
 from hfsa.cosim.cli import main
 from hfsa.cosim.figures.bode import bode_figure
-from hfsa.cosim.results.files import read
+from hfsa.cosim.results.files import read_sweep
 from hfsa.cosim.results.records import Status
 
 DESIGNS = ("mems", "optimum", "rapid_prototype")
@@ -129,7 +129,7 @@ def test_the_published_vibration_test_on_the_command_line(tmp_path, capsys):
     assert main(["sweep", "accelerometer_shaker", *words]) == 0
     assert main(["bode", str(path)]) == 0
     assert capsys.readouterr().err == ""
-    bode = read(path)
+    bode = read_sweep(path)
     assert [signal.name for signal in bode.inputs] == [shaken(1), shaken(2)]
     assert sorted(bode.marks.values()) == [250.34, 251.86, 255.0]
     figure = bode_figure([bode])

@@ -54,7 +54,7 @@ NATURAL = np.sqrt(SQUARES) / (2 * np.pi)
 
 def test_the_stage_resonates_where_another_eigenproblem_says(opened):
     at = scene("beam_bode")
-    poles = linearize(at.system, opened(build.build(at.system)), at.inputs, at.outputs).poles
+    poles = linearize(at.system, opened(build.build(at.system).files), at.inputs, at.outputs).poles
     np.testing.assert_allclose(np.sort(np.abs(poles))[::2] / (2 * np.pi), NATURAL, rtol=1e-6)
     np.testing.assert_allclose(-poles.real / np.abs(poles), RATIO, rtol=1e-5)
     np.testing.assert_allclose(NATURAL, [62.82, 62.82, 96.36, 1815.1, 2569.8, 2569.8], rtol=1e-4)
@@ -168,7 +168,7 @@ def test_the_step_of_the_payload_costs_what_is_said(opened, algorithm, along, ac
 
 def cycle(opened, algorithm: str = "gauss_seidel", **arguments) -> Cycle:
     system = scene("beam_payload", suspension="massless", **arguments).system
-    return Cycle(system, opened(build.build(system)), algorithm)
+    return Cycle(system, opened(build.build(system).files), algorithm)
 
 
 def growth(step: OneStep, frequency: float) -> float:
@@ -186,7 +186,7 @@ def suspended(way: str) -> System:
 def simulated(opened, library, way: str, step_size: float, steps: int, algorithm: str = "gauss_seidel", **starts):
     """Return the payload's states over time, (steps + 1, 12), from starts by full name."""
     system = suspended(way)
-    master = make_master(opened(build.build(system)), system, algorithm, step_size, library)
+    master = make_master(opened(build.build(system).files), system, algorithm, step_size, library)
     recording = master.record(STATES, steps + 1)
     master.initialize(starts=starts)
     master.advance(steps)
@@ -291,10 +291,10 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
     stiffness, limit = found["stiffness"][0, 0], 2 * found["damping"][0, 0] / found["stiffness"][0, 0]
     assert limit == pytest.approx(found["step_limits"][3])
     frequency = np.sqrt(stiffness * (1 / 1.0 + 1 / 0.1)) / (2 * np.pi)
-    made = Cycle(system, opened(build.build(system)))
+    made = Cycle(system, opened(build.build(system).files))
     assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
     names = [f"{end}.center.{name}[{i}]" for end in ends for name in pose[2:] for i in (1, 2, 3)]
-    master = make_master(opened(build.build(system)), system, "gauss_seidel", 1e-6, library)
+    master = make_master(opened(build.build(system).files), system, "gauss_seidel", 1e-6, library)
     recording = master.record(names, 1001)
     starts = {f"platform.center.position[{i}]": 1e-6 * i for i in (1, 2, 3)}
     master.initialize(starts=starts | {f"platform.center.rotation[{i}]": -1e-5 * i for i in (1, 2, 3)})

@@ -40,7 +40,7 @@ def loop(law: str, level: str, sample_time: float | None = None) -> System:
 def test_sampled_control_tends_to_continuous_control_at_order_one(opened, law):
     """The response to a reference with its rate, and the poles."""
     entering, outputs = ["controller.axis[1].reference"], ["stage.platform.position[1]", "stage.platform.rotation"]
-    instances = {level: opened(build(loop(law, level))) for level in ("continuous", "sampled")}
+    instances = {level: opened(build(loop(law, level)).files) for level in ("continuous", "sampled")}
 
     def found(level: str, sample_time: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         system = loop(law, level, sample_time)
@@ -59,7 +59,7 @@ def test_sampled_control_tends_to_continuous_control_at_order_one(opened, law):
 def test_a_continuous_controller_has_no_memory(opened, law):
     """The linearised loop has the states of the stage alone."""
     system = loop(law, "continuous")
-    linear = linearize(system, opened(build(system)), [], ["stage.platform.rotation"])
+    linear = linearize(system, opened(build(system).files), [], ["stage.platform.rotation"])
     assert not linear.is_sampled
     assert len(linear.states) == 6
     assert np.all(linear.poles.real < 0)

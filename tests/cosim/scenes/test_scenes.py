@@ -6,8 +6,8 @@ from algorithm_groups import HELD
 
 from hfsa.components import sdelta
 from hfsa.components._mechanics.sdelta_geometry import Posture
-from hfsa.cosim.assembly.build import build, instrument, load_scene
-from hfsa.cosim.assembly.load_scene import scenes
+from hfsa.cosim.assembly.build import build, instrument
+from hfsa.cosim.assembly.load_scene import load_scene, scenes
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
@@ -20,7 +20,7 @@ SCENES = pytest.mark.parametrize("name", list(scenes()))
 @SCENES
 def test_a_scene_fits_its_fmus(name, opened):
     scene = load_scene(name)
-    variables = {name: i.fmu.variables for name, i in opened(build(scene.system)).items()}
+    variables = {name: i.fmu.variables for name, i in opened(build(scene.system).files).items()}
     check(scene.system, variables)
     for full in scene.inputs:
         found = connector(scene.system, variables, full)
@@ -41,7 +41,7 @@ def test_a_scene_runs_with_its_instruments_or_its_own_motion(name, opened, algor
     if scene.inputs:
         system = instrument(scene, scene.inputs[-1])
         starts = {"source.frequency": scene.band[1], "lock_in.window": 100 * scene.step_size}
-    master = make_master(opened(build(system)), system, algorithm, scene.step_size)
+    master = make_master(opened(build(system).files), system, algorithm, scene.step_size)
     master.initialize(starts=starts)
     before = master.read(list(scene.outputs))
     master.advance(301)
@@ -59,7 +59,7 @@ def peak(f: np.ndarray, response: np.ndarray) -> tuple[float, float]:
 def test_the_response_of_mass_on_spring(opened):
     scene = load_scene("mass_on_spring")
     f = np.linspace(*scene.band, 20_001)
-    response = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, f)[:, 0, 0]
+    response = linear_response(scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, f)[:, 0, 0]
     frequency, decibels = peak(f, response)
     assert (round(frequency, 1), round(decibels)) == (15.9, 46)
     decade = np.abs(response[-1] / response[np.searchsorted(f, 50.0)])
@@ -69,7 +69,7 @@ def test_the_response_of_mass_on_spring(opened):
 def test_the_response_of_sdelta_shaker(opened):
     scene = load_scene("sdelta_shaker")
     f = np.linspace(*scene.band, 4901)
-    response = linear_response(scene.system, opened(build(scene.system)), scene.inputs, scene.outputs, f)
+    response = linear_response(scene.system, opened(build(scene.system).files), scene.inputs, scene.outputs, f)
     ratios = np.abs(np.einsum("fii->fi", response))
     np.testing.assert_allclose(ratios[0], 1.0, atol=2e-3)
     frequency, decibels = peak(f, response[:, 5, 5])
@@ -97,7 +97,7 @@ def test_the_rate_and_acceleration_reach_the_reference():
 def settled(opened, arguments: dict[str, object], name: str = "sdelta_hfsa", seconds: float = 3.0) -> Master:
     """The scene at rest under control, with the controller's own step."""
     scene = load_scene(name, arguments)
-    master = make_master(opened(build(scene.system)), scene.system, "gauss_seidel", 0.25e-3)
+    master = make_master(opened(build(scene.system).files), scene.system, "gauss_seidel", 0.25e-3)
     master.initialize()
     master.advance(round(seconds / 0.25e-3))
     return master

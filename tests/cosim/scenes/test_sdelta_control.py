@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.stability import Cycle
-from hfsa.cosim.assembly.build import build, instrument, load_scene
+from hfsa.cosim.assembly.build import build, instrument
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import linear_response, linearize
 from hfsa.cosim.systems.errors import StructureError
@@ -22,7 +23,7 @@ class Robot:
 
     def __init__(self, arguments: dict[str, str]):
         self.scene: Scene = load_scene("sdelta_hfsa", arguments)
-        self.instances = open_instances(build(self.scene.system))
+        self.instances = open_instances(build(self.scene.system).files)
         tuned = self.scene.system["controller"].start
         self._gains = {n: float(v) for n, v in tuned.items() if n.endswith("gain")}
 
@@ -138,7 +139,7 @@ def test_elastic_feed_forward_bears_the_steps_of_a_co_simulation(opened):
     vertical, position = "reference.command.position[3]", "robot.platform.position[3]"
     scene = load_scene("sdelta_hfsa", {"law": "ctc", "feed_forward": "elastic"})
     system = instrument(scene, vertical, [position])
-    cycle = Cycle(system, opened(build(system)), "gauss_seidel", source="source", lock_in="lock_in")
+    cycle = Cycle(system, opened(build(system).files), "gauss_seidel", source="source", lock_in="lock_in")
     found = cycle.over(scene.step_size).response([20.0])[0, 0]
     assert abs(found - 1) < 0.02
 

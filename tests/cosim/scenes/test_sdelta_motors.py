@@ -13,7 +13,8 @@ from published_probes.sdelta_motion import sdelta_free_motors
 
 from hfsa.components import c_drive, sdelta
 from hfsa.controllers import sdelta_tuning
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.linear.linearize import Linearization, linearize
 from hfsa.cosim.systems.system import System
@@ -27,7 +28,7 @@ def free_motors(stiffness: str = "ch4", damping: float = 0.0) -> Linearization:
     gone = {"controller", "reference"}
     inner = [c for c in scene.system.connections if not {scene.system.split(e)[0] for e in (c.start, c.end)} & gone]
     system = System([c for c in scene.system.components if c.name not in gone], inner)
-    with open_instances(build(system)) as instances:
+    with open_instances(build(system).files) as instances:
         outputs = [f"{motor}.{kind}" for kind in ("angle", "speed") for motor in MOTORS]
         return linearize(system, instances, [f"{motor}.torque" for motor in MOTORS], outputs)
 

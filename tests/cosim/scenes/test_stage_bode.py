@@ -9,6 +9,7 @@ from scene_responses import errors
 from hfsa.components import pzt_stack, rrr_stage
 from hfsa.cosim.analysis.stability import Cycle
 from hfsa.cosim.assembly import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.measurement.rig import Rig, Settings, Task
@@ -26,12 +27,12 @@ DECIBELS, DEGREES = 0.1, 1.0
 
 @cache
 def scene(**arguments) -> Scene:
-    return build.load_scene("stage_bode", arguments)
+    return load_scene("stage_bode", arguments)
 
 
 def linearized(opened, **arguments):
     at = scene(**arguments)
-    return linearize(at.system, opened(build.build(at.system)), at.inputs, at.outputs)
+    return linearize(at.system, opened(build.build(at.system).files), at.inputs, at.outputs)
 
 
 def response(linear, frequency) -> np.ndarray:
@@ -62,7 +63,7 @@ def by_hand(frequency: np.ndarray, level: str = "constant_jacobian", bias: float
 def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
     names = outputs or scene().outputs
     system = build.instrument(scene(), excited, names)
-    return Bench(system, build.build(system), tuple(names), library=library)
+    return Bench(build.build(system), tuple(names), library=library)
 
 
 # What the docstring says ----------------------------------------------------------------------------------------------
@@ -136,7 +137,7 @@ def test_a_run_rides_on_the_bias(tmp_path, capsys):
 def test_the_source_swings_about_what_the_scene_says():
     first, second = scene().inputs[:2]
     assert build.instrument(scene(), first)["source"].start == {"amplitude": 0.5, "offset": 75.0}
-    other = build.load_scene("stage_bode", {second: 20})
+    other = load_scene("stage_bode", {second: 20})
     assert build.instrument(other, second)["source"].start["offset"] == 20.0
 
 
@@ -153,7 +154,7 @@ def test_without_a_start_in_the_scene_the_fmus_own_counts():
 def test_a_bias_that_the_stacks_cannot_have():
     for bias in (-1, 151, float("nan")):
         with pytest.raises(StructureError, match=r"bias is .* V, expected 0 to 150 V"):
-            build.load_scene("stage_bode", {"bias": bias})
+            load_scene("stage_bode", {"bias": bias})
 
 
 # What a stepped sweep measures ----------------------------------------------------------------------------------------
@@ -227,7 +228,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 def test_a_large_amplitude_meets_the_current_limit(library, opened):
     """At 2 kHz 0.1 A is 9.65 V, as the linear current says; well above that the point tells it."""
     at, excited = scene(), scene().inputs[0]
-    current = linearize(at.system, opened(build.build(at.system)), [excited], ["stack[1].stack.current"])
+    current = linearize(at.system, opened(build.build(at.system).files), [excited], ["stack[1].stack.current"])
     per_volt = abs(current.response(np.array([2000.0]), [(0, -1, -1)])[0, 0, 0])
     assert 0.1 / per_volt == pytest.approx(9.65, abs=0.01)
     made, settings = bench(excited, library=library), Settings(step_size=at.step_size)

@@ -16,7 +16,8 @@ from hfsa.components import pzt_stack, rrr_stage
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL
 from hfsa.cosim.analysis.stability import Cycle, OneStep
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -79,7 +80,7 @@ def growth(step: OneStep, motion: str) -> float:
 
 def simulated(opened, library, system: System, algorithm: str, step_size: float, until: float, **starts):
     """Return elongations and rates over time, (steps + 1, 3) each, from starts by full name."""
-    master = make_master(opened(build(system)), system, algorithm, step_size, library)
+    master = make_master(opened(build(system).files), system, algorithm, step_size, library)
     steps = round(until / step_size)
     recording = master.record([*ELONGATIONS, *RATES], steps + 1)
     master.initialize(starts=starts)
@@ -100,7 +101,7 @@ def test_force_causality_diverges_above_two_c_over_k(opened, motion, algorithm):
         limit /= 3
     for stacks_first in (True, False):
         system = pair("force", damping_time(motion), stacks_first=stacks_first)
-        cycle = Cycle(system, opened(build(system)), algorithm)
+        cycle = Cycle(system, opened(build(system).files), algorithm)
         rates = [growth(cycle.over(factor * limit), motion) for factor in (0.99, 1.01)]
         assert rates[0] < 0 < rates[1]
         if motion == "translation":  # the first to go, so that it is the limit of all modes
@@ -113,7 +114,7 @@ def test_force_causality_diverges_above_two_c_over_k(opened, motion, algorithm):
 def test_it_diverges_in_simulation(opened, library, motion, factor):
     """A stage let go in the shape of its mode rings up or down as the one-step matrix says."""
     system, step_size, until = pair("force", damping_time(motion)), factor * LIMIT[motion], 0.06
-    rate = growth(Cycle(system, opened(build(system)), "gauss_seidel").over(step_size), motion)
+    rate = growth(Cycle(system, opened(build(system).files), "gauss_seidel").over(step_size), motion)
     starts = dict(zip(ELONGATIONS, 1e-7 * MOTIONS[motion], strict=True))
     elongation, velocity = simulated(opened, library, system, "gauss_seidel", step_size, until, **starts)
     stiffness, mass = modal(motion)
@@ -127,7 +128,7 @@ def test_it_diverges_in_simulation(opened, library, motion, factor):
 def test_without_damping_it_diverges_at_every_step(opened, motion):
     """A mode then grows by k H / 4 m."""
     system = pair("force", 0.0)
-    cycle = Cycle(system, opened(build(system)), "gauss_seidel")
+    cycle = Cycle(system, opened(build(system).files), "gauss_seidel")
     for step_size in (1e-7, 1e-6, 1e-5):
         expected = K * step_size / (4 * modal(motion)[1])
         assert growth(cycle.over(step_size), motion) == pytest.approx(expected, rel=0.03)
@@ -136,7 +137,9 @@ def test_without_damping_it_diverges_at_every_step(opened, motion):
 def test_held_force_takes_damping_from_a_mode(opened):
     """At 1 us and 1 % it takes the part k H / 2 c: 37 % in yaw."""
     systems = [pair(causality, damping_time("yaw")) for causality in ("source", "force")]
-    whole, left = (growth(Cycle(system, opened(build(system)), "gauss_seidel").over(1e-6), "yaw") for system in systems)
+    whole, left = (
+        growth(Cycle(system, opened(build(system).files), "gauss_seidel").over(1e-6), "yaw") for system in systems
+    )
     lost = K * 1e-6 / (2 * damping("yaw"))
     assert lost == pytest.approx(0.37, abs=0.006)
     assert 1 - left / whole == pytest.approx(lost, rel=0.01)
@@ -165,7 +168,7 @@ def test_source_causality_is_stable_at_every_step(opened, algorithm):
     """With static stacks nothing goes back: the modes are exact, damped or not."""
     for beta in (damping_time("translation"), 0.0):
         system = pair("source", beta)
-        cycle = Cycle(system, opened(build(system)), algorithm)
+        cycle = Cycle(system, opened(build(system).files), algorithm)
         for step_size in np.geomspace(1e-6, 100e-6, 9):
             for motion in MOTIONS:
                 assert growth(cycle.over(step_size), motion) == pytest.approx(
@@ -179,7 +182,7 @@ def test_source_causality_is_stable_at_every_step(opened, algorithm):
 def test_charge_alone_limits_the_step_of_linear_stacks(opened, algorithm, limit):
     """An amplifier of 50 Ohm takes 40 us to bring the charge that a squeezed stack wants."""
     system = pair("source", 0.0, level="linear")
-    cycle = Cycle(system, opened(build(system)), algorithm)
+    cycle = Cycle(system, opened(build(system).files), algorithm)
     assert cycle.stability_limits(1e-6, 1.1 * limit, points=20)[0] == pytest.approx(limit, rel=0.02)
 
 
@@ -191,7 +194,7 @@ def test_half_voltage_rests_at_the_static_point(opened, causality):
     """5.1306 um by linear statics; the hinges give way a little as they bend."""
     system = pair(causality, damping_time("yaw"), **{"command.voltage": 75.0})
     seen = [f"stage.stack[{i}].elongation" for i in (1, 2, 3)]
-    point = linearize(system, opened(build(system)), [], seen).operating_point
+    point = linearize(system, opened(build(system).files), [], seen).operating_point
     found = np.array([point[name] for name in ELONGATIONS])
     np.testing.assert_allclose(found, 5.1306e-6, rtol=5e-4)
     np.testing.assert_allclose(found, rrr_stage.analyze(voltage=(75.0,) * 3)["elongation_at_voltage"], rtol=1e-9)
@@ -208,7 +211,7 @@ def test_zero_voltage_stays_at_rest_to_the_last_bit(opened, library):
 def test_what_the_amplifiers_give_is_in_the_charges_and_the_motion(opened, library):
     """Two voltages are switched on the stage without damping: of the currents' work 1e-4 is missing, at 1 us."""
     system = load_scene("stage_bode", {"damping_time": 0.0, "stage.stack.damping": 0.0}).system
-    master = make_master(opened(build(system)), system, "gauss_seidel", 1e-6, library)
+    master = make_master(opened(build(system).files), system, "gauss_seidel", 1e-6, library)
     voltages, currents = ([f"stack[{i}].stack.{name}" for i in (1, 2, 3)] for name in ("voltage", "current"))
     recording = master.record([*ELONGATIONS, *RATES, *voltages, *currents], 2001)
     master.initialize(starts={"stack[1].command.voltage": 77.0, "stack[2].command.voltage": 74.0})

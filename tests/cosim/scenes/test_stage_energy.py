@@ -29,7 +29,7 @@ def energy(level: str) -> ca.Function:
 def drift(level: str, opened, tolerance: float, periods: int) -> float:
     """Largest change of the energy relative to it, seen once per period of the free and undamped stage."""
     stage = Component("stage", "rrr_stage", level, {"causality": "force"})
-    instance = opened(build(System([stage], [])))["stage"]
+    instance = opened(build(System([stage], [])).files)["stage"]
     states = [q.name for q in rrr_stage(level=level, causality="force").of(Kind.STATE)]
     at = RELEASED if level == "constant_jacobian" else list(forward(NOMINAL, RELEASED))
     start = dict(zip(states, [*at, 0.0, 0.0, 0.0], strict=True))
@@ -66,7 +66,7 @@ def test_without_voltage_rest_stays_rest(level, stacks, opened, library):
     force = [Connection(f"pzt{i}.stack.blocking_force", f"stage.stack[{i}].blocking_force") for i in numbers]
     back = [Connection(f"stage.stack[{i}].elongation_rate", f"pzt{i}.stack.elongation_rate") for i in numbers]
     system = System(components, [*force, *back])
-    instances = opened(build(system))
+    instances = opened(build(system).files)
     master = make_master(instances, system, "gauss_seidel", 10e-6, library)
     master.initialize()
     master.advance(2000)

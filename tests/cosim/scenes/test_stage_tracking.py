@@ -8,7 +8,8 @@ import pytest
 
 from hfsa.components import rrr_stage
 from hfsa.controllers.stage_computed_torque import controller
-from hfsa.cosim.assembly.build import build, load_scene
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.connectors import check
@@ -37,7 +38,7 @@ def track(opened, library):
 
     def run(seconds: float, files: dict[str, Path] | None = None, **arguments) -> Track:
         scene = load_scene("stage_tracking", arguments)
-        instances = opened({**build(scene.system), **(files or {})})
+        instances = opened({**build(scene.system).files, **(files or {})})
         master = make_master(instances, scene.system, "gauss_seidel", scene.step_size, library)
         steps, volts = round(seconds / scene.step_size), "voltage" in instances
         recording = master.record([*ERRORS, *([SATURATION] if volts else [])], rows=steps + 1)
@@ -210,7 +211,7 @@ def test_volts_for_forces_take_the_rate_along(track):
 def test_mistakes_are_named(arguments, error, message):
     def checked() -> None:
         system = load_scene("stage_tracking", arguments).system
-        check(system, {name: describe(file).variables for name, file in build(system).items()})
+        check(system, {name: describe(file).variables for name, file in build(system).files.items()})
 
     with pytest.raises(error, match=message):
         checked()

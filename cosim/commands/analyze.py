@@ -1,0 +1,61 @@
+"""The verb `analyze`: a part's own engineering numbers, and its design study."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import DESIGN_STUDY, Arguments, Force, Json, Level
+
+
+def analyze(
+    name: str,
+    /,
+    *,
+    level: Level = None,
+    parameter: Arguments = None,
+    sensitivity: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
+    map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (the user's word)
+    optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
+    bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
+    output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Print a part's own engineering numbers: stiffness, modes, compliance, mobility, whatever it knows.
+
+    Parameters
+    ----------
+    name
+        A component, controller or analysis, as in `hfsa list`.
+    sensitivity
+        Sensitivity of each response to each dimension, d ln(response) / d ln(dimension), largest first.
+    map
+        DIMENSION,DIMENSION: the responses over two dimensions, as HDF5 and as a picture beside it. Ranges are from
+        half to twice the present value, or as given: `tm=10e-6:40e-6,l`.
+    optimize
+        The dimensions within bounds for which the first response is largest.
+    bounds
+        With `--optimize`: PERCENT to either side of the present dimensions (default: 20), and for single ones
+        DIMENSION=LOW:HIGH, or one value to hold it: `30,tm=10e-6:40e-6,w=3e-4`.
+    output
+        With `--map`: its file (default: `results/NAME_map.h5`).
+    """
+    from hfsa.components._modelling.parts import part_named, studied
+    from hfsa.cosim.assembly.models import parts
+    from hfsa.cosim.commands._numbers import numbers_text
+    from hfsa.cosim.commands._studies import Request, study_answer
+
+    values = _shell.part_arguments(level, parameter)
+    request = Request(sensitivity, map, optimize, bounds, output, force)
+    if request.is_study():
+        study = studied(name, parts()).design_study(**values)
+        data, text, is_found = study_answer(study, request, name, values)
+        _shell.answer(data, text, json)
+        return _shell.DONE if is_found else _shell.PROBLEMS
+    part = part_named(name, parts())
+    numbers = part.analysis(**values)
+    units = {key: part.units[key] for key in numbers if key in part.units}
+    _shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
+    return _shell.DONE

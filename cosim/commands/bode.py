@@ -1,0 +1,47 @@
+"""The verb `bode`: a Bode plot of results files."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import Json, Names, Output, Signals
+
+
+def bode(
+    files: Annotated[list[Path], Parameter(negative=())],
+    /,
+    *,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
+    output: Output = None,
+    json: Json = False,
+) -> int:
+    """Draw the Bode plot of one or more sweeps, one upon the other: `linear` as a line, measured points as points.
+
+    Parameters
+    ----------
+    files
+        Results files of `hfsa sweep`.
+    input
+        Input to draw, repeatable (default: all). `command.position[1..3]` is a range.
+    signal
+        Output to draw, as inputs (default: all that are not zero by symmetry).
+    output
+        Picture file; its ending is the format (default: the first results file with the ending `.png`). An existing
+        picture is replaced.
+    """
+    from hfsa.cosim.figures.bode import bode_figure, save
+    from hfsa.cosim.results.files import read_sweep
+    from hfsa.cosim.results.target import check_picture
+    from hfsa.cosim.systems.names import refuse_signal
+
+    sweeps = [read_sweep(path) for path in files]
+    if output is not None:
+        refuse_signal(output, [s.name for bode in sweeps for s in (*bode.outputs, *bode.inputs)])
+    path = output or files[0].with_suffix(".png")
+    check_picture(path)
+    save(bode_figure(sweeps, signal or (), input or ()), path)
+    _shell.answer({"file": path}, str(path), json)
+    return _shell.DONE

@@ -1,0 +1,33 @@
+"""The verb `check`: every rule on FMUs, ours or not."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import Json
+
+
+def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json = False) -> int:
+    """Check FMUs, ours or not, against every rule we know; problems are exit code 1.
+
+    Parameters
+    ----------
+    files
+        FMU files.
+    """
+    from hfsa.cosim.systems.errors import StructureError
+    from hfsa.fmus.check import examine
+
+    if missing := [str(file) for file in files if not file.is_file()]:
+        raise StructureError(f"there is no file {', '.join(missing)}")
+    reports = {file: examine(file) for file in files}
+    lines = []
+    for file, report in reports.items():
+        lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]
+        for warning in report.warnings:
+            _shell.warn(f"{file}: {warning}")
+    data = [{"file": f, "problems": r.problems, "warnings": r.warnings} for f, r in reports.items()]
+    _shell.answer(data, "\n".join(lines), json)
+    return _shell.PROBLEMS if any(report.problems for report in reports.values()) else _shell.DONE

@@ -1,0 +1,78 @@
+"""The verb `compare`: one run for each value of some arguments."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import Arguments, Force, Jobs, Json, Output, Signals, Sine, Stepping, Verify, given
+
+
+def compare(
+    scene: str,
+    /,
+    *,
+    over: Annotated[list[str], Parameter("--over", negative=())],
+    parameter: Arguments = None,
+    sine: Sine = Sine(),
+    signal: Signals = None,
+    stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
+    stepping: Stepping = Stepping(),
+    verify: Verify = False,
+    jobs: Jobs = None,
+    output: Output = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Run a scene once for each value of some of its arguments, on the same motion: one table, one figure.
+
+    The motion is that of `hfsa run`. Each run is written to a file of its own beside the figure.
+
+    Parameters
+    ----------
+    scene
+        Name of a scene, or path of a .py or .toml file.
+    over
+        NAME=VALUES: an argument as of `-p`, with its values separated by commas, or by semicolons where there is one.
+        Several: all combinations.
+    signal
+        Variable that is recorded and compared beside the scene's outputs, repeatable.
+    stop
+        End of the runs [s] (default: the scene's).
+    output
+        Figure; its ending is the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
+    """
+    from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
+    from hfsa.cosim.experiments.compare import compare as compare_experiment
+    from hfsa.cosim.experiments.compare import parse_over
+    from hfsa.cosim.figures.comparison import comparison_figure, save
+    from hfsa.cosim.results.target import check_picture
+
+    path = output or Path("results", f"{Path(scene).stem}_compare.png")
+    check_picture(path)
+    with _shell.progress("compare") as show:
+        compared = compare_experiment(
+            scene,
+            parse_over(over),
+            _shell.named_values(parameter),
+            **sine.words,
+            record=signal or (),
+            **given({"stop_time": stop, "jobs": jobs}),
+            **stepping.words,
+            verify=verify,
+            folder=path.parent,
+            file=output,
+            force=force,
+            warn=_shell.warn,
+            report=show,
+        )
+    outcomes = [run.outcome for run in compared.runs]
+    save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
+    _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
+    failed = [outcome for outcome in outcomes if outcome.failure]
+    if len(failed) == len(outcomes):
+        return _shell.SIMULATION_FAILED
+    unverified = [outcome for outcome in outcomes if verify and not outcome.errors]
+    return _shell.PROBLEMS if failed or unverified else _shell.DONE

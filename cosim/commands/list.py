@@ -1,0 +1,19 @@
+"""The verb `list`: what there is."""
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import Json
+
+
+def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (the user's word)
+    """List components with their levels and ports, controllers, and scenes.
+
+    Parameters
+    ----------
+    name
+        Part or scene to show in full, with its arguments and parameters.
+    """
+    from hfsa.cosim.commands._reports import listing, listing_text
+
+    data = listing(name)
+    _shell.answer(data, listing_text(data), json)
+    return _shell.DONE

@@ -1,0 +1,61 @@
+"""The verb `run`: one run in time."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import Arguments, Force, Json, Output, Signals, Sine, Stepping, Verify, given
+
+
+def run(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    sine: Sine = Sine(),
+    signal: Signals = None,
+    stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
+    stepping: Stepping = Stepping(),
+    verify: Verify = False,
+    output: Output = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Run a scene in time, one input following a sine; record that input, the scene's outputs, and more.
+
+    A scene without inputs has a motion of its own and runs as it is.
+
+    Parameters
+    ----------
+    scene
+        Name of a scene, or path of a .py or .toml file.
+    signal
+        Variable that is recorded beside the scene's outputs, repeatable: an output, input or local variable of any
+        component. `controller.axis[1..6].command` is a range.
+    stop
+        End of the run [s] (default: the scene's).
+    output
+        Results file (default: `results/SCENE_run.h5`).
+    """
+    from hfsa.cosim.commands._reports import run_report
+    from hfsa.cosim.experiments.run import run as run_experiment
+
+    with _shell.progress("run") as show:
+        show(0.0, "building FMUs")
+        found = run_experiment(
+            scene,
+            _shell.named_values(parameter),
+            **sine.words,
+            record=signal or (),
+            **given({"stop_time": stop}),
+            **stepping.words,
+            verify=verify,
+            path=output,
+            force=force,
+            warn=_shell.warn,
+            report=show,
+        )
+    _shell.answer(*run_report(found.path), json)
+    return _shell.DONE

@@ -1,0 +1,48 @@
+"""The verb `stability`: the longest stable step of every algorithm, or a map."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import AlgorithmName, Arguments, Force, Fuse, Json, OrderOfSteps, Output, Step
+
+
+def stability(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    fuse: Fuse = None,
+    order: OrderOfSteps = None,
+    step: Step = None,
+    vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
+    algorithm: AlgorithmName = None,
+    output: Output = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Print the longest stable communication step of every algorithm on a scene, or map where it is stable.
+
+    From the one-step matrix of each algorithm on the scene's FMUs, linearised about its equilibrium.
+
+    Parameters
+    ----------
+    scene
+        Name of a scene, or path of a .py or .toml file.
+    vary
+        NAME=FROM:TO:N, once or twice: a number that `-p` takes, an element of a vector as `posture.rotation[3]`, or
+        `step_size`. Maps the fastest growth over it, as HDF5 and as a picture, points next to the border and a sample
+        of the others checked by simulation.
+    algorithm
+        The only one to look at (default: all; for a map the scene's, or gauss_seidel where that is `auto`).
+    output
+        With `--vary`: the map's file (default: `results/SCENE_stability.h5`).
+    """
+    from hfsa.cosim.commands._stability import Request, stability_answer
+
+    request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
+    with _shell.progress("stability") as show:
+        data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
+    _shell.answer(data, text, json)
+    return _shell.DONE if is_sound else _shell.PROBLEMS

@@ -1,0 +1,182 @@
+"""The verb `sweep`: frequency responses, and the margins of a loop."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._options import (
+    Arguments,
+    Force,
+    Jobs,
+    Json,
+    Names,
+    Output,
+    Positive,
+    Signals,
+    Stepping,
+    given,
+    refuse,
+)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Settling:
+    """How a point of a stepped sweep is measured."""
+
+    settling_tolerance: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0), help="Largest remaining transient, relative to each response (default: 1e-3)."
+        ),
+    ] = None
+    settling_time: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gt=0), help="Simulated time [s] after which an unsettled point is given up (default: 60)."
+        ),
+    ] = None
+    measurement_periods: Annotated[
+        int | None, Parameter(validator=Number(gte=1), help="Periods in a measurement window (default: 1).")
+    ] = None
+
+
+def sweep(
+    scene: str,
+    /,
+    *,
+    parameter: Arguments = None,
+    method: Literal["stepped", "linear"] = "stepped",
+    low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
+    high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
+    points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
+    grid: Literal["response", "log"] = "response",
+    open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
+    input: Names = None,  # noqa: A002 (the user's word)
+    signal: Signals = None,
+    amplitude: Positive = None,
+    stepping: Stepping = Stepping(),
+    settling: Settling = Settling(),
+    jobs: Jobs = None,
+    resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
+    output: Output = None,
+    force: Force = False,
+    json: Json = False,
+) -> int:
+    """Measure a scene's frequency responses: its outputs over its inputs, one input and one frequency at a time.
+
+    Parameters
+    ----------
+    scene
+        Name of a scene, or path of a .py or .toml file.
+    method
+        `stepped` co-simulates one sine at a time until it has settled; `linear` takes the FMUs' own derivatives.
+    low
+        Lowest frequency [Hz] (default: the scene's).
+    high
+        Highest frequency [Hz] (default: the scene's).
+    points
+        Number of frequencies (default: 40, for `linear` 1000). One is the lowest.
+    grid
+        Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
+    open_loop
+        With `--method linear`: a connection, by either of its ends or as `start -> end`, at which a loop is opened.
+        Loop gain and sensitivity are written in place of the scene's responses; gain, phase and delay margins are
+        the answer.
+    input
+        Input to excite, repeatable, one at a time (default: all of the scene). `command.position[1..3]` is a range.
+    signal
+        Output to measure, as inputs (default: all of the scene).
+    amplitude
+        Amplitude in the unit of each input (default: the scene's).
+    resume
+        Go on with the file of an interrupted sweep; points that failed are tried again.
+    output
+        Results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
+        `results/SCENE_open_loop.h5`).
+    """
+    from hfsa.cosim.commands._reports import sweep_report
+    from hfsa.cosim.experiments.sweep import sweep as sweep_experiment
+
+    parameters = _shell.named_values(parameter)
+    band = given({"low": low, "high": high, "points": points}) | {"grid": grid}
+    measured: dict[str, Any] = {
+        "--step": stepping.step,
+        "--algorithm": stepping.algorithm,
+        "--backend": stepping.backend,
+        "--jobs": jobs,
+        **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
+    }
+    if open_loop is not None:
+        others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
+        others |= {"--fuse": stepping.fuse, "--order": stepping.order}
+        return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
+    if method == "linear" and not _chooses_levels(scene, parameters):
+        refuse(measured, "the linear method takes no steps")
+    with _shell.progress("sweep") as show:
+        show(0.0, "building FMUs")
+        found = sweep_experiment(
+            scene,
+            parameters,
+            method=method,
+            **band,
+            inputs=input or (),
+            outputs=signal or (),
+            **given({"amplitude": amplitude, "jobs": jobs}),
+            **stepping.words,
+            **given(asdict(settling)),
+            path=output,
+            resume=resume,
+            force=force,
+            warn=_shell.warn,
+            report=show,
+        )
+    data, text, is_complete = sweep_report(found.path)
+    _shell.answer(data, text, json)
+    return _shell.DONE if is_complete else _shell.PROBLEMS
+
+
+def _open_loop(
+    scene: str,
+    connection: str,
+    parameters: dict[str, str],
+    method: str,
+    ignored: dict[str, Any],
+    stepping: Stepping,
+    band: dict[str, Any],
+    output: Path | None,
+    force: bool,
+    json: bool,
+) -> int:
+    """Answer the margins of a loop opened at a connection."""
+    from hfsa.cosim.commands._open_loop import open_loop_data, open_loop_text
+    from hfsa.cosim.experiments.open_loop import open_loop
+    from hfsa.cosim.systems.errors import StructureError
+
+    if method != "linear":
+        raise StructureError("--open-loop takes --method linear")
+    refuse(ignored, "--open-loop takes the linearised scene, and no input, output, step or file to go on with")
+    found = open_loop(
+        scene,
+        connection,
+        parameters,
+        **band,
+        **given({"tolerance": stepping.tolerance, "algebraic_loops": stepping.algebraic_loops}),
+        path=output,
+        force=force,
+        warn=_shell.warn,
+    )
+    _shell.answer(open_loop_data(found), open_loop_text(found), json)
+    return _shell.DONE
+
+
+def _chooses_levels(scene: str, parameters: dict[str, str]) -> bool:
+    """Whether a level is chosen by the scene's tolerance, which may take a co-simulation."""
+    from hfsa.cosim.assembly.load_scene import load_scene
+    from hfsa.cosim.fidelity.levels import automatic
+
+    return bool(automatic(load_scene(scene, parameters)))

@@ -1,0 +1,73 @@
+"""Signals by the names that a user gives: full or short, single or as a range.
+
+find_signals(["platform.position[1..3]"], scene.outputs, assembly.connectors, "output")
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import companions, expand, named, nearest
+from hfsa.cosim.systems.scene import Scene
+
+_CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
+"""Causalities in an FMU of each kind of signal; of several variables with one short name, the first goes before."""
+
+
+def find_signals(
+    wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], kind: str
+) -> list[str]:
+    """Return full names of inputs, outputs or signals: those offered by the scene, or any others that are wanted.
+
+    `kind` is `input`, `output`, or `signal`, which is whatever may change in a run. A wanted name may have a range, and
+    may leave out the component where only one fits. `StructureError` for a name that fits none, with the nearest ones,
+    or several.
+    """
+    if not wanted:
+        return list(offered)
+    known = signals(variables, kind)
+    found = []
+    for name in (member for item in wanted for member in expand(item)):
+        groups = (offered, *(_of(variables, causality) for causality in _CAUSALITIES[kind]))
+        fitting = [name] if name in known else next(filter(None, (named(name, group) for group in groups)), [])
+        if not fitting:
+            short = [full.partition(".")[2] for full in known]
+            raise StructureError(
+                f"no {kind} is called {name!r}{nearest(name, dict.fromkeys([*offered, *known, *short]))}"
+            )
+        if len(fitting) > 1:
+            raise StructureError(f"{name} fits several {kind}s: {', '.join(fitting)}; say which")
+        found += fitting
+    return list(dict.fromkeys(found))
+
+
+def signals(variables: Mapping[str, Mapping[str, Connector]], kind: str = "signal") -> list[str]:
+    """Return the full names of all variables of a kind."""
+    return [name for causality in _CAUSALITIES[kind] for name in _of(variables, causality)]
+
+
+def _of(variables: Mapping[str, Mapping[str, Connector]], causality: str) -> list[str]:
+    """Return the full names of all real variables of one causality."""
+    every = ((component, v) for component, known in variables.items() for v in known.values())
+    return [f"{component}.{v.name}" for component, v in every if v.causality == causality and v.is_real]
+
+
+def with_amplitude(scene: Scene, amplitude: float | None, inputs: Sequence[str], assembly: Assembly) -> Scene:
+    """Return the scene with one amplitude for all wanted inputs, each in its own unit."""
+    if amplitude is None:
+        return scene
+    units = {assembly.connector(name).unit or "1" for name in inputs}
+    return dataclasses.replace(scene, amplitude={**scene.amplitude, **dict.fromkeys(units, amplitude)})
+
+
+def free_inputs(assembly: Assembly) -> list[str]:
+    """Return the inputs (full names) that nothing feeds, without rates and accelerations of others."""
+    fed = {connection.end for connection in assembly.system.connections}
+    free = []
+    for component, known in assembly.connectors.items():
+        names = [v.name for v in known.values() if v.causality == "input" and f"{component}.{v.name}" not in fed]
+        follow = {companion for name in names for companion in companions(name)}
+        free += [f"{component}.{name}" for name in names if name not in follow]
+    return free

@@ -1,0 +1,126 @@
+"""The setup of an experiment: a scene as its user wants it, before anything runs.
+
+setup = set_up("sdelta_shaker", {"damping": "0.02"}, step_size=20e-6)
+setup.scene, setup.title
+"""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim.assembly.agreement import disagreements
+from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.fuse import with_fusion
+from hfsa.cosim.assembly.load_scene import load_scene, scenes, with_arguments
+from hfsa.cosim.experiments.orders import with_order
+from hfsa.cosim.experiments.selection import find_signals, signals
+from hfsa.cosim.fidelity import levels
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.masters.algorithms import check_algorithm
+from hfsa.cosim.results.files import LevelChoice
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.feedthrough import refuse_loops
+from hfsa.cosim.systems.names import refuse_signal
+from hfsa.cosim.systems.scene import Scene
+
+ALGEBRAIC_LOOPS = ("solve", "refuse")
+"""Treatments of algebraic loops between FMUs; the first is the default."""
+
+_FORMATS = (".h5", ".hdf5", ".nc", ".png", ".pdf", ".svg", ".jpg", ".jpeg", ".eps", ".tif", ".tiff", ".webp")
+"""Endings of files that are no names of signals."""
+
+Warn = Callable[[str], None]
+"""Takes a sentence that a user must read."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A scene with the title that its results carry.
+
+    Attributes:
+        order: order of steps as given (`orders.py`).
+        signals: full names of variables that a run records beside the scene's outputs.
+        disagreements: a sentence for each fact on which its parts do not agree.
+    """
+
+    scene: Scene
+    title: str
+    order: str | None = None
+    signals: Sequence[str] = ()
+    disagreements: Sequence[str] = ()
+
+    @cached_property
+    def highest(self) -> Assembly:
+        """The assembly before parts are fused, levels `auto` at their highest: all names are there."""
+        return build(levels.at_highest(self.scene).system)
+
+
+def set_up(
+    scene: str | Path | Scene,
+    parameters: Mapping[str, Any] | None = None,
+    fuse: Sequence[str] = (),
+    algebraic_loops: str = ALGEBRAIC_LOOPS[0],
+    order: str | None = None,
+    *,
+    file: Path | None = None,
+    record: Sequence[str] = (),
+    **changes: Any,
+) -> Setup:
+    """Return the setup of a scene, by name, by path or as it is, with `parameters` of its own or of its components.
+
+    `fuse` are groups of components that become one FMU each, `order` is that of their steps. `algebraic_loops` is one
+    of `ALGEBRAIC_LOOPS`; with `refuse`, an algebraic loop between the FMUs is a `StructureError`; so is a `file` to be
+    written with the name of a signal. `record` names further signals to record. `changes` are fields of the scene;
+    those that are `None` stay.
+    """
+    name = "" if isinstance(scene, Scene) else str(scene)
+    loaded = with_arguments(scene, parameters) if isinstance(scene, Scene) else load_scene(name, parameters)
+    loaded = with_fusion(loaded, fuse)
+    loaded = dataclasses.replace(loaded, **{key: value for key, value in changes.items() if value is not None})
+    check_algorithm(loaded.algorithm)
+    if algebraic_loops == "refuse":
+        _refuse_loops(loaded)
+    if order is not None:
+        loaded = with_order(loaded, order)
+    known = scenes().get(name)
+    title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem or "A scene"
+    setup = Setup(loaded, title, order)
+    if file is not None and file.suffix not in _FORMATS:
+        refuse_signal(file, signals(setup.highest.connectors))
+    recorded = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
+    further = tuple(signal for signal in recorded if signal not in loaded.outputs)
+    return dataclasses.replace(setup, signals=further, disagreements=disagreements(name, parameters or {}, loaded))
+
+
+def default_path(scene: str | Path | Scene, ending: str = "", suffix: str = ".h5") -> Path:
+    """Return the file that an experiment writes where none is named: `results/SCENE.h5`."""
+    if isinstance(scene, Scene):
+        raise StructureError("a Scene object has no name for its results file; name the file: path=...")
+    return Path("results", f"{Path(scene).stem}{ending}{suffix}")
+
+
+def refuse_order(setup: Setup) -> None:
+    """Raise `StructureError` where an order is given for what takes no steps."""
+    if setup.order is not None:
+        raise StructureError(f"--order {setup.order}: the linear method takes no steps, so that there is no order")
+
+
+def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene, dict[str, LevelChoice]]:
+    """Return a scene with every level `auto` chosen, and the choices by component.
+
+    `asked` are those fields of the scene that a measurement has otherwise: inputs, outputs, band.
+    """
+    if not levels.automatic(scene):
+        return scene, {}
+    choices = levels.choose(dataclasses.replace(scene, **asked), library)
+    return levels.settled(scene, choices), choices
+
+
+def _refuse_loops(scene: Scene) -> None:
+    """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, close an algebraic loop."""
+    assembly = assemble(levels.at_highest(scene)).check()
+    refuse_loops(assembly.system, assembly.connectors)
