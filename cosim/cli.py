@@ -4,10 +4,10 @@ Each verb is a file of `commands/`, found by its name. What a verb needs is impo
 `hfsa --help` is there at once.
 """
 
-import importlib
+import ast
 import os
-import pkgutil
 import sys
+from pathlib import Path
 
 from cyclopts import App, CycloptsError
 
@@ -23,10 +23,18 @@ app = App(
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,
 )
-for _info in pkgutil.iter_modules(commands.__path__):
-    if not _info.name.startswith("_"):
-        _verb = getattr(importlib.import_module(f"{commands.__name__}.{_info.name}"), _info.name)
-        app.command(_verb, name=_info.name)
+
+
+def _help(file: Path) -> str:
+    """Return the docstring of a verb's function down to its parameters, without importing it."""
+    functions = (node for node in ast.parse(file.read_text(encoding="utf-8")).body if isinstance(node, ast.FunctionDef))
+    verb = next(node for node in functions if node.name == file.stem)
+    return (ast.get_docstring(verb) or "").partition("\nParameters\n")[0].strip()
+
+
+for _file in sorted(Path(commands.__path__[0]).glob("[!_]*.py")):
+    _name = _file.stem
+    app.command(f"{commands.__name__}.{_name}:{_name}", name=_name, help=_help(_file))
 
 
 def main(tokens: list[str] | None = None) -> int:

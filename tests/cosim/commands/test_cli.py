@@ -18,7 +18,8 @@ from hfsa.cosim.commands._shell import plain
 from hfsa.cosim.results.files import Status, read_run, read_sweep
 from hfsa.fmus.errors import ExportError
 
-SWEEP = ["sweep", "mass_on_spring", "-p", "damping=5", "--from", "5", "--to", "50", "--jobs", "1"]
+MASS = ["sweep", "mass_on_spring", "-p", "damping=5", "--from", "5", "--to", "50"]
+SWEEP, LINEAR = [*MASS, "--jobs", "1"], [*MASS, "--method", "linear"]
 
 
 def strict(text):
@@ -254,7 +255,7 @@ def test_a_sweep_of_one_frequency(hfsa, method):
         (["--from", "12", "--to", "12", "--points", "1"], 12.0),
         (["--from", "12", "--to", "12"], 12.0),
     ):
-        code, out, _ = hfsa(*words, *more, "-j", "1", "-o", "one.h5", "--force")
+        code, out, _ = hfsa(*words, *more, "-o", "one.h5", "--force")
         assert (code, out.splitlines()[0]) == (0, "one.h5: 1 done")
         bode = read_sweep("one.h5")
         assert bode.frequency.tolist() == [f]
@@ -288,7 +289,7 @@ def test_levels_are_judged_at_the_one_frequency_that_is_asked_for(hfsa):
 )
 def test_output_is_a_file_in_every_verb_and_a_signal_there_is_refused(hfsa, verb, word):
     if verb[0] == "bode":
-        assert hfsa(*SWEEP, "--method", "linear", "--points", "9", "-o", "swept.h5")[0] == 0
+        assert hfsa(*LINEAR, "--points", "9", "-o", "swept.h5")[0] == 0
     before = set(Path().iterdir())
     for name in ("mass.position", "position"):
         code, out, err = hfsa(*verb, word, name)
@@ -474,7 +475,7 @@ def test_a_full_disk_is_exit_code_4(hfsa):
 
 
 def test_a_file_that_cannot_be_is_wrong_usage(hfsa):
-    code, _, err = hfsa(*SWEEP, "--points", "2", "--method", "linear", "-o", "/dev/full/a.h5")
+    code, _, err = hfsa(*LINEAR, "--points", "2", "-o", "/dev/full/a.h5")
     assert code == 2
     assert "error: cannot write /dev/full/a.h5: " in err
 

@@ -64,7 +64,7 @@ def test_an_unstable_loop_is_named(sweep):
             "3000 Hz is above half the sampling frequency, 2000 Hz",
         ),
         (["--open-loop", "reference.motor[1].angle"], "closes no loop"),
-        (["--open-loop", CONNECTION, "--input", "command.position[3]"], "no --input, --signal and --resume"),
+        (["--open-loop", CONNECTION, "--input", "command.position[3]"], "--input would have no effect"),
         (["--open-loop", CONNECTION, "--method", "stepped"], "--open-loop takes --method linear"),
     ],
 )

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from spring_loop import KD, KP, LOOP, TF
 
 from hfsa.cosim.fmi.co_simulation import StepError, open_instances
-from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.masters.algorithms import check_algorithm, make_master
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -322,3 +322,11 @@ def test_wrong_wiring_is_refused_before_anything_runs(master, files):
         master(found, [Connection("b.acceleration", "a.position")])
     with pytest.raises(StructureError, match="did you mean gauss_seidel"):
         master(found, algorithm="gauss-seidel")
+
+
+def test_a_name_that_is_no_algorithm_is_refused_with_the_nearest():
+    with pytest.raises(StructureError, match="no algorithm is called 'gaus_seidel'; did you mean gauss_seidel"):
+        make_master({}, System([]), "gaus_seidel")
+    with pytest.raises(StructureError, match=r"no algorithm is called 'aut'; did you mean auto"):
+        check_algorithm("aut")
+    check_algorithm("auto")

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.measurement import run as running
-from hfsa.cosim.results.files import Status, interrupts, read_run, read_sweep
+from hfsa.cosim.results import interrupts
+from hfsa.cosim.results.files import Status, read_run, read_sweep
 from hfsa.cosim.results.interrupts import Interrupted, heard, held
 
 DAWDLE, HANG = 11, 12
