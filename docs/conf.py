@@ -1,6 +1,6 @@
 """Configuration of the site: Sphinx with MyST Markdown, the Furo theme, and pages generated at build time.
 
-    make docs        # or: sphinx-build -W docs docs/_build
+`make docs` builds it, or `sphinx-build -W docs docs/_build`.
 """
 
 import sys

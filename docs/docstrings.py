@@ -70,8 +70,9 @@ def _stripped(lines: list[str]) -> list[str]:
     return lines
 
 
-def _process(app, what, name, obj, options, lines: list[str]) -> None:
+def _process(*event) -> None:
     """Mark indented blocks of a docstring as code for reStructuredText; sections with indented entries are not."""
+    lines: list[str] = event[-1]  # what autodoc passes on: application, kind, name, object, options, lines
     done: list[str] = []
     in_section = False
     for i, line in enumerate(lines):

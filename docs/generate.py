@@ -32,7 +32,7 @@ def write(folder: Path) -> None:
         "_generated/verbs.md": verbs(),
         "reference/index.md": index(),
         "reference/components.md": face(hfsa.components, "Parts are made of a `Model`: [](../component.md)."),
-        "reference/cosim.md": face(hfsa.cosim, "Scenes in, measurements out; the verbs of the command line, in Python."),
+        "reference/cosim.md": face(hfsa.cosim, "Scenes in, measurements out: the verbs, in Python."),
         "reference/parts.md": parts(),
         "reference/scenes.md": scenes(),
     }
