@@ -8,12 +8,14 @@ import inspect
 import re
 
 _SPECIAL = re.compile(r"([\\*_\[\]<>#|$~])")
+_MODULE = re.compile(r"~(?:[A-Za-z_]\w*\.)+")
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$")
 
 
 def setup(app) -> None:
-    """Let autodoc read indented blocks as code."""
+    """Let autodoc read indented blocks as code, and write signatures with short names of types."""
     app.connect("autodoc-process-docstring", _process, priority=400)  # before napoleon, at 500
+    app.connect("autodoc-process-signature", _short)
 
 
 def markdown(text: str) -> str:
@@ -83,3 +85,9 @@ def _process(*event) -> None:
             done += ["::", ""]
         done.append(line)
     lines[:] = done
+
+
+def _short(*event) -> tuple[str | None, str | None]:
+    """Return a signature whose types have no modules and whose computed defaults are dots."""
+    signature, returned = (text and _MODULE.sub("", text).replace("<factory>", "...") for text in event[-2:])
+    return signature, returned

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hfsa.cosim.cli import app
+from hfsa.cosim.systems.scene_file import read_scene_text
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "fmus/README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -41,6 +42,14 @@ def test_examples_compute_what_they_print(page):
 def test_commands_have_the_options_that_there_are(page, line):
     _, _, ignored = app.parse_args(shlex.split(line)[1:], print_error=False, exit_on_error=False)
     assert not ignored
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "toml", "python")], ids=lambda page: page.name)
+def test_scenes_are_scenes_and_python_is_python(page):
+    for text in blocks(page, "toml"):
+        assert read_scene_text(text).outputs
+    for text in blocks(page, "python"):
+        compile(text, page.name, "exec")
 
 
 def test_the_readme_is_read_in_two_minutes():
