@@ -16,12 +16,16 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 from hfsa.cosim.cli import main as hfsa
 from hfsa.cosim.figures.style import STYLE
 
 PAGES = Path(__file__).parent
 PICTURES = PAGES / "pictures"
+
+WIDEST = 1376
+"""Width of a picture at most [px]."""
 
 
 def demo(file: Path, work: Path) -> None:
@@ -32,10 +36,9 @@ def demo(file: Path, work: Path) -> None:
     run(f"bode {work}/demo.h5 {work}/demo_hfsa.h5 -o {file}")
 
 
-def compare(file: Path, work: Path) -> None:
-    """The piezo stage under four control laws; the files of the runs are not kept."""
-    run(f"compare stage_tracking --over law=pd,pd_ff,ctc,integral_ff -p motion=three_axis -o {work}/compare.png")
-    shutil.copyfile(work / "compare.png", file)
+def compare(file: Path, _work: Path) -> None:
+    """The piezo stage under four control laws."""
+    run(f"compare stage_tracking --over law=pd,pd_ff,ctc,integral_ff -p motion=three_axis -o {file}")
 
 
 def stability(file: Path, work: Path) -> None:
@@ -87,6 +90,14 @@ def run(command: str) -> None:
         sys.exit(code)
 
 
+def shrink(picture: Path, file: Path) -> None:
+    """Write a picture with 256 colours, no wider than `WIDEST`: it is kept in the repository."""
+    with Image.open(picture) as image:
+        size = (WIDEST, round(image.height * WIDEST / image.width))
+        small = image.resize(size, Image.Resampling.LANCZOS) if image.width > WIDEST else image
+        small.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
+
+
 MADE = {"demo": demo, "compare": compare, "stability": stability, "one-step": one_step}
 """Pictures by the name of their file."""
 
@@ -97,7 +108,8 @@ def main(names: list[str]) -> None:
         sys.exit(f"no picture is called {', '.join(sorted(unknown))}; there are {', '.join(MADE)}")
     for name in names or MADE:
         with tempfile.TemporaryDirectory() as work:
-            MADE[name](PICTURES / f"{name}.png", Path(work))
+            MADE[name](Path(work, "picture.png"), Path(work))
+            shrink(Path(work, "picture.png"), PICTURES / f"{name}.png")
 
 
 if __name__ == "__main__":
