@@ -1,10 +1,12 @@
 # make demo   sets everything up and runs the main job: a Bode plot of the flexible robot from co-simulated FMUs
 # make test   sets everything up and passes the tests
 # make bench  our stepping loop beside other masters;  make published  the published numbers beside ours
-# make slow   the tests that take minutes;  make lint  style, types and floors;  make lock  new pinned versions
+# make slow   the tests that take minutes;  make fuzz  new random examples;  make coverage  what no test reaches
+# make style  format and floors;  make lint  types too;  make docs  the site;  make pictures  its pictures
+# make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow bench published lint lock clean
+.PHONY: demo test slow fuzz coverage bench published style lint docs pictures lock clean
 
 PYTHON ?= python3
 # tests are as many processes as there are cores: threads of linear algebra would only wait for each other
@@ -26,17 +28,36 @@ test: .venv/installed
 slow: .venv/installed
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 8
 
+# Each round draws other examples than the one before; a failure prints the example and keeps it in `.hypothesis`.
+ROUNDS ?= 5
+fuzz: .venv/installed
+	for round in $$(seq $(ROUNDS)); do \
+		$(BIN)/python -m pytest -m "hypothesis and not slow" --hypothesis-profile=fuzz --timeout=0 -q -n auto --maxprocesses 8 || exit 1; \
+	done
+
+coverage: .venv/installed
+	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8 --cov --cov-report=term --cov-report=html
+
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py
 
 published: .venv/installed
 	$(BIN)/python tests/published.py
 
-lint: .venv/installed
+style: .venv/installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/pyright
 	$(BIN)/lint-imports
+
+lint: style
+	$(BIN)/pyright
+
+docs: .venv/installed
+	$(BIN)/sphinx-build -W --keep-going --quiet -b html docs docs/_build
+	$(BIN)/python docs/links.py docs/_build
+
+pictures: .venv/installed
+	$(BIN)/python docs/pictures.py
 
 # The environment: pinned versions with hashes, then this checkout itself, editable.
 .venv/installed: $(LOCKS) pyproject.toml setup.py
@@ -58,4 +79,4 @@ lock:
 	echo ziglang | uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 - -o requirements-zig.lock
 
 clean:
-	rm -rf .venv build fmus/built cosim/masters/native/_step_*
+	rm -rf .venv build fmus/built docs/_build docs/_generated docs/reference cosim/masters/native/_step_*

@@ -30,7 +30,8 @@ VARIANTS = [(name, level) for name, part in PARTS.items() for level in part.leve
 Files = dict[int, Path]
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
-settings.load_profile("repeatable")  # --hypothesis-profile=default looks further
+settings.register_profile("fuzz", max_examples=500, derandomize=False, deadline=None, print_blob=True)
+settings.load_profile("repeatable")  # --hypothesis-profile=fuzz, of `make fuzz`, looks further
 
 
 def pytest_generate_tests(metafunc):

@@ -1,10 +1,10 @@
-"""Writes `published.md`: every published number beside what the parts compute, from `published_sources`.
+"""Writes `docs/published.md`: every published number beside what the parts compute, from `published_sources`.
 
     make published        # or: python tests/published.py
 
 `published_sources` says what is printed and how it is computed, in a file for each source; `published_probes` computes
 what no part's `analyze` does; no computed number is stored. `test_published.py` judges every entry and keeps
-`published.md` up to date. A file has
+`docs/published.md` up to date. A file has
 
     [sources]       titles of the sources by key, that of the file first
     [[evaluation]]  what is evaluated once: `part` with `level` and `arguments` as on the command line, or with
@@ -35,7 +35,7 @@ Verdict = Literal["agrees", "misprint", "not reproducible"]
 
 DATA = Path(__file__).with_name("published_sources")
 FILES = ("sdelta", "stage", "accelerometer", "modules")
-REPORT = Path(__file__).parents[1] / "published.md"
+REPORT = Path(__file__).parents[1] / "docs/published.md"
 KINDS = ("printed", "derived")
 VERDICTS: tuple[Verdict, ...] = ("agrees", "misprint", "not reproducible")
 
@@ -280,7 +280,7 @@ def _data() -> dict[str, Any]:
 
 
 def report() -> str:
-    """Return the text of `published.md`."""
+    """Return the text of `docs/published.md`."""
     text = [
         "# Published numbers and ours",
         "Written by `make published` from `tests/published_sources`, which the tests read, too.",

@@ -1,4 +1,4 @@
-"""Every published number, judged; and `published.md`, which shows them, up to date and plain."""
+"""Every published number, judged; and `docs/published.md`, which shows them, up to date and plain."""
 
 from collections import Counter
 from dataclasses import replace
