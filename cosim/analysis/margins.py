@@ -95,9 +95,8 @@ class Loop:
         if self._system is None:
             return -self._opened.response(frequency, [(0, -1, -1)])[:, 0, 0]
         assert self._clock is not None
-        one = np.ones((1, 1))
-        values = [self._system.at_ticks(2 * np.pi * f, one, self._clock, after=self._is_held)[0, 0] for f in frequency]
-        return -np.array(values)
+        ones = np.ones((len(frequency), 1, 1))
+        return -self._system.at_ticks(2 * np.pi * frequency, ones, self._clock, after=self._is_held)[:, 0, 0]
 
     def sensitivity(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return S = 1 / (1 + L) at frequencies [Hz], (n,)."""

@@ -23,7 +23,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from hfsa.cosim.analysis.stability import OSCILLATORY, Cycle, OneStep
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -316,6 +315,8 @@ def mode_error(poles: NDArray[np.complex128], one: OneStep, lowest: float) -> fl
     Those of the exact `poles` [1/s] count that a step resolves. An error is relative to the mode's rate, or where that
     is slower, to 2 pi `lowest` [Hz]; it is infinite where modes are lacking.
     """
+    from scipy.optimize import linear_sum_assignment  # a quarter of a second that few answers should wait for
+
     poles = poles[(poles.imag >= 0) & (np.abs(poles) * one.step_size <= 1)]
     found = np.array([mode.multiplier for mode in one.modes])
     if len(found) < len(poles):

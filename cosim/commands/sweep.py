@@ -115,7 +115,7 @@ def sweep(
         others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
         others |= {"--fuse": stepping.fuse, "--order": stepping.order}
         return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
-    if method == "linear" and not _chooses_levels(scene, parameters):
+    if method == "linear" and given(measured) and not _chooses_levels(scene, parameters):
         refuse(measured, "the linear method takes no steps")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")

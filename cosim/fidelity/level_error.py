@@ -168,7 +168,7 @@ class Responses:
             states = np.array([abs(connector(system, variables, name).nominal) for name in linear.states])
         for frequency in self._frequencies(found):
             omega = 2 * np.pi * frequency
-            enters = entering(omega, found.orders, len(linear.inputs)) * amplitudes
+            enters = entering(np.array([omega]), found.orders, len(linear.inputs))[0] * amplitudes
             inputs = np.maximum(inputs, np.abs(enters).max(axis=1))
             if not linear.is_sampled:
                 x = np.linalg.solve(1j * omega * np.eye(n) - linear.A, linear.B @ enters)

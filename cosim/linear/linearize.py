@@ -48,6 +48,9 @@ FORGOTTEN = 1e-9
 NEUTRAL = 1e-3
 """Rate [1/s] up to which a mode counts as neither growing nor decaying."""
 
+_AT_ONCE = 256
+"""Frequencies whose equations are solved in one call."""
+
 _ROUNDING = 100.0
 """Rounding errors that an eigenvalue has gathered at most."""
 
@@ -148,10 +151,11 @@ class Linearization:
     def response(self, frequency: np.ndarray, orders: Orders) -> NDArray[np.complex128]:
         """Return the complex response to sinusoids, (frequencies, outputs, sinusoids); `frequency` [Hz] is (n,)."""
         answer = self.sampled.response if self.is_sampled else _Continuous(self.closed).response
-        count = len(self.inputs)
         result = np.zeros((len(frequency), len(self.outputs), len(orders)), complex)
-        for i, omega in enumerate(2 * np.pi * np.asarray(frequency, float)):
-            result[i] = answer(omega, entering(omega, orders, count))
+        omega = 2 * np.pi * np.asarray(frequency, float)
+        for first in range(0, len(omega), _AT_ONCE):  # more would only take memory
+            some = slice(first, first + _AT_ONCE)
+            result[some] = answer(omega[some], entering(omega[some], orders, len(self.inputs)))
         return result
 
 
@@ -161,20 +165,23 @@ class _Continuous:
     def __init__(self, closed: Closed):
         self._closed, self._n = closed.balanced(), len(closed.states)
 
-    def response(self, omega: float, enters: np.ndarray) -> np.ndarray:
-        """Return the outputs, (outputs, m), to excitations (inputs, m) at omega [rad/s]."""
+    def response(self, omega: np.ndarray, enters: np.ndarray) -> np.ndarray:
+        """Return the outputs, (f, outputs, m), to excitations (f, inputs, m) at frequencies omega [rad/s], (f,)."""
         rate, output, n = self._closed.rate, self._closed.output, self._n
-        x = np.linalg.solve(1j * omega * np.eye(n) - rate[:, :n], rate[:, n:] @ enters)
+        x = np.linalg.solve(1j * omega[:, None, None] * np.eye(n) - rate[:, :n], rate[:, n:] @ enters)
         return output[:, :n] @ x + output[:, n:] @ enters
 
 
-def entering(omega: float, orders: Orders, inputs: int) -> np.ndarray:
-    """Return the complex amplitudes of inputs, (inputs, sinusoids), for sinusoids of amplitude 1 at omega [rad/s]."""
-    enters = np.zeros((inputs, len(orders)), complex)
+def entering(omega: np.ndarray, orders: Orders, inputs: int) -> np.ndarray:
+    """Return the complex amplitudes of inputs, (f, inputs, sinusoids).
+
+    For sinusoids of amplitude 1 at frequencies omega [rad/s], (f,).
+    """
+    enters = np.zeros((len(omega), inputs, len(orders)), complex)
     for j, indices in enumerate(orders):
         for order, index in enumerate(indices):
             if index >= 0:
-                enters[index, j] += (1j * omega) ** order
+                enters[:, index, j] += (1j * omega) ** order
     return enters
 
 

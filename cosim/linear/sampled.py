@@ -48,30 +48,33 @@ class SampledSystem:
         generator = np.zeros((self._n, self._n))
         generator[: self._x] = closed.rate[:, : self._n] * self.spacing
         self._between = scipy.linalg.expm(generator)
-        w = np.eye(self._n)
-        none = np.zeros((self._n + len(closed.inputs), self._n))
-        for _ in self._pass(w, none, 1.0):
+        w = np.eye(self._n)[None]
+        none = np.zeros((1, self._n + len(closed.inputs), self._n))
+        for _ in self._pass(w, none, np.ones((1, 1, 1))):
             pass
-        self.transition = w
+        self.transition = w[0]
 
-    def response(self, omega: float, enters: np.ndarray) -> np.ndarray:
-        """Return the fundamental of the outputs, (outputs, m), to excitations (inputs, m) at omega [rad/s]."""
+    def response(self, omega: np.ndarray, enters: np.ndarray) -> np.ndarray:
+        """Return the fundamental of the outputs, (f, outputs, m).
+
+        To excitations (f, inputs, m) at frequencies omega [rad/s], (f,).
+        """
         forced, w, turn = self._steady(omega, enters)
-        held = np.zeros((self._n - self._x, enters.shape[1]), complex)
+        held = np.zeros((len(omega), self._n - self._x, enters.shape[2]), complex)
         for ticking, _, after in self._pass(w, forced, turn):
             if ticking is None:
-                held += after[self._x : self._n]
-        angle = omega * self.spacing
+                held += after[:, self._x : self._n]
+        angle = omega[:, None, None] * self.spacing
         held *= (1 - np.exp(-1j * angle)) / (1j * angle) / len(self._due)
         fundamental = forced.copy()
-        fundamental[: self._x] += self._answer(omega, self.closed.rate[:, self._x : self._n] @ held)
-        fundamental[self._x : self._n] += held
+        fundamental[:, : self._x] += self._answer(omega, self.closed.rate[:, self._x : self._n] @ held)
+        fundamental[:, self._x : self._n] += held
         return self.closed.output @ fundamental
 
-    def at_ticks(self, omega: float, enters: np.ndarray, component: str, *, after: bool) -> np.ndarray:
+    def at_ticks(self, omega: np.ndarray, enters: np.ndarray, component: str, *, after: bool) -> np.ndarray:
         """Return the component at omega of the outputs' samples at one FMU's ticks, right before or after them.
 
-        Shape (outputs, m), to excitations (inputs, m).
+        Shape (f, outputs, m), to excitations (f, inputs, m) at frequencies omega [rad/s], (f,).
         """
         forced, w, turn = self._steady(omega, enters)
         found = [
@@ -81,37 +84,41 @@ class SampledSystem:
         ]
         return np.mean(found, axis=0)
 
-    def _steady(self, omega: float, enters: np.ndarray) -> tuple[np.ndarray, np.ndarray, complex]:
-        """Return [X_p; 0; E], the periodic [xi; v] at the period's beginning, and the frame's turn per spacing."""
-        forced = np.zeros((self._n + len(enters), enters.shape[1]), complex)
-        forced[: self._x] = self._answer(omega, self.closed.rate[:, self._n :] @ enters)
-        forced[self._n :] = enters
-        turn = complex(np.exp(-1j * omega * self.spacing))
-        w = np.zeros((self._n, enters.shape[1]), complex)
+    def _steady(self, omega: np.ndarray, enters: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return [X_p; 0; E], the periodic [xi; v] at the period's beginning, and the frame's turn per spacing.
+
+        The turn is of shape (f, 1, 1).
+        """
+        count, inputs, m = enters.shape
+        forced = np.zeros((count, self._n + inputs, m), complex)
+        forced[:, : self._x] = self._answer(omega, self.closed.rate[:, self._n :] @ enters)
+        forced[:, self._n :] = enters
+        turn = np.exp(-1j * omega * self.spacing)[:, None, None]
+        w = np.zeros((count, self._n, m), complex)
         for _ in self._pass(w, forced, turn):
             pass
         unit = np.eye(self._n)
         return forced, np.linalg.solve(unit - turn ** len(self._due) * self.transition, w), turn
 
-    def _answer(self, omega: float, rate: np.ndarray) -> np.ndarray:
-        """Return X of (j omega - A) X = rate, (x, m)."""
-        return np.linalg.solve(1j * omega * np.eye(self._x) - self.closed.rate[:, : self._x], rate)
+    def _answer(self, omega: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return X of (j omega - A) X = rate, (f, x, m)."""
+        return np.linalg.solve(1j * omega[:, None, None] * np.eye(self._x) - self.closed.rate[:, : self._x], rate)
 
     def _pass(
-        self, w: np.ndarray, forced: np.ndarray, turn: complex
+        self, w: np.ndarray, forced: np.ndarray, turn: np.ndarray
     ) -> Iterator[tuple[Ticking | None, np.ndarray, np.ndarray]]:
-        """Take `w` = [xi; v], (n, m), through one period, in place.
+        """Take `w` = [xi; v], (f, n, m), through one period, in place.
 
         Yields [x; v; e] before and after each FMU's tick, then once with `None` when all have ticked.
         """
         after = forced.copy()
         for due in self._due:
-            after[: self._n] = forced[: self._n] + w
+            after[:, : self._n] = forced[:, : self._n] + w
             for ticking in due:
                 before = after.copy()
                 rows = self._x + ticking.rows
-                w[rows] = self.closed.tick[ticking.rows] @ before
-                after[rows] = w[rows]
+                w[:, rows] = self.closed.tick[ticking.rows] @ before
+                after[:, rows] = w[:, rows]
                 yield ticking, before, after
             yield None, after, after
             w[:] = turn * (self._between @ w)
