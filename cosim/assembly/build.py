@@ -14,6 +14,7 @@ from typing import Literal
 from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import algorithm_named
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import DERIVATIVES, companions
@@ -24,13 +25,21 @@ LOCK_IN = "lock_in"
 """Name of the lock-in amplifier among an instrumented system's components."""
 
 
-def build(system: System, fmi: Literal[2, 3] = FMI) -> Assembly:
+def build(system: System, fmi: Literal[2, 3] = FMI, known: Assembly | None = None) -> Assembly:
     """Return the assembly of a system, FMUs exported where the cache does not hold them.
 
-    Raises `StructureError` for levels that do not fit together, `ModelError` and `ExportError` as `fmus.export`.
+    Components that are in a `known` assembly are taken from there. Raises `StructureError` for levels that do not fit
+    together, `ModelError` and `ExportError` as `fmus.export`.
     """
     check_levels(system)
-    return Assembly.read(system, {component.name: fmu_file(component, fmi) for component in system.components})
+    shared = [c for c in system.components if known is not None and c in known.system.components]
+    files = {c.name: known.files[c.name] for c in shared if known is not None}
+    descriptions = {c.name: known.descriptions[c.name] for c in shared if known is not None}
+    for component in system.components:
+        if component.name not in files:
+            files[component.name] = fmu_file(component, fmi)
+            descriptions[component.name] = describe(files[component.name])
+    return Assembly(system, files, descriptions)
 
 
 def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> Assembly:
@@ -45,16 +54,22 @@ def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> 
     return Assembly.read(system, files)
 
 
-def instrument(scene: Scene, excited: str, outputs: Sequence[str] | None = None, fmi: Literal[2, 3] = FMI) -> System:
+def instrument(
+    scene: Scene,
+    excited: str,
+    outputs: Sequence[str] | None = None,
+    fmi: Literal[2, 3] = FMI,
+    parts: Assembly | None = None,
+) -> System:
     """Return the scene's system with a sine source at one input and a lock-in amplifier at outputs (full names).
 
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
     the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
     have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the
-    input's companions where the FMU has them.
+    input's companions where the FMU has them. `parts` is the assembly of the scene's system, where there is one.
     """
     outputs = scene.outputs if outputs is None else outputs
-    plain = build(scene.system, fmi=fmi)
+    plain = build(scene.system, fmi) if parts is None else parts
     component, variable = scene.system.split(excited)
     found = plain.connector(excited)
     unit = found.unit or "1"

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from hfsa.cosim.analysis.order import Case, Excitation, Modes, Responses, best_order
-from hfsa.cosim.assembly.assemble import assemble, instrumented
+from hfsa.cosim.assembly.assemble import Variants, assemble
 from hfsa.cosim.assembly.build import LOCK_IN
 from hfsa.cosim.assembly.fuse import stepping_in
 from hfsa.cosim.fidelity import levels
@@ -65,11 +65,11 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
         return scene, None
     question = dataclasses.replace(scene, **asked)
     with ExitStack() as stack:
-        assembly = assemble(scene)
-        system, instances = assembly.system, stack.enter_context(assembly.open())
+        variants = Variants(scene)
+        system, instances = variants.plain.system, stack.enter_context(variants.plain.open())
         algorithm = offered(words)[0] if scene.algorithm == AUTO else scene.algorithm
         case = Case(system, instances, algorithm, scene.step_size)
-        excitations = [_excitation(question, name, stack) for name in question.inputs]
+        excitations = [_excitation(Variants(question, variants.parts), name, stack) for name in question.inputs]
         try:
             if excitations:
                 choice = best_order(case, Responses(case, excitations, question.outputs, question.band))
@@ -83,9 +83,9 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
     return stepping_in(scene, [name for name in choice.order if name not in staying]), choice
 
 
-def _excitation(scene: Scene, name: str, stack: ExitStack) -> Excitation:
+def _excitation(variants: Variants, name: str, stack: ExitStack) -> Excitation:
     """Return the scene's system with its instruments at one input; the stack closes the instances."""
-    assembly = instrumented(scene, name)
+    assembly, scene = variants.instrumented(name), variants.scene
     system, instances = assembly.system, stack.enter_context(assembly.open())
     amplitude = system[scene.source.name].start["amplitude"]
     return Excitation(system, instances, scene.source.name, LOCK_IN, name, amplitude)

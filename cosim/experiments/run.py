@@ -14,7 +14,7 @@ from typing import Any, Literal
 from hfsa.cosim.actions.divergence import recorded_scales
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.analysis.aliasing import check_resolved
-from hfsa.cosim.assembly.assemble import assemble, driven
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.orders import offered, with_computed_order
@@ -132,14 +132,15 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
     asked = {"inputs": [excited], "band": band} if excited else {}
     scene, choices = with_levels(scene, library, **asked)
     scene, order = with_computed_order(scene, setup.order, **asked)
-    plain = assemble(scene)
-    moved = {excited: driven(scene, excited, drive.frequency)} if excited else {}
+    variants = Variants(scene, setup.highest)
+    plain = variants.plain
+    moved = {excited: variants.driven(excited, drive.frequency)} if excited else {}
     checked = _checked(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, offered(setup.order), frequency)
     if excited and drive.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
-        checked = driven(scene, excited, drive.frequency)
+        checked = Variants(scene, plain).driven(excited, drive.frequency)
     assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):

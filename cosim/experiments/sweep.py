@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly.assemble import assemble, instrumented
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.orders import offered, with_computed_order
@@ -236,7 +236,8 @@ def sweep_scene(
     scene, order = with_computed_order(scene, setup.order, **asked)
     if order is not None:
         warn(order.sentence)
-    assembly = assemble(scene)
+    variants = Variants(scene, setup.highest)
+    assembly = variants.plain
     draft = _draft(assembly, inputs, outputs, scene, request)
     theory = _theory(assembly, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
@@ -253,7 +254,7 @@ def sweep_scene(
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
     with usage_errors():
         excitation.window_steps(plan.frequency.max(), scene.step_size)
-    excited = {name: instrumented(scene, name, outputs) for name in inputs}
+    excited = {name: variants.instrumented(name, outputs) for name in inputs}
     with judge(scene, assembly, excited, outputs, request.band(scene)) as known:
         scene, algorithm, sentences = known.decided(scene, offered(setup.order))
         for sentence in sentences:

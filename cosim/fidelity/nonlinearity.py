@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly.assemble import instrumented
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.fidelity.step_judge import settled
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -90,8 +90,9 @@ def measure_effect(
     settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
+    variants = Variants(scene)
     for i, signal in enumerate(inputs):
-        assembly = with_ports(instrumented(scene, signal.name), scene.algorithm)
+        assembly = with_ports(variants.instrumented(signal.name), scene.algorithm)
         bench = Bench(assembly, tuple(scene.outputs), scene.source.name, LOCK_IN, library)
         with contextlib.closing(Rig(bench, settings)) as rig:
             for k, f in enumerate(frequency.tolist()):

@@ -5,7 +5,7 @@
         found.step_error(scene, frequency)               # relative error of each response
 
 `assembly` is that of the scene, `excited` holds, by the full name of an input, the assembly with a sine source there,
-and for a sweep a lock-in amplifier (`assemble.instrumented`); it is empty where the scene has a motion of its own. What
+and for a sweep a lock-in amplifier (`Variants.instrumented`); it is empty where the scene has a motion of its own. What
 the FMUs do not declare is stated, with the reason.
 """
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
 from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
-from hfsa.cosim.assembly.assemble import assemble, instrumented
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance, open_instances
@@ -115,8 +115,9 @@ def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
     """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
     if scene.algorithm != AUTO:
         return scene, None
-    excited = {name: instrumented(scene, name) for name in scene.inputs}
-    with judge(scene, assemble(scene), excited, scene.outputs, scene.band) as found:
+    variants = Variants(scene)
+    excited = {name: variants.instrumented(name) for name in scene.inputs}
+    with judge(scene, variants.plain, excited, scene.outputs, scene.band) as found:
         return found.settled(scene)
 
 

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components.sdelta import sdelta
 from hfsa.components.sdelta_reference import sdelta_reference
-from hfsa.cosim.assembly.assemble import driven
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import build, instrument, with_ports
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.masters.algorithms import open_master
@@ -29,7 +29,7 @@ def simulated(name, arguments, excited, amplitude, frequency, algorithm, step, s
     if excited:
         unit = next(iter(instrument(scene, excited, scene.outputs)[scene.source.name].arguments.values()))
         scene = replace(scene, amplitude={**scene.amplitude, unit: amplitude})
-    assembly = driven(scene, excited, frequency) if excited else build(scene.system)
+    assembly = Variants(scene).driven(excited, frequency) if excited else build(scene.system)
     one = open_master(with_ports(assembly, algorithm), algorithm, step, library)
     try:
         names = names or scene.outputs
