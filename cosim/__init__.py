@@ -14,7 +14,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hfsa.cosim.assembly.load_scene import load_scene
+    from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
+    from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.experiments.compare import compare
     from hfsa.cosim.experiments.open_loop import open_loop
     from hfsa.cosim.experiments.run import run
@@ -30,6 +31,8 @@ __all__ = [
     "Connection",
     "Scene",
     "System",
+    "available_parts",
+    "available_scenes",
     "compare",
     "load_scene",
     "open_loop",
@@ -45,6 +48,8 @@ _HOMES = {
     "Connection": "systems.system",
     "Scene": "systems.scene",
     "System": "systems.system",
+    "available_parts": "assembly.models",
+    "available_scenes": "assembly.load_scene",
     "compare": "experiments.compare",
     "load_scene": "assembly.load_scene",
     "open_loop": "experiments.open_loop",

@@ -1,13 +1,17 @@
 """The pages of `docs/`: their examples compute what they print, and their commands are commands."""
 
 import doctest
+import json
 import re
 import shlex
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
-from hfsa.cosim.cli import app
+from hfsa.cosim.cli import app, main
+from hfsa.cosim.commands._shell import plain
 from hfsa.cosim.systems.scene_file import read_scene_text
 
 ROOT = Path(__file__).parents[1]
@@ -50,6 +54,59 @@ def test_scenes_are_scenes_and_python_is_python(page):
         assert read_scene_text(text).outputs
     for text in blocks(page, "python"):
         compile(text, page.name, "exec")
+
+
+PAIR = re.compile(r"^```console\n(hfsa [^\n]*)\n```\n\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAIRS = PAIR.findall((ROOT / "docs/python.md").read_text())
+
+
+def test_each_command_of_the_readme_has_its_python():
+    lines = {line.removeprefix(".venv/bin/") for page, line in commands() if page == "README.md"}
+    assert lines
+    assert lines <= {command for command, _ in PAIRS}
+
+
+@pytest.mark.parametrize(("command", "python"), PAIRS, ids=[command for command, _ in PAIRS])
+def test_a_command_and_its_python_do_the_same(command, python, tmp_path, monkeypatch, capsys):
+    """They write the same files with the same numbers, and answer the same."""
+    one, other = tmp_path / "command", tmp_path / "python"
+    one.mkdir()
+    other.mkdir()
+    monkeypatch.chdir(one)
+    assert main([*shlex.split(command)[1:], "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    monkeypatch.chdir(other)
+    found: dict = {}
+    exec(python, found)
+    assert written(one) == written(other)
+    for file in written(one):
+        same_file(one / file, other / file)
+    match shlex.split(command)[1]:
+        case "list":
+            assert {entry["name"] for group in answer.values() for entry in group} == set(found["names"])
+        case "analyze":
+            assert plain(found["numbers"]) == {name: value for name, value in answer.items() if name != "units"}
+        case "stability":
+            limits = {a["algorithm"]: a["longest_step"] for a in answer["algorithms"] if "longest_step" in a}
+            assert {name: value for name, value in plain(found["longest"]).items() if name in limits} == limits
+
+
+def written(folder: Path) -> set[Path]:
+    return {file.relative_to(folder) for file in folder.rglob("*") if file.suffix in (".h5", ".fmu")}
+
+
+def same_file(one: Path, other: Path) -> None:
+    """Two results files with the same numbers, or two FMUs with the same bytes."""
+    if one.suffix == ".fmu":
+        assert one.read_bytes() == other.read_bytes()
+        return
+    with h5py.File(one) as a, h5py.File(other) as b:
+        names: list[str] = []
+        a.visititems(lambda name, node: names.append(name) if isinstance(node, h5py.Dataset) else None)
+        assert names
+        for name in names:
+            if not name.endswith("wall_time") and a[name].dtype.kind in "fci":
+                np.testing.assert_array_equal(a[name][...], b[name][...], name)
 
 
 def test_the_readme_is_read_in_two_minutes():

@@ -23,7 +23,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.parts import Argument, Part, argument_values, part_named
 from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
-from hfsa.cosim.assembly.models import AUTO, level_of, parts
+from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact, expand
 from hfsa.cosim.systems.scene import Scene
@@ -96,7 +96,7 @@ def known_facts(system: System) -> dict[Fact, list[Holder]]:
     fed = {connection.end for connection in system.connections}
     found: dict[Fact, list[Holder]] = defaultdict(list)
     for component in system.components:
-        if component.part.endswith(".fmu") or component.part not in parts():
+        if component.part.endswith(".fmu") or component.part not in available_parts():
             continue
         for fact, holder in [*_of_part(component, fed), *_of_analyses(component)]:
             found[fact].append(holder)
@@ -120,7 +120,7 @@ def same(one: Any, other: Any) -> bool:
 
 def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder]]:
     """Yield what a component knows by its arguments and variables."""
-    part = part_named(component.part, parts())
+    part = part_named(component.part, available_parts())
     level = level_of(component)
     relevant = {
         fact: known
@@ -147,7 +147,7 @@ def _of_analyses(component: Component) -> Iterator[tuple[Fact, Holder]]:
             used.append((analysis, alike := []))
         alike.append(variable)
     for analysis, variables in used:
-        part = part_named(analysis.part, parts())
+        part = part_named(analysis.part, available_parts())
         values = argument_values(part.name, part.analyze, analysis.arguments)
         for fact, known in part.facts.items():
             following = [v for v in variables if _follows(computed[v], known)]
@@ -218,7 +218,7 @@ class _Arguments(dict[str, Any]):
 def _starts(part: str, level: str | None, arguments: _Arguments) -> Mapping[str, float]:
     """Return the start values of a part's model; none where it cannot be built."""
     try:
-        return {quantity.name: quantity.start for quantity in parts()[part].model(level, **arguments)}
+        return {quantity.name: quantity.start for quantity in available_parts()[part].model(level, **arguments)}
     except ModelError:
         return {}
 

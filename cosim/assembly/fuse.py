@@ -21,7 +21,7 @@ from hfsa.components import Model
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.load_scene import load_scene
-from hfsa.cosim.assembly.models import model_of, parts
+from hfsa.cosim.assembly.models import available_parts, model_of
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import meant, permuted
@@ -91,7 +91,7 @@ def models_to_export(
     `StructureError` for a level beside groups, and where a member sets the solver, which an FMU is told when it runs.
     """
     if not groups:
-        return [part_named(name, parts()).model(level, **arguments)]
+        return [part_named(name, available_parts()).model(level, **arguments)]
     if level is not None:
         raise StructureError(f"a group has no level {level!r}; name that of each component, -p robot.level={level}")
     scene = with_fusion(load_scene(name, arguments), groups)

@@ -15,7 +15,7 @@ from hfsa.components import Model, ModelError
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, find, part_named, read_arguments
 from hfsa.cosim.assembly.fmu_cache import fmu_file
-from hfsa.cosim.assembly.models import AUTO, parts
+from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.systems.errors import StructureError
@@ -28,7 +28,7 @@ _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
 
 @cache
-def scenes() -> dict[str, Part]:
+def available_scenes() -> dict[str, Part]:
     """Return the scenes of `cosim/scenes` by name; their `build` returns a `Scene`."""
     return find([hfsa.cosim.scenes])
 
@@ -106,7 +106,7 @@ def _has_argument(component: Component, argument: str) -> bool:
     """Whether a part of ours has a level, an argument or a variable with a start value of this name."""
     if component.part.endswith(".fmu"):
         return False
-    part = part_named(component.part, parts())
+    part = part_named(component.part, available_parts())
     if part.has_argument(argument) or argument == SOLVER:
         return True
     try:
@@ -120,9 +120,9 @@ def _has_argument(component: Component, argument: str) -> bool:
 def scene_part(name: str) -> Part:
     """Return the scene of a name, or that of a Python file, whose function is named as the file."""
     if not name.endswith(".py"):
-        if name not in scenes():
-            raise StructureError(f"no scene is called {name!r}{nearest(name, scenes())}")
-        return scenes()[name]
+        if name not in available_scenes():
+            raise StructureError(f"no scene is called {name!r}{nearest(name, available_scenes())}")
+        return available_scenes()[name]
     file = Path(name)
     specification = importlib.util.spec_from_file_location(file.stem, file)
     if specification is None or specification.loader is None or not file.is_file():
@@ -138,7 +138,7 @@ def scene_part(name: str) -> Part:
 def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     """Return the scene with one level, structural argument or start value of a component changed."""
     component = scene.source if name == scene.source.name else scene.system[name]
-    part = None if component.part.endswith(".fmu") else part_named(component.part, parts())
+    part = None if component.part.endswith(".fmu") else part_named(component.part, available_parts())
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
     elif part is not None and (part.has_argument(argument) or argument == SOLVER):
@@ -196,7 +196,7 @@ def _analyzed(scene: Scene) -> Scene:
 
 def analysis_value(wanted: Analysis) -> float | list[float]:
     """Return the number, or the list of numbers, that an analysis gives for a key."""
-    result = part_named(wanted.part, parts()).analysis(**wanted.arguments)
+    result = part_named(wanted.part, available_parts()).analysis(**wanted.arguments)
     name, _, members = wanted.key.partition("[")
     if name not in result:
         raise StructureError(f"the analysis of {wanted.part} has no result {name!r}{nearest(name, result)}")

@@ -15,14 +15,14 @@ AUTO = "auto"
 
 
 @cache
-def parts() -> dict[str, Part]:
+def available_parts() -> dict[str, Part]:
     """Return all components and controllers by name."""
     return find([hfsa.components, hfsa.controllers])
 
 
 def part_of(component: Component) -> Part:
     """Return a component's part; `StructureError` where its level is still to be chosen."""
-    part = part_named(component.part, parts())
+    part = part_named(component.part, available_parts())
     if component.level == AUTO:
         raise StructureError(
             f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
@@ -35,7 +35,7 @@ def level_of(component: Component) -> str | None:
     """Return the component's level, its part's default where it names none, `None` where the part has no levels."""
     if component.part.endswith(".fmu"):
         return None
-    default = part_named(component.part, parts()).arguments.get("level")
+    default = part_named(component.part, available_parts()).arguments.get("level")
     return component.level or component.arguments.get("level") or (default.default if default else None)
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.parts import Argument, Part
-from hfsa.cosim.assembly.load_scene import load_scene, scenes
-from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
+from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.measurement.limit_flags import Acting, acting, is_limit
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
@@ -51,8 +51,8 @@ def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
 
     `StructureError` for a name that is not there, with the nearest ones.
     """
-    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": scenes()}
-    for part_name, part in parts().items():
+    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": available_scenes()}
+    for part_name, part in available_parts().items():
         groups[part.module.__name__.split(".")[1]][part_name] = part
     known = dict.fromkeys(known for group in groups.values() for known in group)
     if name is not None and name not in known:

@@ -43,18 +43,18 @@ def analyze(
         With `--map`: its file (default: `results/NAME_map.h5`).
     """
     from hfsa.components._modelling.parts import part_named, studied
-    from hfsa.cosim.assembly.models import parts
+    from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
     from hfsa.cosim.commands._studies import Request, study_answer
 
     values = _shell.part_arguments(level, parameter)
     request = Request(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
-        study = studied(name, parts()).design_study(**values)
+        study = studied(name, available_parts()).design_study(**values)
         data, text, is_found = study_answer(study, request, name, values)
         _shell.answer(data, text, json)
         return _shell.DONE if is_found else _shell.PROBLEMS
-    part = part_named(name, parts())
+    part = part_named(name, available_parts())
     numbers = part.analysis(**values)
     units = {key: part.units[key] for key in numbers if key in part.units}
     _shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)

@@ -15,7 +15,7 @@ from hfsa.cosim.assembly.agreement import disagreements
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.fuse import with_fusion
-from hfsa.cosim.assembly.load_scene import load_scene, scenes, with_arguments
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, with_arguments
 from hfsa.cosim.experiments.orders import with_order
 from hfsa.cosim.experiments.selection import find_signals, signals
 from hfsa.cosim.fidelity import levels
@@ -86,7 +86,7 @@ def set_up(
         _refuse_loops(loaded)
     if order is not None:
         loaded = with_order(loaded, order)
-    known = scenes().get(name)
+    known = available_scenes().get(name)
     title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem or "A scene"
     setup = Setup(loaded, title, order)
     if file is not None and file.suffix not in _FORMATS:

@@ -27,7 +27,7 @@ from pathlib import Path
 from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
-from hfsa.cosim.assembly.models import AUTO, parts
+from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fidelity.level_error import Question, ask
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
@@ -173,7 +173,7 @@ class _Judge:
 
 def _levels(component: Component) -> Sequence[str]:
     """Return the levels that a component can have, cheapest first."""
-    levels = () if component.part.endswith(".fmu") else part_named(component.part, parts()).levels
+    levels = () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).levels
     if not levels:
         raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")
     return levels

@@ -21,7 +21,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 from hfsa.components._modelling.model import Kind
-from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.assembly.models import available_parts
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.compile import compile_library
 from hfsa.fmus.errors import ExportError
@@ -65,7 +65,7 @@ CASES = (
 
 def run(case: Case, solver: str, settings: dict[str, float], folder: Path) -> tuple[np.ndarray, float]:
     """Return the states at `POINTS` points, shape (points, states), and the processor time of a step [s]."""
-    model = parts()[case.part].model(case.level, solver=solver)
+    model = available_parts()[case.part].model(case.level, solver=solver)
     sources = generate(model)
     folder = folder / f"{case.part}-{solver}"
     library = folder / "binaries" / fmpy.platform_tuple / f"{sources.name}{fmpy.sharedLibraryExtension}"

@@ -12,7 +12,7 @@ from mass_and_law import law, plant
 
 from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, recorded_scales
 from hfsa.cosim.assembly.build import build
-from hfsa.cosim.assembly.load_scene import load_scene, scenes
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.commands._reports import run_report
 from hfsa.cosim.experiments.run import Drive, prepare
 from hfsa.cosim.experiments.setup import set_up
@@ -245,7 +245,7 @@ def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
 # The scenes we ship ---------------------------------------------------------------------------------------------------
 
 VARIANTS = [
-    *((name, {}) for name in scenes()),
+    *((name, {}) for name in available_scenes()),
     ("stage_tracking", {"actuator": "force"}),
     ("stage_tracking", {"law": "integral"}),
     ("stage_accelerometer", {"stage": "jacobian"}),

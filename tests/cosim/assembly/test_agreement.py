@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hfsa.components._modelling.parts import argument_values
 from hfsa.cosim.assembly.agreement import conflicts, disagreements, known_facts, same
 from hfsa.cosim.assembly.fuse import fused
-from hfsa.cosim.assembly.load_scene import load_scene, scenes, written
-from hfsa.cosim.assembly.models import parts
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, written
+from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene_file import scene_text
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -78,21 +78,23 @@ VARIANTS = [
 def options(name: str) -> Iterator[dict[str, Any]]:
     """All combinations of a scene's words and switches."""
     words = {
-        a.name: a.values or (True, False) for a in scenes()[name].arguments.values() if a.values or a.annotation is bool
+        a.name: a.values or (True, False)
+        for a in available_scenes()[name].arguments.values()
+        if a.values or a.annotation is bool
     }
     words = {option: values for option, values in words.items() if option not in OF_ONE_PART}
     for values in itertools.product(*words.values()):
         yield dict(zip(words, values, strict=True))
 
 
-@pytest.mark.parametrize("name", list(scenes()))
+@pytest.mark.parametrize("name", list(available_scenes()))
 def test_no_scene_disagrees_with_itself(name):
     every, able = list(options(name)), 0
     numbers = NUMBERS.get(name, {})
     some = random.Random(0).sample(every, min(40, len(every)))
     for arguments in [*({**numbers, **words} for words in every), *some]:
         try:
-            scene = written(scenes()[name], arguments)
+            scene = written(available_scenes()[name], arguments)
         except StructureError:  # a law that commands volts does not go with ideal forces
             continue
         able += 1
@@ -105,7 +107,7 @@ def test_no_scene_disagrees_with_itself(name):
 
 def other(component: Component, name: str, value: Any, factor: float) -> Any:
     """Another value of an argument or a variable."""
-    argument = parts()[component.part].arguments.get(name)
+    argument = available_parts()[component.part].arguments.get(name)
     if argument is not None and argument.values:
         return next(word for word in argument.values if word not in (value, "measured"))
     if isinstance(value, list | tuple):
@@ -126,7 +128,7 @@ def single_changes(system: System) -> Iterator[tuple[str, Any, str, str]]:
             part, is_analysis = holder.source
             if is_analysis:
                 continue
-            known = parts()[part].facts[fact].name
+            known = available_parts()[part].facts[fact].name
             for field, value in holder.values.items():
                 name = f"{known}.{field}" if field else known
                 component = system[holder.component]
@@ -181,7 +183,7 @@ def resolved(system: System) -> dict[str, tuple[Any, ...]]:
     """Level, arguments and start values of each component, the defaults of its part among them."""
     found = {}
     for c in system.components:
-        part = parts()[c.part]
+        part = available_parts()[c.part]
         values = argument_values(c.part, part.build, {k: v for k, v in c.arguments.items() if part.has_argument(k)})
         found[c.name] = (c.level, values, dict(c.start))
     return found
@@ -205,7 +207,7 @@ def by_hand(name: str, words: dict[str, Any], fact: str, field: str, value: Any)
         if known_fact.name != fact:
             continue
         for holder in holders:
-            part = parts()[holder.source[0]]
+            part = available_parts()[holder.source[0]]
             argument = ".".join(filter(None, (part.facts[known_fact].name, field)))
             if not holder.source[1]:
                 typed[f"{holder.component}.{argument}"] = value
@@ -303,7 +305,7 @@ def test_another_stack_is_all_parts_by_hand(variant, force, stroke):
     if "elongation" in "".join(scene.system["stage"].start):
         rest = [scene.system["stage"].start[f"leg[{i}].elongation"] for i in (1, 2, 3)]
         stack = {"stack.blocking_force": force, "stack.stroke": stroke}
-        volts = parts()["rrr_stage"].analysis(elongation=rest, **stack)["voltage"]
+        volts = available_parts()["rrr_stage"].analysis(elongation=rest, **stack)["voltage"]
         assert list(volts) == pytest.approx([75.0] * 3, rel=1e-6)
 
 
@@ -445,9 +447,9 @@ def test_what_cannot_be_read_is_left_to_those_who_build_it():
     assert conflicts(System([*stacks, Component("stage", "rrr_stage", None, {"causality": "forced"})], pushed)) == []
 
 
-@pytest.mark.parametrize("name", sorted(name for name, part in parts().items() if part.facts))
+@pytest.mark.parametrize("name", sorted(name for name, part in available_parts().items() if part.facts))
 def test_a_part_declares_names_that_it_has(name):
-    part = parts()[name]
+    part = available_parts()[name]
     own = set(argument_values(name, part.build, {})) | set(argument_values(name, part.analyze, {}))
     inputs = set()
     if part.build is not None:

@@ -13,7 +13,7 @@ from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
 from hfsa.cosim.assembly import native_loop
 from hfsa.cosim.assembly.build import build, instrument
-from hfsa.cosim.assembly.load_scene import load_scene, scenes
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.assembly.native_loop import chosen_loop, stepping_library
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.native import stepping
@@ -32,7 +32,7 @@ ROOT = Path(__file__).parents[3]
 
 IN_BOTH = ("mass_on_spring", "sdelta_hfsa")
 """Scenes whose FMI 3 FMUs are built in every run of the tests; those of the others take minutes."""
-QUICK = dict.fromkeys(scenes(), HELD) | {"stage_tracking": (*HELD, *ITERATED)}
+QUICK = dict.fromkeys(available_scenes(), HELD) | {"stage_tracking": (*HELD, *ITERATED)}
 """Algorithms of which each scene is stepped in every run of the tests."""
 CASES = [
     pytest.param(
@@ -41,7 +41,7 @@ CASES = [
         algorithm,
         marks=[] if name in IN_BOTH or (version == 2 and algorithm in QUICK[name]) else pytest.mark.slow,
     )
-    for name in scenes()
+    for name in available_scenes()
     for version in (2, 3)
     for algorithm in (*HELD, *EXTRAPOLATED, *ITERATED)
 ]

@@ -7,14 +7,14 @@ from algorithm_groups import HELD
 from hfsa.components import sdelta
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.cosim.assembly.build import build, instrument
-from hfsa.cosim.assembly.load_scene import load_scene, scenes
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.systems.connectors import check, connector
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
 
-SCENES = pytest.mark.parametrize("name", list(scenes()))
+SCENES = pytest.mark.parametrize("name", list(available_scenes()))
 
 
 @SCENES
@@ -30,7 +30,7 @@ def test_a_scene_fits_its_fmus(name, opened):
     for full in scene.outputs:
         assert connector(scene.system, variables, full).causality == "output"
     assert read_scene_text(scene_text(scene)) == scene
-    assert (scenes()[name].doc or "").endswith(".")
+    assert (available_scenes()[name].doc or "").endswith(".")
 
 
 @SCENES
