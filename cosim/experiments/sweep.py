@@ -267,6 +267,8 @@ def sweep_scene(
     record = system_record(setup.title, scene_text(scene), *ready.values(), order=order, algorithm=algorithm)
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, levels.with_choices(record, choices)) as file:
+        if file.earlier_version:
+            warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
             stepped(file, plan, benches, settings, jobs=jobs, report=report)
         except KeyboardInterrupt:

@@ -182,6 +182,7 @@ def _instance_record(name: str, component: Component, description: Description) 
         level=component.level or "",
         solver="" if component.part.endswith(".fmu") else _solver(description),
         start=component.start,
+        is_foreign=component.part.endswith(".fmu"),
     )
 
 

@@ -48,7 +48,7 @@ from hfsa.cosim.results.records import (
     SystemRecord,
     Theory,
 )
-from hfsa.cosim.results.resume import check_same
+from hfsa.cosim.results.resume import check_same, earlier_version
 from hfsa.cosim.results.target import Identity
 from hfsa.cosim.signals.frequency_response import phase
 from hfsa.cosim.systems.names import nearest
@@ -109,6 +109,11 @@ class SweepFile:
         store = hdf5.Store.resume(path, lambda file: check_same(path, file, plan, system))
         hdf5.set_status(store.file, hdf5.RUNNING)
         return cls(store)
+
+    @property
+    def earlier_version(self) -> str:
+        """Version of hfsa that the file is of, empty where it is the present one."""
+        return earlier_version(self._store.file)
 
     def unfinished(self) -> list[tuple[int, int]]:
         """Return (input, frequency) of the points still to be measured: those pending and those that failed."""

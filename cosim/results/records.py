@@ -126,7 +126,7 @@ def _erring(error: float) -> str:
 class InstanceRecord:
     """What a result depends on of one FMU instance; `start` holds the start values that were set, by variable.
 
-    `choice` says how its level was chosen, where the scene did not name one.
+    `choice` says how its level was chosen, where the scene did not name one; `is_foreign`: whether another maker's.
     """
 
     instance: str
@@ -138,6 +138,7 @@ class InstanceRecord:
     solver: str = ""
     start: Mapping[str, float] = field(default_factory=dict)
     choice: LevelChoice | None = None
+    is_foreign: bool = False
 
 
 @dataclass(frozen=True)

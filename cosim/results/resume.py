@@ -1,6 +1,8 @@
 """Whether a results file belongs to the sweep that wants to go on with it, and if not, what differs."""
 
+import tomllib
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +20,19 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
     differences = [
         *_differences(hdf5.plain(file["sweep"].attrs), dict(plan.settings)),
         *_axis_differences(file["bode"], plan),
-        *_system_differences(file["system"], system),
+        *_system_differences(file["system"], system, is_earlier=bool(earlier_version(file))),
     ]
     if differences:
         raise ResultsError(
             f"{path} belongs to another sweep: {'; '.join(differences)}. --force in place of --resume replaces it, "
             "-o names another file"
         )
+
+
+def earlier_version(file: Node) -> str:
+    """Return the version of hfsa that made a file, empty where it is the present one."""
+    found = hdf5.text(file.attrs["tool_version"])
+    return "" if found == version("hfsa") else found
 
 
 def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str = "") -> list[str]:
@@ -59,16 +67,32 @@ def _axis_differences(bode: Node, plan: Plan) -> list[str]:
     return differences
 
 
-def _system_differences(group: Node, system: SystemRecord) -> list[str]:
-    """Return in words in what the FMUs differ, or else the scene."""
+def _system_differences(group: Node, system: SystemRecord, is_earlier: bool) -> list[str]:
+    """Return in words in what the FMUs differ, or else the scene.
+
+    Another version of hfsa makes other FMUs of the same parts, and its scenes may lack keys: of these files the FMUs of
+    other makers and the contents of the scene are compared.
+    """
     differences = []
     instances = {name: g for name, g in group.items() if "sha256" in g.attrs}
     for name in dict.fromkeys([*instances, *(record.instance for record in system.instances)]):
         record = next((r for r in system.instances if r.instance == name), None)
         if record is None or name not in instances:
             differences.append(f"instance {name} is only {'there' if record is None else 'here'}")
+        elif is_earlier and not record.is_foreign:
+            continue
         elif hdf5.text(instances[name].attrs["sha256"]) != record.sha256:
             differences.append(f"the FMU of {name} is another ({record.file})")
-    if not differences and hdf5.text(group.attrs["scene"]) != system.scene:
-        differences.append("the scene is another")
-    return differences
+    there = hdf5.text(group.attrs["scene"])
+    is_same = _same_scene(there, system.scene) if is_earlier else there == system.scene
+    return differences if differences or is_same else ["the scene is another"]
+
+
+def _same_scene(one: str, other: str) -> bool:
+    """Whether two texts are one scene, but for keys that only one of them has."""
+    try:
+        first, second = tomllib.loads(one), tomllib.loads(other)
+    except tomllib.TOMLDecodeError:
+        return one == other
+    common = first.keys() & second.keys()
+    return {key: first[key] for key in common} == {key: second[key] for key in common}

@@ -1,0 +1,88 @@
+"""The choices of options are those of the library's tables, and no option is taken without an effect."""
+
+import inspect
+import typing
+
+import pytest
+
+from hfsa.cosim.assembly.native_loop import BACKENDS
+from hfsa.cosim.commands import _options, export, sweep
+from hfsa.cosim.experiments import run as running
+from hfsa.cosim.experiments import sweep as sweeping
+from hfsa.cosim.experiments.setup import ALGEBRAIC_LOOPS
+from hfsa.cosim.masters.algorithms import ALGORITHMS, CANDIDATES, DEFAULT, LIMITED, ORDERED
+from hfsa.cosim.measurement.sweep import METHODS
+from hfsa.fmus.export import Version
+
+
+def choices(annotation) -> set:
+    """The members of the first Literal in an annotation."""
+    if typing.get_origin(annotation) is typing.Literal:
+        return set(typing.get_args(annotation))
+    return next((found for part in typing.get_args(annotation) if (found := choices(part))), set())
+
+
+def option(function, name: str) -> set:
+    return choices(typing.get_type_hints(function, include_extras=True)[name])
+
+
+@pytest.mark.parametrize(
+    ("found", "table"),
+    [
+        (option(_options.Stepping, "algorithm"), {"auto", *ALGORITHMS}),
+        (option(_options.Stepping, "backend"), set(BACKENDS)),
+        (option(_options.Stepping, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
+        (option(sweep.sweep, "method"), set(METHODS)),
+        (option(sweep.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweeping.sweep, "method"), set(METHODS)),
+        (option(sweeping.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweeping.sweep, "backend"), set(BACKENDS)),
+        (option(running.run, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
+        (option(export.export, "fmi"), set(typing.get_args(Version))),
+    ],
+)
+def test_choices_are_those_of_the_tables(found, table):
+    assert found == table
+
+
+def test_the_table_of_algorithms_is_whole():
+    assert DEFAULT == "gauss_seidel"
+    assert [row.rank for row in ALGORITHMS.values()] == list(range(1, len(ALGORITHMS) + 1))
+    assert all(row.name == name and row.summary for name, row in ALGORITHMS.items())
+    assert set(CANDIDATES) | set(ORDERED) <= set(LIMITED)
+    assert all(row.order is None for row in ALGORITHMS.values() if row.is_model_exchange)
+
+
+def test_the_defaults_of_the_command_line_are_those_of_the_functions():
+    """What the command line does not give is left to the function; what it gives by itself is the same."""
+    own, theirs = (inspect.signature(function).parameters for function in (sweep.sweep, sweeping.sweep))
+    for name in ("method", "grid", "resume", "force"):
+        assert own[name].default == theirs[name].default
+
+
+LINEAR = ["sweep", "sdelta_hfsa", "--method", "linear", "--points", "3", "-o", "it.h5"]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--jobs", "1"], "--jobs would have no effect: the linear method takes no steps"),
+        (["--step", "1e-5"], "--step would have no effect"),
+        (["--algorithm", "jacobi", "--settling-time", "3"], "--algorithm, --settling-time would have no effect"),
+        (["--backend", "python"], "--backend would have no effect"),
+        (["--open-loop", "controller.axis[1].command", "--fuse", "robot,drives"], "--fuse would have no effect"),
+        (["--open-loop", "controller.axis[1].command", "--amplitude", "1"], "--amplitude would have no effect"),
+        (["--open-loop", "controller.axis[1].command", "-j", "2", "--resume"], "--jobs, --resume would have no effect"),
+    ],
+)
+def test_an_option_without_effect_is_refused(hfsa, tmp_path, more, words):
+    code, out, err = hfsa(*LINEAR, *more)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not (tmp_path / "it.h5").exists()
+
+
+def test_a_stepping_loop_of_what_takes_no_steps_is_refused(hfsa):
+    code, _, err = hfsa("run", "mass_on_spring", "--algorithm", "monolithic", "--backend", "python")
+    assert code == 2
+    assert "monolithic takes no steps" in err
