@@ -44,7 +44,7 @@ UNITS = {
     "compliance_center": "1",
     "separation": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

@@ -95,7 +95,7 @@ UNITS = {
     "natural_frequencies_hz": "Hz",
     "shapes": "m; rad",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

@@ -99,7 +99,7 @@ UNITS = {
     "jacobian": "m/rad; 1",
     "inertia": "kg.m2",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze() -> dict[str, Any]:

@@ -149,7 +149,7 @@ UNITS = {
     "damping": "N.s/m",
     "resonance_hz": "Hz",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

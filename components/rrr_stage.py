@@ -135,7 +135,7 @@ UNITS = {
     "pose_at_voltage": "m; m; rad",
     "saturated": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

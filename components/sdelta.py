@@ -163,7 +163,7 @@ UNITS = {
     "limb_lengths": "m",
     "jacobian": "1; m/rad",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

@@ -65,7 +65,7 @@ def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -
 UNITS = {
     "elongation": "m",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

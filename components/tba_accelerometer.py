@@ -209,7 +209,7 @@ UNITS = {
     "squeeze_number": "1",
     "sensitivity": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

@@ -36,7 +36,7 @@ UNITS = {
     "derivative_gain": "N.m.s/rad",
     "holding_torque": "N.m",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(

@@ -90,7 +90,7 @@ UNITS = {
     "peak_error": "m",
     "start_force": "N",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
