@@ -268,10 +268,10 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     )
     base = m.input("base.acceleration[1..2]", "m/s2", "Acceleration of the base", nominal=_MOVE[2])
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
-    (to_pose, to_stacks), (turning, bending) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bending, 3)
+    (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
     rate = to_stacks @ v
     k, c, tip = _stack_parameters(m) if source else (0, 0, 0)
-    on_cranks = drive - k * mechanism.elongation - c * rate - tip * bending
+    on_cranks = drive - k * mechanism.elongation - c * rate - tip * stack_bias
     force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
     force -= terms.velocity + terms.elastic + terms.base @ base
     m.der[p] = v
@@ -287,7 +287,7 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
         m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
         pulls = felt + preload < -PULL_FROM_ROUNDING
         m.output("stack[1..3].contact_lost", pulls, "1", "1 where the stack would have to pull")
-    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + turning)
+    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias)
 
 
 def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -46,7 +46,7 @@ from hfsa.components._mechanics.screws import shift, unit_screw
 from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, show_tubes
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, declare_tube_constants
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
@@ -132,7 +132,7 @@ def sdelta(
     damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode (level cartesian)", min=0)
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
     tubes = _tubes(m)
-    show_tubes(m, robot.kinematics)
+    declare_tube_constants(m, robot.kinematics)
     to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)

@@ -30,7 +30,13 @@ from hfsa.components import Model
 from hfsa.components._mechanics.screws import expm1
 from hfsa.components._mechanics.sdelta_facts import POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, tube_motion
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive, show_motors, show_tubes
+from hfsa.components._mechanics.sdelta_kinematics import (
+    DRIVES_MATRIX,
+    Kinematics,
+    by_drive,
+    declare_motor_constants,
+    declare_tube_constants,
+)
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
@@ -69,8 +75,8 @@ def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: P
     tubes = levels[level](kinematics, command)
     tubes_rate = ca.jtimes(tubes, command, rate)
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)
-    show_tubes(m, kinematics)
-    show_motors(m, kinematics, "motor")
+    declare_tube_constants(m, kinematics)
+    declare_motor_constants(m, kinematics, "motor")
     to_motors = ca.DM(np.linalg.inv(DRIVES_MATRIX))
     columns = (tubes, tubes_rate, tubes_acceleration)
     for (suffix, per, _), column in zip(_DERIVATIVES, columns, strict=True):

@@ -48,7 +48,14 @@ from numpy.typing import ArrayLike
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics import tba_limbs as limbs
-from hfsa.components._mechanics.tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
+from hfsa.components._mechanics.tba_base import (
+    Base,
+    Mounting,
+    Triple,
+    base_inputs,
+    linear_specific_force,
+    specific_force,
+)
 from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, KOutRule, Shape
 from hfsa.components._mechanics.tba_study import design_study
 from hfsa.components._modelling.model import one_of
@@ -182,7 +189,7 @@ def tba_accelerometer(
     if level == "nonlinear":
         position = _nonlinear(m, sensor, D, base, Q, arm, gravity)
     else:
-        f = first_order(base, Q, arm, gravity)
+        f = linear_specific_force(base, Q, arm, gravity)
         axes = 3 if level == "spatial" else 2
         moved = -ca.DM(sensor.gain[:axes]) * f[:axes] if level == "static" else _linear(m, sensor, D, f, axes)
         position = ca.vertcat(moved, ca.SX.zeros(3 - axes))
@@ -289,10 +296,10 @@ def study(
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
-    """Return a design's shape with some dimensions changed; `ModelError` where it is not possible."""
+    """Return a design's shape with some dimensions changed; `ModelError` if it is infeasible."""
     published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")].shape
     changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
-    return designs.possible(published._replace(**changed), rule, published, _OWNER)
+    return designs.checked_shape(published._replace(**changed), rule, published, _OWNER)
 
 
 def _sensor(
@@ -367,7 +374,7 @@ def _nonlinear(
     K = np.array([np.mean(sensor.stiffness[:2])] * 2 + [sensor.stiffness[2]])
     k_in, _, k_out = K * bodies.link**2 / 6
     terms = limbs.terms(bodies, k_in, k_out, q, v)
-    f = in_full(base, Q, arm, gravity, q, v)
+    f = specific_force(base, Q, arm, gravity, q, v)
     formula_mass = np.array([sensor.formulas.M_in, sensor.formulas.M_in, sensor.formulas.M_out])
     beyond = sensor.driven_mass - sensor.formulas.driven_mass
     force = -terms.velocity - D * v - terms.elastic - ca.DM(sensor.stiffness - K) * q

@@ -44,7 +44,7 @@ from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
-from hfsa.components._mechanics.sdelta_kinematics import show_motors
+from hfsa.components._mechanics.sdelta_kinematics import declare_motor_constants
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.controllers._command import Level, execution
@@ -93,7 +93,7 @@ def sdelta_computed_torque(
     limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
     feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
     rigid = robot(model, posture, payload, "sdelta_computed_torque")
-    show_motors(m, rigid.kinematics, "axis")
+    declare_motor_constants(m, rigid.kinematics, "axis")
     motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)
     wanted = feed_forward + rigid.torques(motion, motors, acceleration, gravity)
     executed.put_out(_AXES, wanted, limit, "N.m", "Motor torque")

@@ -34,7 +34,7 @@ from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, show_motors
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, declare_motor_constants
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
@@ -104,7 +104,7 @@ def sdelta_feed_forward(
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
         size = 1e-2 * _RADIANS_PER_SECOND**order
         m.output(f"motor[1..6].angle{suffix}", column, f"rad{per}", "Motor angle from the posture", nominal=size)
-    show_motors(m, kinematics, "motor")
+    declare_motor_constants(m, kinematics, "motor")
     torque = ca.DM(DRIVE_INERTIA) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
     m.output("motor[1..6].torque", torque, "N.m", "Motor torque", nominal=0.1)
     to_S = ca.DM(shift(offset))

@@ -217,7 +217,7 @@ def test_with_springs_subtracted_there_is_no_largest_ratio():
     assert requirement in optimum(study, bounds(study, 0.2)).active
     shape, ratios = designs.DESIGNS["rapid_prototype"].shape, []
     for share in (0.5, 0.9, 0.99, 0.9999):
-        foot, leg = designs.twists(shape)
+        foot, leg = designs.torsional_stiffnesses(shape)
         # a leg's twist as the inverse of its length
         thin = shape._replace(e=shape.e * share * 2 * leg / foot)
         ratios.append(study.at(np.array(thin[:9]))["frequency_ratio"][0])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hfsa.components import Model, ModelError
-from hfsa.components._mechanics.tba_base import Mounting, base_inputs, first_order, in_full
+from hfsa.components._mechanics.tba_base import Mounting, base_inputs, linear_specific_force, specific_force
 
 QUARTER = (0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """A quarter of a turn about Z."""
@@ -18,7 +18,7 @@ position, rate, gravity = ca.SX.sym("q", 3), ca.SX.sym("v", 3), ca.SX.sym("g")
 def specific_force(Q: np.ndarray, full: bool) -> ca.Function:
     """(a, w, w', theta, q, q', gravity) -> f."""
     base = base_inputs(Model("Test", "Base alone"))
-    f = in_full(base, Q, ARM, gravity, position, rate) if full else first_order(base, Q, ARM, gravity)
+    f = specific_force(base, Q, ARM, gravity, position, rate) if full else linear_specific_force(base, Q, ARM, gravity)
     return ca.Function("f", [*base, position, rate, gravity], [f])
 
 
