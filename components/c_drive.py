@@ -138,9 +138,7 @@ def _noise(m: Model) -> ca.SX:
 
 def _rounded(m: Model, angle: ca.SX) -> ca.SX:
     """Return the angles rounded to steps of the encoder, which are fixed on the motor."""
-    resolution = m.parameter(
-        "encoder.resolution", 0.0, "rad", "Step of the encoder; 0 disables rounding", min=0, nominal=1e-4
-    )
+    resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
     offset = m.parameter("encoder.offset[1..2]", 0.0, "rad", "Motor angle at the posture, from the encoder's zero")
     step = ca.if_else(resolution > 0, resolution, 1)
     return ca.if_else(resolution > 0, step * ca.floor((angle + offset) / step + 0.5) - offset, angle)
