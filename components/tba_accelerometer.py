@@ -8,8 +8,8 @@ due to the motion of the base (`_mechanics/tba_base.py`), along the same axes:
     spatial     the same along three axes
     nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = -Gamma(q)^T f  sixteen bodies (`tba_limbs.py`), nonlinear f
 
-M, K and Gamma are those of `tba_design.py`. The difference between a given mass or stiffness and that of the formulas is
-constant in `nonlinear`. At all other levels f is of first order in the motion of the base, and the model is linear.
+M, K and Gamma are those of `tba_design.py`. The difference between a given mass or stiffness and that of the formulas
+is constant in `nonlinear`. At all other levels f is of first order in the motion of the base, and the model is linear.
 
     damping ratio   D = 2 zeta sqrt(K M), axis by axis
     damping film    D_in = mu A / gap, A = sqrt(3) / 4 a^2          slide film in one gap of gas
