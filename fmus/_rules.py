@@ -172,7 +172,7 @@ def identity(description: ModelDescription) -> Iterator[str]:
         if not re.fullmatch(r"[A-Za-z_]\w*", interface.modelIdentifier or "", re.ASCII):
             yield f"{word}: model identifier {interface.modelIdentifier!r} is not a C identifier"
         if interface.canSerializeFMUstate and not interface.canGetAndSetFMUstate:
-            yield f"{word}: canSerializeFMUstate is true, but canGetAndSetFMUstate is not"
+            yield f"{word}: declares that it can serialise the FMU state, but not that it can get and set it"
 
 
 def experiment(description: ModelDescription) -> Iterator[str]:
