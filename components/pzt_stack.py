@@ -84,7 +84,7 @@ class _Line:
 
 
 @dataclass(frozen=True)
-class _Drive:
+class _ElectricalSide:
     """Results of the electrical side: voltage V, current i, free elongation u, and 1 while i is at its limit."""
 
     voltage: ca.SX
@@ -123,13 +123,13 @@ def pzt_stack(
     command = m.input("command.voltage", "V", "Commanded voltage", nominal=FULL_VOLTAGE)
     rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
     above, below = command > line.voltage, command < 0
-    drive = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
-    causalities[causality](m, line, drive, None if level == "static" else rate)
-    m.output("stack.voltage", drive.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
-    m.output("stack.current", drive.current, "A", "Current into the stack", nominal=0.1)
-    m.output("stack.free_elongation", drive.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
+    electrical = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
+    causalities[causality](m, line, electrical, None if level == "static" else rate)
+    m.output("stack.voltage", electrical.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
+    m.output("stack.current", electrical.current, "A", "Current into the stack", nominal=0.1)
+    m.output("stack.free_elongation", electrical.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
     m.output("saturated", ca.logic_or(below, above), "1", "1 while the command is outside 0..maximum.voltage")
-    m.output("current_limited", drive.current_limited, "1", "1 while the amplifier is at its current limit")
+    m.output("current_limited", electrical.current_limited, "1", "1 while the amplifier is at its current limit")
     return m
 
 
@@ -205,18 +205,18 @@ def analyze(
     }
 
 
-def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _Drive:
+def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _ElectricalSide:
     """Return the electrical side without dynamics: the voltage is the clipped command."""
-    return _Drive(target, 0.0, line.elongation / line.voltage * target, 0.0)
+    return _ElectricalSide(target, 0.0, line.elongation / line.voltage * target, 0.0)
 
 
-def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _ElectricalSide:
     """Return the electrical side with amplifier and capacitance; u is proportional to the voltage."""
     voltage, current, limited, _ = _electrical(m, line, target, rate)
-    return _Drive(voltage, current, line.elongation / line.voltage * voltage, limited)
+    return _ElectricalSide(voltage, current, line.elongation / line.voltage * voltage, limited)
 
 
-def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
+def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _ElectricalSide:
     """Return the electrical side as `_linear`, with Bouc-Wen hysteresis and creep in u."""
     voltage, current, limited, slope = _electrical(m, line, target, rate)
     A = m.parameter("hysteresis.amplitude", 0.30, "1", "Bouc-Wen A, 0 for no hysteresis", min=0, max=0.9)
@@ -230,7 +230,7 @@ def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
     d = line.elongation / (line.voltage - A / fading * (1 - ca.exp(-fading * line.voltage)))
     m.der[h] = A * d * slope - beta * ca.fabs(slope) * h - gamma * slope * ca.fabs(h)
     m.der[z] = (gain * d * voltage - z) / tau
-    return _Drive(voltage, current, d * voltage - h + ca.sum1(z), limited)
+    return _ElectricalSide(voltage, current, d * voltage - h + ca.sum1(z), limited)
 
 
 def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
@@ -246,20 +246,20 @@ def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.S
     return voltage, current, limited, slope
 
 
-def _source(m: Model, line: _Line, drive: _Drive, _rate: ca.SX | None) -> None:
+def _source(m: Model, line: _Line, electrical: _ElectricalSide, _rate: ca.SX | None) -> None:
     """Declare the output of causality `source`: the load models stiffness, damping and mass."""
-    force = line.stiffness * drive.free_elongation
+    force = line.stiffness * electrical.free_elongation
     m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=BLOCKING_FORCE)
 
 
-def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
+def _force(m: Model, line: _Line, electrical: _ElectricalSide, rate: ca.SX | None) -> None:
     """Declare input and outputs of causality `force`: the stack models stiffness and, if `rate` is given, damping."""
     elongation = m.input("stack.elongation", "m", "Elongation of the stack", nominal=_STROKE)
     preload = m.parameter("preload", 0.0, "N", "Force that presses the load on the stack", min=0, nominal=100.0)
-    force = line.stiffness * (drive.free_elongation - elongation)
+    force = line.stiffness * (electrical.free_elongation - elongation)
     if rate is not None:
         force -= m.parameter("damping", TOKIN.damping, "N.s/m", "Damping along the stack", min=0) * rate
-    charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
+    charge = line.clamped_capacitance * electrical.voltage + line.coupling * elongation
     m.output("stack.force", force, "N", "Force on the load, positive in compression", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)
     pulls = force + preload < -PULL_FROM_ROUNDING

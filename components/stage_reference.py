@@ -92,12 +92,12 @@ def analyze(
     """
     symbol = ca.SX.sym("pose", 3)
     wanted = np.array(ca.Function("elongation", [symbol], [elongations(links(kinematics), symbol)])(pose)).ravel()
-    words = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
+    label = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
     if not np.all(np.isfinite(wanted)):
-        raise ModelError(f"{words} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
+        raise ModelError(f"{label} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
     if not np.all((wanted >= -_ROUNDING) & (wanted <= stroke + _ROUNDING)):
         found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)
-        raise ModelError(f"{words} takes elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")
+        raise ModelError(f"{label} needs elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")
     return {"elongation": wanted}
 
 

@@ -50,9 +50,7 @@ def _modes(C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n, rates = len(C), np.linalg.eigvalsh(C)
     if rates[0] ** 2 > _OVERDAMPED * np.abs(K).max():
         fast, slow = -eigh(C)[0], -eigh(K, C)[0]  # C x' balances x'' alone, or K x alone
-        shapes = [
-            eigh(C + K / s)[1][:, i] for i, s in enumerate(fast)
-        ]  # the small term selects the shape
+        shapes = [eigh(C + K / s)[1][:, i] for i, s in enumerate(fast)]  # the small term selects the shape
         shapes += [eigh(K, C + s * np.eye(n))[1][:, i] for i, s in enumerate(slow)]
         return np.concatenate([fast, slow]), np.array(shapes).T
     scale = max(np.sqrt(np.abs(K).max()), rates[-1]) or 1.0

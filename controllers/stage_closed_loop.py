@@ -240,8 +240,8 @@ def _limits(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: 
     limits = {}
     for name, plant in (("held", stage), ("rigid", stage._replace(damping=nothing, stiffness=nothing))):
         gains = _loop(law, plant, proportional_gain, derivative_gain)[3:]
-        for word, delay, late in ((name, False, 0.5), (f"{name}_delayed", True, 1.5)):
-            ahead = -late * plant.stiffness if law == "ctc" else nothing
+        for word, delay, samples_late in ((name, False, 0.5), (f"{name}_delayed", True, 1.5)):
+            ahead = -samples_late * plant.stiffness if law == "ctc" else nothing
             limits[word] = sample_time_limit(*plant[:3], *gains, ahead, delay=delay)
     return limits
 

@@ -131,7 +131,7 @@ class _Run:
         try:
             yield
         except Exception as error:
-            self.problem(f"{name}: {error}" + (f" The FMU says: {self.logged}" if self.logged else ""))
+            self.problem(f"{name}: {error}" + (f" Message of the FMU: {self.logged}" if self.logged else ""))
             raise _StageError from None
 
     def log(self, *arguments) -> None:

@@ -78,13 +78,13 @@ class Mechanism(NamedTuple):
     @property
     def hinges(self) -> ca.SX:
         """Angles of the hinges from rest as functions of p, shape (9, 1) [rad]."""
-        return self.placed(self.bends)[0]
+        return self.over_coordinates(self.bends)[0]
 
     def rate(self, expression: ca.SX) -> ca.SX:
         """Return the time derivative of an expression of p at the rates p'."""
         return ca.jtimes(expression, self.coordinates, self.rates)
 
-    def placed(self, *expressions: ca.SX) -> list[ca.SX]:
+    def over_coordinates(self, *expressions: ca.SX) -> list[ca.SX]:
         """Return expressions of z and z' as expressions of p and p'."""
         moving = ca.substitute(list(expressions), [self.part_rates], [self.motion])
         return ca.substitute(moving, [self.parts], [self.placement])
@@ -160,7 +160,7 @@ def terms(mechanism: Mechanism) -> Terms:
     slope = ca.jacobian(mechanism.motion, mechanism.rates)
     bias = ca.jtimes(mechanism.motion, z, z_rate)
     return Terms(
-        *mechanism.placed(
+        *mechanism.over_coordinates(
             ca.tril2symm(ca.tril(slope.T @ mass @ slope)),
             slope.T @ (mass @ bias + velocity),
             slope.T @ elastic,

@@ -89,7 +89,10 @@ def test_an_optimum_that_is_none_says_so():
         ({"length": None}, "a map has two dimensions, not 1: length"),
         ({"length": None, "widht": None}, "cantilever has no dimension 'widht'.*width"),
         ({"length": None, "zzz": None}, "cantilever has no dimension 'zzz'; there are length, width"),
-        ({"length": (3.0, 1.0), "width": None}, "range of length is 3 to 1, expected the lower end first; the present value is 2"),
+        (
+            {"length": (3.0, 1.0), "width": None},
+            "range of length is 3 to 1, .*; the present value is 2",
+        ),
         ({"length": (1.0, 1.0), "width": None}, "range of length is 1 to 1"),
         ({"length": (1.0, np.inf), "width": None}, "range of length is 1 to inf"),
         ({"length": (-3.0, -1.0), "width": None}, "length from -3 to -1 .*: never a length above 0; .* has length = 2"),

@@ -125,7 +125,10 @@ def test_rounding_of_a_mounting_is_taken_out():
 @pytest.mark.parametrize(
     ("mounting", "message"),
     [
-        (Mounting(rotation=(1.0, 0.1, 0, -0.1, 1.0, 0, 0, 0, 1.0)), r"no rotation: .* deviate .* by 0.01, .* 0.99503719,"),
+        (
+            Mounting(rotation=(1.0, 0.1, 0, -0.1, 1.0, 0, 0, 0, 1.0)),
+            r"no rotation: .* deviate .* 0.01, .* 0.99503719,",
+        ),
         (Mounting(rotation=(1.0, 0, 0, 0, 1.0, 0, 0, 0, -1.0)), "is a reflection, determinant -1"),
         (Mounting(rotation=(float("nan"),) * 9), "no rotation: .* expected below 1e-06$"),
         (Mounting(lever=(0.0, float("inf"), 0.0)), "mounting.lever is .* m, expected three finite numbers"),
