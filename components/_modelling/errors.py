@@ -17,11 +17,11 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
 
 
-def one_of(name: str, names: Iterable[str], what: str) -> str:
+def one_of(name: str, names: Iterable[str], subject: str) -> str:
     """Return `name`, or raise `ModelError` with the nearest of `names` if it is not one of them.
 
-    `what` is the subject of the message, such as `sdelta: level`.
+    The message begins with `subject`, such as `sdelta: level`.
     """
     if name not in (names := list(names)):
-        raise ModelError(f"{what} is {name!r}{nearest(name, names)}")
+        raise ModelError(f"{subject} is {name!r}{nearest(name, names)}")
     return name

@@ -9,8 +9,8 @@ _PRIME = 67108859
 def white_noise(time: ca.SX, interval: ca.SX | float, seed: ca.SX | float) -> ca.SX:
     """Return a standard normal number, mean 0 and variance 1, constant within each `interval` [s].
 
-    A generator that squares modulo a prime hashes the interval number n = floor(time / interval) and `seed` (a whole
-    number below 2^26) into two uniform numbers; the Box-Muller transform (1958) makes a normal number of them.
+    Squaring modulo a prime hashes the interval number n = floor(time / interval) and `seed` (a whole number below 2^26)
+    into two uniform numbers, which the Box-Muller transform (1958) maps to a normal number.
     """
     n = _remainder(ca.floor(time / interval + 1e-6))
     u1, u2 = _uniform(n, seed, 1), _uniform(n, seed, 2)
