@@ -19,8 +19,8 @@ static Log log_of(fmi3LogMessageCallback callback, fmi3InstanceEnvironment envir
 }
 
 /* Reject a call of a feature that the model description of this FMU does not declare. */
-static fmi3Status not_offered(fmi3Instance c, const char* call, const char* what) {
-  return c ? (fmi3Status)hfsa_report(c, ERROR, "%s: this FMU has no %s", call, what) : fmi3Error;
+static fmi3Status not_offered(fmi3Instance c, const char* call, const char* feature) {
+  return c ? (fmi3Status)hfsa_report(c, ERROR, "%s: this FMU has no %s", call, feature) : fmi3Error;
 }
 
 const char* fmi3GetVersion(void) { return fmi3Version; }
