@@ -1,7 +1,7 @@
-"""What things are: one file, one part; equations become a `Model`.
+"""Physical components: each file defines one part, and its function returns the equations as a `Model`.
 
-Read `mass_on_spring.py` first. `_modelling/` has what models are made of, `_mechanics/` the mechanics that several
-parts share. Nothing here imports `controllers`, `fmus` or `cosim`.
+Read `mass_on_spring.py` first. `_modelling/` contains the modelling framework, `_mechanics/` the mechanics that several
+parts share. No module in this package imports `controllers`, `fmus` or `cosim`.
 """
 
 from hfsa.components._modelling.errors import ModelError

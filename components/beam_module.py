@@ -1,20 +1,20 @@
-"""Modules of slender beams or sheets between a base and a stage: their compliance, freedoms, and axes of freedoms.
+"""Modules of slender beams or sheets between a base and a stage: compliance, number and axes of the freedoms.
 
     hfsa analyze beam_module -p kind=tilted -p radius=0.6 -p tilt=45
     hfsa analyze beam_module -p kind=three_beam -p length_error=0,-0.05,0
     hfsa analyze beam_module -p kind=three_beam -p dimensions.length=0.05 -p dimensions.diameter=2e-3
 
-Linear, for displacements below a tenth of the length L of a beam. Order of C: displacements (x, y, z, thx, thy, thz) by
-loads (p, fy, fz, mx, my, mz), at the centre of the tips of the beams on the stage, X from base to stage. Lengths are by
-L, forces by EI / L^2, moments by EI / L of one beam (E' I of one sheet, E' = E / (1 - nu^2)).
+Linear, for displacements below a tenth of the length L of a beam. The compliance C maps loads (p, fy, fz, mx, my, mz)
+to displacements (x, y, z, thx, thy, thz) at the centre of the tips of the beams on the stage, X from base to stage.
+Lengths are normalised by L, forces by EI / L^2, moments by EI / L of one beam (E' I of one sheet, E' = E / (1 - nu^2)).
 
-`_beam` has the beam and the sheet (eqs 1, 2, A.1), `_beam_assembly` how they are joined, `_beam_kinds` the kinds,
-`_mobility` how freedoms are counted. A tilted module of radius r turns about points near x = r / tan(tilt): under a
-force alone about C22 / |C26|, under a moment alone about the centre of compliance -C26 / C66; by theory 0.6 at r = 0.6
-and 45 degrees, with d = 1e4 0.6070 and 0.5954.
+In `_mechanics/`, `beam.py` contains the beam and the sheet (eqs 1, 2, A.1), `beam_assembly.py` their assembly,
+`beam_kinds.py` the kinds and `mobility.py` the count of freedoms. A tilted module of radius r turns about points near
+x = r / tan(tilt): under a force about C22 / |C26|, under a moment about the centre of compliance -C26 / C66. At r = 0.6
+and 45 degrees the ideal value is 0.6; with d = 1e4 the two points are at 0.6070 and 0.5954.
 
-Source: the paper of 2013 on beam modules. Not in it: the way to count freedoms, which does not depend on axes and
-reference point as its entries do; the least slenderness (ten times as long as thick), outer_radius and outer_spacing.
+Source: the paper of 2013 on beam modules. Not in it: the count of freedoms, which unlike that of the paper does not
+depend on axes and reference point; the smallest slenderness (length / thickness = 10), outer_radius, outer_spacing.
 """
 
 from typing import Any
@@ -33,7 +33,7 @@ from hfsa.components._mechanics.beam_module import (
 from hfsa.components._mechanics.mobility import Freedom, mobility
 
 NO_CLEAR_SEPARATION = "no clear separation"
-"""Instead of a number of freedoms."""
+"""Result in place of the number of freedoms if the separation is below 10."""
 
 
 UNITS = {
@@ -44,7 +44,7 @@ UNITS = {
     "compliance_center": "1",
     "separation": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -68,30 +68,31 @@ def analyze(
     """Return a module's compliance and mobility.
 
     Args:
-        kind: see `_beam_kinds`.
-        radius: of the circle of tips, by L; 0.6.
-        outer_radius: of the outer circle of tips; 1.
-        tilt: beta [deg]; 45.
-        slenderness: d = A L^2 / I, at least 1200; 1e4.
-        torsion: delta = G J / EI; 0.7536.
-        count: beams between two bodies, from 3 on; 3.
-        length_error: of each beam, whose length is (1 + e) L; those on the stage first; a ring of three is at 120, 0
-            and -120 degrees.
-        thickness: of a sheet, by L; 0.02.
-        width: of a sheet; 0.4.
-        spacing: of opposite sheets, centre to centre, by L; 1.
-        outer_spacing: of the outer sheets; 2.
-        poisson: of a sheet; 0.3, with dimensions that of the material.
-        material: with `dimensions`, E and one of G and nu; aluminium.
-        dimensions: lengths [m] instead of normalised ones; with `length` a beam needs its diameter or side.
+        kind: kind of the module, see `_mechanics/beam_kinds.py`.
+        radius: radius of the circle of tips / L; default 0.6.
+        outer_radius: radius of the outer circle of tips / L; default 1.
+        tilt: angle beta of the beams [deg]; default 45.
+        slenderness: d = A L^2 / I, at least 1200; default 1e4.
+        torsion: delta = G J / EI; default 0.7536.
+        count: number of beams between two bodies, 3 or more; default 3.
+        length_error: relative length error e of each beam, of length (1 + e) L; beams on the stage first; three beams
+            are at 120, 0 and -120 degrees.
+        thickness: thickness of a sheet / L; default 0.02.
+        width: width of a sheet / L; default 0.4.
+        spacing: distance of opposite sheets, centre to centre / L; default 1.
+        outer_spacing: distance of the outer sheets / L; default 2.
+        poisson: Poisson's ratio of a sheet; default 0.3, with dimensions that of the material.
+        material: with `dimensions`, E and one of G and nu; default aluminium.
+        dimensions: lengths [m] instead of normalised ones; a beam with `length` requires its diameter or side.
 
     Returns:
-        compliance: normalised, (6, 6).
-        compliance_dimensional: [m, rad] by [N, N.m], (6, 6); only with `dimensions`.
-        mobility: number of freedoms, or "no clear separation" where the separation is below 10.
-        freedoms: the most compliant first; `type` R, T or H, `pitch` and `point` of its axis (none of a T) and
-            `direction`; points and pitches by L, from the reference point.
-        compliance_center: where forces alone translate and moments alone rotate, if anywhere, by L, (3,).
+        compliance: normalised compliance, (6, 6).
+        compliance_dimensional: compliance in SI units, (6, 6) [m, rad] / [N, N.m]; only with `dimensions`.
+        mobility: number of freedoms, or "no clear separation" for a separation below 10.
+        freedoms: freedoms, the most compliant first; `type` R, T or H, `pitch` and `point` of the axis (`None` for a T)
+            and `direction`; pitches and points / L, from the reference point.
+        compliance_center: centre of compliance / L, at which the coupling of translation and rotation is symmetric,
+            (3,).
         separation: ratio of the least compliant freedom to the most compliant constraint, at that centre.
 
     Raises:
@@ -126,7 +127,7 @@ def analyze(
 
 
 def _shown(freedom: Freedom) -> dict[str, Any]:
-    """Return a freedom as plain data, without rounding errors."""
+    """Return a freedom as plain data, rounded."""
     return {
         "type": freedom.type,
         "pitch": None if freedom.pitch is None else _rounded(freedom.pitch),
@@ -136,5 +137,5 @@ def _shown(freedom: Freedom) -> dict[str, Any]:
 
 
 def _rounded(value: Any) -> Any:
-    """Return a number or numbers of the order of one, without the last digits, where there is only rounding error."""
+    """Return numbers of the order of one, rounded to 10 digits to remove rounding errors."""
     return (np.round(value, 10) + 0.0).tolist()

@@ -1,24 +1,24 @@
-"""A platform on compliant beams (`beam_module`): loads and a base that moves in, what the platform does out; linear.
+"""A platform on compliant beams (`beam_module`), from loads and base acceleration to platform motion; linear.
 
     M q'' + D q' + K q = w - M b        D = damping_ratio D_1, D_1 the damping of ratio 1 in every mode
 
 q = (x, y, z, thx, thy, thz) is the displacement of the stage's reference point and the rotation from rest, relative to
 the base, along the module's axes: X from base to stage. w = (force, torque) is the wrench at that point, b = (a, alpha)
-the acceleration of the point that moves with the base there. K is the module's stiffness (`_beam_module`), M the mass
-matrix of the platform at the reference point (`_rigid_body`).
+the acceleration of the coincident point of the base. K is the stiffness of the module, M the mass matrix of the
+platform at the reference point. The beams have no mass.
 
 Ports: in `wrench.force` [N], `wrench.torque` [N.m], `base.acceleration` [m/s2], `base.angular_acceleration` [rad/s2];
-out `platform.position` [m], `.rotation` [rad], `.velocity`, `.angular_velocity`, and, which loads and base feed through
-to, `.acceleration` and `.angular_acceleration`, all relative to the base. `displacement` is the largest entry of q with
-translations by the length of a beam, and `displacement_warning` 1 above 0.1, where linear beams end. The beams have no
-mass.
+out `platform.position` [m], `.rotation` [rad], `.velocity`, `.angular_velocity`, `.acceleration` and
+`.angular_acceleration`, all relative to the base. The two accelerations have direct feedthrough from all inputs.
+`displacement` is the largest entry of q with translations divided by the length of a beam; `displacement_warning` is 1
+while it is above 0.1, beyond the linear range of the beams.
 
 Bode plot of three aluminium beams 50 mm long and 2 mm thick on a circle of 30 mm that carry a disc of 0.1 kg and 30 mm:
 from `wrench.force[1]` to `platform.position[1]` 7.69e-8 m/N up to one resonance, 34 dB high, at 1815.1 Hz; from
 `wrench.torque[1]` to `platform.rotation[1]` 6.06e-2 rad/(N.m) up to one, 34 dB high, at 96.36 Hz; -40 dB per decade
 above. From `wrench.force[2]` to `platform.position[2]` 6.42e-5 m/N up to a resonance, 34 dB high, at 62.82 Hz, and -40
-dB per decade above; the platform turns about Z with it, 4.27e-6 rad/N at low frequency, with a second resonance at
-2569.8 Hz, and moves in no other way. From `base.acceleration[2]` the same for 0.1 N by m/s2.
+dB per decade above; the force also turns the platform about Z, 4.27e-6 rad/N at low frequency with a second resonance
+at 2569.8 Hz, and moves it in no other direction. The response to `base.acceleration[2]` is that to 0.1 N per m/s2.
 
 Source: the paper of 2013 on beam modules. Not in it: the platform, and damping, of which 1 % is assumed.
 """
@@ -40,9 +40,9 @@ from hfsa.components._mechanics.rigid_body import (
     TWIST,
     WRENCH,
     Body,
-    declared,
+    declare_vector,
     mass_matrix,
-    put_out,
+    output_vector,
 )
 
 
@@ -56,16 +56,17 @@ def beam_stage(
     dimensions: Dimensions = NORMALISED,
     platform: Body = DISC,
 ) -> Model:
-    """The platform on its module.
+    """Return the platform on its module.
 
     Args:
-        kind: of module, see `_beam_kinds`.
-        tilt: of the beams [deg]; 45.
-        count: beams between two bodies.
-        length_error: of each beam, as in `beam_module`.
-        material: aluminium.
-        dimensions: [m]; a beam is 50 mm long and round, 2 mm thick; the rest as in `beam_module` by its length.
-        platform: mass, inertia and mass centre.
+        kind: kind of the module, see `_mechanics/beam_kinds.py`.
+        tilt: angle of the beams [deg]; default 45.
+        count: number of beams between two bodies.
+        length_error: relative length error of each beam, as in `beam_module`.
+        material: material of the beams; default aluminium.
+        dimensions: dimensions of the module [m]; by default round beams 50 mm long and 2 mm thick, the rest as in
+            `beam_module`, relative to the length.
+        platform: mass, inertia and mass centre of the platform.
 
     Raises:
         ModelError: as `beam_module`; a platform without mass or inertia.
@@ -74,17 +75,17 @@ def beam_stage(
     M, K = mass_matrix(platform, "beam_stage: platform"), module.dimensional_stiffness()
     m = Model("BeamStage", "Platform on compliant beams")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode", min=0)
-    load = declared(m.input, "wrench", WRENCH, "on the platform at the reference point")
-    base = declared(m.input, "base", ACCELERATION, "of the base at the reference point")
-    q = declared(m.state, "center", POSE, "of the reference point, relative to the base")
-    rate = declared(m.state, "center", TWIST, "of the reference point, relative to the base")
+    load = declare_vector(m.input, "wrench", WRENCH, "on the platform at the reference point")
+    base = declare_vector(m.input, "base", ACCELERATION, "of the base at the reference point")
+    q = declare_vector(m.state, "center", POSE, "of the reference point, relative to the base")
+    rate = declare_vector(m.state, "center", TWIST, "of the reference point, relative to the base")
     inverse, damping, stiffness = (
         ca.sparsify(ca.DM(without_rounding(A))) for A in (np.linalg.inv(M), modal_damping(M, K), K)
     )
     acceleration = inverse @ (load - ratio * (damping @ rate) - stiffness @ q) - base
     m.der[q], m.der[rate] = rate, acceleration
     for six, column in ((POSE, q), (TWIST, rate), (ACCELERATION, acceleration)):
-        put_out(m, "platform", six, column, "of the platform, relative to the base")
+        output_vector(m, "platform", six, column, "of the platform, relative to the base")
     displacement_outputs(m, module, q)
     return m
 
@@ -95,7 +96,7 @@ UNITS = {
     "natural_frequencies_hz": "Hz",
     "shapes": "m; rad",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -108,13 +109,13 @@ def analyze(
     dimensions: Dimensions = NORMALISED,
     platform: Body = DISC,
 ) -> dict[str, Any]:
-    """Return the stage's numbers; arguments and errors as `beam_stage`.
+    """Return stiffness, mass matrix and modes of the stage; arguments and errors as `beam_stage`.
 
     Returns:
-        stiffness: at the reference point, translations before rotations, (6, 6) [N/m], [N], [N.m].
-        mass: there likewise, (6, 6) [kg], [kg.m], [kg.m2].
-        natural_frequencies_hz: ascending, (6,) [Hz].
-        shapes: displacements of the modes as columns, their largest entry 1, metres beside radians, (6, 6).
+        stiffness: stiffness at the reference point, translations before rotations, (6, 6) [N/m], [N], [N.m].
+        mass: mass matrix at the reference point, (6, 6) [kg], [kg.m], [kg.m2].
+        natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
+        shapes: mode shapes as columns, their largest entry 1, metres and radians, (6, 6).
     """
     K = spring("beam_stage", kind, tilt, count, length_error, material, dimensions).dimensional_stiffness()
     M = mass_matrix(platform, "beam_stage: platform")

@@ -1,29 +1,30 @@
-"""Compliant beams (`beam_module`) without mass between a base and a platform: two poses in, two wrenches out; linear.
+"""Massless compliant beams (`beam_module`) between a base and a platform, from two poses to two wrenches; linear.
 
     delta = D(p) q_platform - D(b) q_base          displacement across the beams at the stage's reference point
-    w = -K delta - D delta'                        of the beams on the platform there
-    w_platform = D(p)^T w,  w_base = -D(b)^T w     moved to the two origins
+    w = -K delta - D delta'                        wrench of the beams on the platform there
+    w_platform = D(p)^T w,  w_base = -D(b)^T w     wrenches at the two origins
 
 q = (x, y, z, thx, thy, thz) is the displacement of an origin and the small rotation from rest, along the module's
-axes: X from base to stage. p and b are where the reference point is from the origin of the platform and of the base,
-both 0 unless said otherwise, D(p) = [[1, -skew(p)], [0, 1]]. K is the module's stiffness (`_beam_module`). D is
-`damping_ratio` times the damping of ratio 1 in every mode of the argument `platform` on these beams: with a
-`rigid_body` like it the whole is `beam_stage`. The two wrenches balance, and a motion of both ends as one body costs
-nothing.
+axes: X from base to stage. p and b are the positions of the reference point from the origins of platform and base, 0 by
+default; D(p) = [[1, -skew(p)], [0, 1]]. K is the stiffness of the module. D is `damping_ratio` times the damping of
+ratio 1 in every mode of the body `platform` on these beams; connected to a `rigid_body` with the same values the
+suspension is equivalent to a `beam_stage`. The two wrenches are in equilibrium, and a common rigid motion of both ends
+produces none.
 
 Ports: in `base.position` [m], `.rotation` [rad], `.velocity`, `.angular_velocity`, `platform.position` and so on; out
-`base.force` [N], `.torque` [N.m], `platform.force`, `.torque`, which follow all of them without a step between, and
+`base.force` [N], `.torque` [N.m], `platform.force`, `.torque`, with direct feedthrough from all inputs, and
 `displacement` and `displacement_warning` of delta as in `beam_stage`. There are no states.
 
 Bode plot of three aluminium beams 50 mm long and 2 mm thick on a circle of 30 mm: from `platform.position[1]` to
 `platform.force[1]` 1.30e7 N/m in opposite phase, from `platform.rotation[1]` to `platform.torque[1]` 16.5 N.m/rad, and
-no resonance: the velocity is an input of its own, with 22.8 N.s/m along X of the default platform at 1 %.
+no resonance. The velocity is a separate input; its gain is 22.8 N.s/m along X for the default platform at 1 %.
 
-A force that is held over a step H lags by H / 2, a negative damper k H / 2 beside the damping c of each mode. Between
-bodies that are stepped on their own it diverges above H = 2 c / k = 4 damping_ratio / omega of the fastest mode, 2.48
-us of the default platform at 1 %, and without damping at every step; `beam_stage` has no such limit.
+A force held over a communication step H acts H / 2 late, as a negative damper k H / 2 in parallel with the damping c of
+each mode. Co-simulation with separately stepped bodies diverges above H = 2 c / k = 4 damping_ratio / omega of the
+fastest mode, 2.48 us for the default platform at 1 %, and without damping at every step; `beam_stage` has no such
+limit.
 
-Source: the paper of 2013 on beam modules. Not in it: damping, of which 1 % is assumed, and what a step makes of it.
+Source: the paper of 2013 on beam modules. Not in it: the damping, 1 % (assumed), and the step limit.
 """
 
 import math
@@ -46,9 +47,9 @@ from hfsa.components._mechanics.rigid_body import (
     WRENCH,
     Body,
     Triple,
-    declared,
+    declare_vector,
     mass_matrix,
-    put_out,
+    output_vector,
 )
 from hfsa.components._modelling.facts import Known
 
@@ -73,17 +74,17 @@ def beam_suspension(
     from_base: Triple = _HERE,
     from_platform: Triple = _HERE,
 ) -> Model:
-    """The beams between two bodies that are elsewhere.
+    """Return the beams between two bodies, which are parts of their own.
 
     Args:
-        kind: of module, see `_beam_kinds`.
-        tilt: of the beams [deg]; 45.
-        count: beams between two bodies.
-        length_error: of each beam, as in `beam_module`.
-        material: aluminium.
-        dimensions: [m]; as in `beam_stage`.
-        platform: whose modes have the damping ratio; its mass is not in the suspension. Its centre is from the stage's
-            reference point.
+        kind: kind of the module, see `_mechanics/beam_kinds.py`.
+        tilt: angle of the beams [deg]; default 45.
+        count: number of beams between two bodies.
+        length_error: relative length error of each beam, as in `beam_module`.
+        material: material of the beams; default aluminium.
+        dimensions: dimensions of the module [m], as in `beam_stage`.
+        platform: body whose modes have the damping ratio; the suspension does not include its mass. Its mass centre is
+            given from the stage's reference point.
         from_base: b, the stage's reference point from the base's origin at rest [m].
         from_platform: p, the stage's reference point from the platform's origin [m].
 
@@ -95,7 +96,7 @@ def beam_suspension(
     m = Model("BeamSuspension", "Compliant beams without mass between two bodies")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode of the platform", min=0)
     arms = {"base": _arm("from_base", from_base), "platform": _arm("from_platform", from_platform)}
-    motions = {end: [declared(m.input, end, six, f"of the {end}") for six in (POSE, TWIST)] for end in arms}
+    motions = {end: [declare_vector(m.input, end, six, f"of the {end}") for six in (POSE, TWIST)] for end in arms}
     delta, rate = (
         arms["platform"] @ on_platform - arms["base"] @ on_base
         for on_platform, on_base in zip(motions["platform"], motions["base"], strict=True)
@@ -103,7 +104,7 @@ def beam_suspension(
     stiffness, damping = (ca.sparsify(ca.DM(without_rounding(A))) for A in (K, modal_damping(M, K)))
     wrench = -(stiffness @ delta) - ratio * (damping @ rate)
     for end, sign in (("base", -1), ("platform", 1)):
-        put_out(m, end, WRENCH, sign * (arms[end].T @ wrench), f"of the beams on the {end} at its origin")
+        output_vector(m, end, WRENCH, sign * (arms[end].T @ wrench), f"of the beams on the {end} at its origin")
     displacement_outputs(m, module, delta)
     return m
 
@@ -114,7 +115,7 @@ UNITS = {
     "natural_frequencies_hz": "Hz",
     "step_limits": "s",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -128,14 +129,17 @@ def analyze(
     platform: Body = DISC,
     damping_ratio: float = DAMPING_RATIO,
 ) -> dict[str, Any]:
-    """Return the suspension's numbers at the stage's reference point; arguments and errors as `beam_suspension`.
+    """Return stiffness, damping and step limits at the stage's reference point; arguments as `beam_suspension`.
 
     Returns:
-        stiffness: translations before rotations, (6, 6) [N/m], [N], [N.m].
-        damping: likewise, (6, 6) [N.s/m], [N.s], [N.m.s].
-        natural_frequencies_hz: of the platform on it, ascending, (6,) [Hz].
-        step_limits: 2 c / k of each of these modes, (6,) [s]; above the least, co-simulation with a rigid body that is
-            stepped on its own diverges.
+        stiffness: stiffness, translations before rotations, (6, 6) [N/m], [N], [N.m].
+        damping: damping, translations before rotations, (6, 6) [N.s/m], [N.s], [N.m.s].
+        natural_frequencies_hz: natural frequencies of the platform on the beams, ascending, (6,) [Hz].
+        step_limits: 2 c / k of each of these modes, (6,) [s]; above the smallest, co-simulation with a separately
+            stepped rigid body diverges.
+
+    Raises:
+        ModelError: as `beam_suspension`; a damping ratio below 0.
     """
     if not 0 <= damping_ratio < math.inf:
         raise ModelError(f"beam_suspension: damping_ratio is {damping_ratio:g}, expected 0 or more")
@@ -151,7 +155,7 @@ def analyze(
 
 
 def _arm(name: str, point: Triple) -> ca.DM:
-    """Return D(point), shape (6, 6)."""
+    """Return D(point), shape (6, 6); `ModelError` with `name` unless the point is finite."""
     if not np.all(np.isfinite(point)):
         raise ModelError(f"beam_suspension: {name} is {point} m, expected three finite numbers")
     return ca.sparsify(ca.DM(at_point(point)))

@@ -1,32 +1,32 @@
 """A C-drive of the SDelta: two motors on a right- and a left-hand screw slide a tube along its axis and turn it.
 
-    [slide; angle] = J_C [theta_1; theta_2]     all from the posture, where they are zero (eq 3.13)
+    [slide; angle] = J_C [theta_1; theta_2]     all zero at the posture (eq 3.13)
     J_C = [[p / (4 pi), -p / (4 pi)], [1 / (2 iota), 1 / (2 iota)]]
 
-    ideal         the tube moves as commanded; the motors follow
+    ideal         the tube moves as commanded, the motors follow from it
     rigid_shaft   M_th thetadd = tau + J_C^T [F; T],   M_th = (J_m + J_psi) 1 + J_C^T diag(m_tube, I_tube) J_C
 
 with motor torques tau and the force F and torque T that the robot exerts on the tube, positive along +slide and +angle.
 
 Ports: in `motor[i].torque` [N.m], `tube.force` [N], `tube.torque` [N.m], and, used by `ideal` only, `command.slide`
 [m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` with `_rate` and `_acceleration`,
-`motor[i].angle` [rad] as the encoder shows it and `motor[i].speed` [rad/s]. J_C is the same everywhere, so that the
-drive is the same at every posture; where it stands there the robot knows (constants `..._at_posture` of `sdelta`).
+the encoder reading `motor[i].angle` [rad] and `motor[i].speed` [rad/s]. J_C is constant, so the drive is the same at
+every posture; the constants `..._at_posture` of `sdelta` are its positions there.
 
-The encoder rounds to `encoder.resolution`, 0 for not at all. Its steps stand still on the motor: they count from where
-all motor angles are zero, the symmetric posture, and `encoder.offset[i]` is what the encoder shows at the posture,
+The encoder rounds to `encoder.resolution`; 0 disables rounding. Its steps are fixed on the motor and count from the
+symmetric posture, where all motor angles are zero; `encoder.offset[i]` is the angle at the posture,
 
     motor.angle = round((theta + offset) / resolution) resolution - offset
 
-Without a resolution the offset has no part in it, and the angle has all its digits. With `encoder_noise` the encoder
-also adds white noise of standard deviation `encoder.noise`, a new value in each `encoder.interval`; without, the noise
-costs nothing.
+Without rounding the offset has no effect, and the angle keeps all its digits. With `encoder_noise` the encoder adds
+white noise of standard deviation `encoder.noise`, a new value in each `encoder.interval`. The argument is structural:
+without it the FMU does not evaluate the noise.
 
-Bode plot, `rigid_shaft`, from a torque on both motors in common to the angle of either: -40 dB per decade with -180
-degrees, 1 / (M_th,11 + M_th,12) rad/s2 per N.m; likewise in opposition with 1 / (M_th,11 - M_th,12).
+Bode plot, `rigid_shaft`, from equal torques on both motors to the angle of either: -40 dB per decade with -180 degrees,
+1 / (M_th,11 + M_th,12) rad/s2 per N.m; for opposite torques 1 / (M_th,11 - M_th,12).
 
-Source: Q. Sun, PhD thesis, McGill University, 2023, for J_C; rotor inertia of the motor named there by its maker's
-catalogue; inertia of screws and tube assumed.
+Source: Q. Sun, PhD thesis, McGill University, 2023, for J_C; catalogue of the manufacturer for the rotor inertia of the
+motor named there; inertia of screws and tube assumed.
 """
 
 from typing import Any, Literal
@@ -40,13 +40,13 @@ from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
 
 ROTOR_INERTIA = 0.672e-4
-"""J_m, rotor of a motor Yaskawa SGMAH-08A [kg.m2] (maker's catalogue)."""
+"""J_m, inertia of the rotor of a motor Yaskawa SGMAH-08A [kg.m2] (manufacturer's catalogue)."""
 SHAFT_INERTIA = 1.0e-4
-"""J_psi, screw, half of the coupling and nut, on the shaft's angle [kg.m2] (assumed)."""
+"""J_psi, inertia of screw, half of the coupling and nut, on the shaft's angle [kg.m2] (assumed)."""
 TUBE_MASS = 1.0
-"""m_tube [kg] (assumed)."""
+"""m_tube, mass of the tube [kg] (assumed)."""
 TUBE_INERTIA = 3.0e-3
-"""I_tube, about the C axis [kg.m2] (assumed)."""
+"""I_tube, inertia of the tube about the C axis [kg.m2] (assumed)."""
 
 _ANGLE, _SPEED = 1e-2, 1.0
 _DERIVATIVES = (("", ""), ("_rate", "/s"), ("_acceleration", "/s2"))
@@ -59,11 +59,11 @@ def inertia() -> np.ndarray:
 
 
 def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_noise: bool = False) -> Model:
-    """One C-drive, at rest at the posture at the start.
+    """Return one C-drive, at rest at the posture at the start.
 
     Args:
         level: `ideal` (moves as commanded) or `rigid_shaft` (inertia of rotors, screws and tube).
-        encoder_noise: whether the encoders are noisy.
+        encoder_noise: whether the encoders add noise.
 
     Raises:
         ModelError: an unknown level.
@@ -89,7 +89,7 @@ def c_drive(*, level: Literal["ideal", "rigid_shaft"] = "rigid_shaft", encoder_n
         m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube from the posture", nominal=1e-4)
         m.output(f"tube.angle{word}", tube[1], f"rad{per}", "Angle of the tube from the posture", nominal=1e-3)
     shown = motors[0] + _noise(m) if encoder_noise else motors[0]
-    text = "Motor angle from the posture, as the encoder shows it"
+    text = "Encoder reading of the motor angle from the posture"
     m.output("motor[1..2].angle", _rounded(m, shown), "rad", text, nominal=_ANGLE)
     m.output("motor[1..2].speed", motors[1], "rad/s", "Motor speed", nominal=_SPEED)
     return m
@@ -99,11 +99,11 @@ UNITS = {
     "jacobian": "m/rad; 1",
     "inertia": "kg.m2",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze() -> dict[str, Any]:
-    """Return the drive's numbers in SI units.
+    """Return Jacobian and inertia of the drive in SI units.
 
     Returns:
         jacobian: J_C, motor angles to slide and angle, shape (2, 2) [m/rad, 1] (eq 3.13).
@@ -113,13 +113,13 @@ def analyze() -> dict[str, Any]:
 
 
 def _ideal(_m: Model, command: list[ca.SX], _torque: ca.SX, _load: ca.SX) -> list[ca.SX]:
-    """Return the motors' angles, speeds and accelerations, columns of two, that the command demands."""
+    """Return the motors' angles, speeds and accelerations, columns of two, from the command."""
     to_motors = ca.DM(np.linalg.inv(DRIVE_MATRIX))
     return [to_motors @ column for column in command]
 
 
 def _rigid_shaft(m: Model, _command: list[ca.SX], torque: ca.SX, load: ca.SX) -> list[ca.SX]:
-    """Return the motors' angles, speeds and accelerations, columns of two, from the torques on them."""
+    """Add the equations of motion; return the motors' angles, speeds and accelerations, columns of two."""
     angle = m.state("shaft[1..2].angle", "rad", "Motor angle from the posture", nominal=_ANGLE)
     speed = m.state("shaft[1..2].speed", "rad/s", "Motor speed", nominal=_SPEED)
     acceleration = ca.DM(np.linalg.inv(inertia())) @ (torque + ca.DM(DRIVE_MATRIX.T) @ load)
@@ -129,7 +129,7 @@ def _rigid_shaft(m: Model, _command: list[ca.SX], torque: ca.SX, load: ca.SX) ->
 
 
 def _noise(m: Model) -> ca.SX:
-    """Return the noise of both encoders, a column of two."""
+    """Return the noise of both encoders, a column of two [rad]."""
     deviation = m.parameter("encoder.noise", 1e-5, "rad", "Standard deviation of the encoder's noise", min=0)
     interval = m.parameter("encoder.interval", 1e-4, "s", "Time between two values of the noise", min=1e-9)
     seed = m.parameter("encoder.seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**25)
@@ -137,8 +137,8 @@ def _noise(m: Model) -> ca.SX:
 
 
 def _rounded(m: Model, angle: ca.SX) -> ca.SX:
-    """Return the angles in whole steps of the encoder, which stand still on the motor."""
+    """Return the angles rounded to steps of the encoder, which are fixed on the motor."""
     resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
-    offset = m.parameter("encoder.offset[1..2]", 0.0, "rad", "What the encoder shows at the posture")
+    offset = m.parameter("encoder.offset[1..2]", 0.0, "rad", "Motor angle at the posture, from the encoder's zero")
     step = ca.if_else(resolution > 0, resolution, 1)
     return ca.if_else(resolution > 0, step * ca.floor((angle + offset) / step + 0.5) - offset, angle)

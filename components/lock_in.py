@@ -4,17 +4,17 @@ Over a window of N = round(window / sample_time) samples it fits, to each signal
 
     y = mean + a sin + b cos + a2 sin2 + b2 cos2 + a3 sin3 + b3 cos3
 
-where sin and cos are the inputs `sine` and `cosine` and the harmonics follow from them (sin2 = 2 sin cos, ...). Least
-squares needs no whole number of samples in a period, nor of periods in the window. Results are latched when a window is
-complete:
+where sin and cos are the inputs `sine` and `cosine`; the harmonics are computed from them (sin2 = 2 sin cos, ...). The
+fit requires neither an integer number of samples per period nor an integer number of periods per window. Results are
+latched at the end of each window:
 
     gain.real = a,  gain.imaginary = b      so that gain = a + j b is the complex amplitude relative to sin
-    harmonic.second = |a2 + j b2|, harmonic.third = |a3 + j b3|, residual = rms of what is left
+    harmonic.second = |a2 + j b2|, harmonic.third = |a3 + j b3|, residual = rms of the residual
 
-The sample at time start + n sample_time is number n; window k = 1, 2, ... holds the samples (k - 1) N to k N - 1.
+The sample at time start + n sample_time is number n; window k = 1, 2, ... contains the samples (k - 1) N to k N - 1.
 
-Bode plot, a signal's complex amplitude to its gain: 0 dB and 0 degrees at the reference frequency f, zeros of
-transmission at 0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular window, falling as
+Bode plot, complex amplitude of a signal to its gain: 0 dB and 0 degrees at the reference frequency f, zeros of
+transmission at 0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular window, which decay as
 1 / (pi |f_signal - f| N sample_time).
 """
 
@@ -24,7 +24,7 @@ from hfsa.components import Model, ModelError
 
 
 def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """One lock-in amplifier; `units` has the unit of each signal, which must be that of the output it listens to."""
+    """Return one lock-in amplifier; `units` has the unit of each signal, equal to that of the connected output."""
     if not units:
         raise ModelError("lock_in: units is empty, expected the unit of at least one signal")
     m = Model("LockIn", "Lock-in amplifier: complex gain and harmonics of signals, window by window")
@@ -54,7 +54,7 @@ def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
 
 
 def _channel(m: Model, i: int, signal, unit: str, basis, factor, first, complete, samples) -> None:
-    """Fit one signal; its first sample is taken off before summing, so that a large mean costs no digits."""
+    """Add the fit of one signal; sums are of deviations from its first sample, so a large mean costs no digits."""
     k = basis.shape[0]
     offset = m.sampled_state(f"offset[{i}]", unit, f"First sample of the window, signal {i}")
     moment = m.sampled_state(f"moment{i}[1..{k}]", unit, f"Sums of basis functions times signal {i}")
@@ -87,12 +87,12 @@ def _basis(s: ca.SX, c: ca.SX) -> ca.SX:
 
 
 def _lower(matrix: ca.SX) -> ca.SX:
-    """Lower triangle of a symmetric matrix as a column, row by row."""
+    """Return the lower triangle of a symmetric matrix as a column, row by row."""
     return ca.vertcat(*[matrix[i, j] for i in range(matrix.shape[0]) for j in range(i + 1)])
 
 
 def _symmetric(lower: ca.SX, k: int) -> ca.SX:
-    """The symmetric matrix (k, k) of a lower triangle."""
+    """Return the symmetric matrix (k, k) with a lower triangle, given as a column."""
     matrix = ca.SX(k, k)
     for i in range(k):
         for j in range(i + 1):

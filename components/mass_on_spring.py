@@ -1,16 +1,16 @@
-"""Mass on a damped spring, driven at its base: the example a new part is copied from.
+"""Mass on a damped spring, driven at its base: the template for a new part.
 
     mass x'' + damping x' + stiffness (x - u) = 0        u: base.position, x: position
 
-Bode plot, base.position to position: 0 dB at low frequency, a resonance at sqrt(stiffness / mass) rad/s that stands
-sqrt(stiffness mass) / damping high (46 dB at 15.9 Hz with the defaults), and -40 dB per decade above it.
+Bode plot, base.position to position: 0 dB at low frequency, a resonance of height sqrt(stiffness mass) / damping at
+sqrt(stiffness / mass) rad/s (46 dB at 15.9 Hz with the defaults), and -40 dB per decade above it.
 """
 
 from hfsa.components import Model
 
 
 def mass_on_spring() -> Model:
-    """One mass on a spring and a damper, both held on the ground; the far end of the spring follows the base."""
+    """Return one mass with a damper to the ground and a spring to the base."""
     m = Model("MassOnSpring", "Mass on a damped spring, driven at its base")
     k = m.parameter("stiffness", 1e4, "N/m", "Spring stiffness", min=0)
     c = m.parameter("damping", 0.5, "N.s/m", "Damper coefficient", min=0)

@@ -1,4 +1,4 @@
-"""A PZT stack (Tokin AE0505D16) with its amplifier: a voltage makes it push along its force-elongation line.
+"""A PZT stack (Tokin AE0505D16) with its amplifier, from commanded voltage to force.
 
     k = F0 / s0,  alpha = F0 / Vmax,  C_S = C_T - alpha^2 / k            the line ends at F0 (blocked) and s0 (free)
     V_c = command clipped to 0..Vmax
@@ -9,35 +9,36 @@
                  h' = A d V' - beta |V'| h - gamma V' |h|                Bouc-Wen
                  z_j' = (c_j d V - z_j) / tau_j                          creep
 
-with elongation l and u, what the elongation is without a load. `hysteretic` takes d such that the first rise to Vmax is
-s0 before it creeps, d = s0 / (Vmax - A / (beta + gamma) (1 - exp(-(beta + gamma) Vmax))); A = 0 and c_j = 0 make it
-`linear`, and `linear` at rest is `static`.
+with the elongation l and the elongation u without a load. In `hysteretic`, d gives a first rise of s0 to Vmax before
+creep, d = s0 / (Vmax - A / (beta + gamma) (1 - exp(-(beta + gamma) Vmax))). With A = 0 and c_j = 0 it equals `linear`,
+and `linear` at rest equals `static`.
 
-The causality says who owns the stack's stiffness k, damping c and mass:
+The causality assigns the stack's stiffness k, damping c and mass to the stack or to its load:
 
-    source   the load owns all three and takes the force of the blocked stack, F_b = k u: one way but for the charge
-    force    the stack owns k and c, F = k (u - l) - c l' (no c in `static`); the load owns the mass m / 3. Held over a
-             communication step H the spring is a negative damper k H / 2
+    source   the load models all three; the stack outputs its blocking force F_b = k u, and the load acts back on the
+             charge only
+    force    the stack models k and c, F = k (u - l) - c l' (no c in `static`); the load models the mass m / 3. Held
+             over a communication step H, the spring acts as a negative damper k H / 2
 
-Ports: in `command.voltage` [V], `stack.elongation_rate` [m/s] (in `source` for the voltage only, may be left open) and,
-in `force`, `stack.elongation` [m]; out `stack.blocking_force` (source) or `stack.force` (force) [N], positive when it
-pushes, `stack.voltage` [V], `stack.current` [A], `stack.free_elongation` u [m], in `force` also `stack.charge`
-q = C_S V + alpha l [C]. Flags, 0 or 1: `saturated` (command outside 0..Vmax), `current_limited`, and in `force`
-`contact_lost` (F and preload come to a pull, of more than a millionth of F0, which rounding and a solver's tolerance
-stay below: a stack only pushes; the equations go on as if it were glued).
+Ports: in `command.voltage` [V], `stack.elongation_rate` [m/s] (in `source` it affects the voltage only and may stay
+unconnected) and, in `force`, `stack.elongation` [m]; out `stack.blocking_force` (source) or `stack.force` (force) [N],
+positive in compression, `stack.voltage` [V], `stack.current` [A], `stack.free_elongation` u [m], in `force` also
+`stack.charge` q = C_S V + alpha l [C]. Flags, 0 or 1: `saturated` (command outside 0..Vmax), `current_limited`, and in
+`force` `contact_lost`: a stack can only push, and the flag is 1 while F + preload is a pull of more than a millionth of
+F0, larger than rounding and solver errors. The equations remain those of a bonded stack.
 
-Bode plot, `linear` within its limits, from the command to the force of the blocked stack: alpha up to the corner
+Bode plot, `linear` within its limits, from the command to the blocking force: alpha up to the corner
 1 / (2 pi R_a C_S), 3.94 kHz, then -20 dB per decade and -90 degrees; `static` has alpha at all frequencies, and
 `hysteretic` about rest has k d (1 - A + sum c_j / (1 + s tau_j)) in place of alpha. From the elongation to the force,
-`linear`: -(k + c s + alpha^2 R_a s / (1 + R_a C_S s)), which is -(k + c s) well below that corner and, the charge held,
--(k C_T / C_S + c s) well above it; `static`: -k.
+`linear`: -(k + c s + alpha^2 R_a s / (1 + R_a C_S s)), which is -(k + c s) well below that corner and
+-(k C_T / C_S + c s), the value at constant charge, well above it; `static`: -k.
 
-A stack of another size, `hfsa analyze pzt_stack -p stack.blocking_force=2000`, is of the same ceramic where nothing
-else is said of it (`_pzt`).
+A stack of another size, `hfsa analyze pzt_stack -p stack.blocking_force=2000`, is by default of the same ceramic, with
+the scaling of `_mechanics/pzt.py`.
 
-Source: the thesis of 2000 on the 3-RRR stage, eq (5.9) and App. A, for F0, s0, Vmax (834 N is printed there, too). k,
-alpha, C_S, c and d are derived; capacitance, density, quality factor, amplifier, hysteresis and creep are typical
-values, not measured ones.
+Source: the thesis of 2000 on the 3-RRR stage, eq (5.9) and App. A, for F0, s0, Vmax (it also prints 834 N). k, alpha,
+C_S, c and d are derived; capacitance, density, quality factor, amplifier, hysteresis and creep are typical values, not
+measured ones.
 """
 
 from dataclasses import dataclass
@@ -73,18 +74,18 @@ class _Line:
 
     @property
     def stiffness(self) -> ca.SX:
-        """Stiffness k [N/m]."""
+        """k, stiffness [N/m]."""
         return self.force / self.elongation
 
     @property
     def coupling(self) -> ca.SX:
-        """Coupling alpha [N/V = C/m]."""
+        """alpha, force per volt [N/V = C/m]."""
         return self.force / self.voltage
 
 
 @dataclass(frozen=True)
-class _Drive:
-    """What the electrical side makes: voltage V, current i, u of the free stack, and whether i is at its limit."""
+class _ElectricalSide:
+    """Results of the electrical side: voltage V, current i, free elongation u, and 1 while i is at its limit."""
 
     voltage: ca.SX
     current: ca.SX | float
@@ -97,12 +98,12 @@ def pzt_stack(
     level: Literal["static", "linear", "hysteretic"] = "linear",
     causality: Literal["source", "force"] = "source",
 ) -> Model:
-    """One stack with its amplifier, at rest and without hysteresis or creep to begin with.
+    """Return one stack with its amplifier, at rest at the start, with hysteresis and creep at 0.
 
     Args:
-        level: `static` (force-elongation line), `linear` (with amplifier and capacitance) or `hysteretic` (and Bouc-Wen
-            hysteresis and creep).
-        causality: `source` (puts out the force of the blocked stack) or `force` (takes the elongation).
+        level: `static` (force-elongation line), `linear` (adds amplifier and capacitance) or `hysteretic` (adds
+            Bouc-Wen hysteresis and creep).
+        causality: `source` (outputs the blocking force) or `force` (has the elongation as an input).
 
     Raises:
         ModelError: an unknown level or causality.
@@ -117,18 +118,18 @@ def pzt_stack(
         m.parameter("maximum.force", TOKIN.blocking_force, "N", f"Force of the blocked stack {full}", min=1e-9),
         m.parameter("maximum.elongation", TOKIN.stroke, "m", f"Elongation of the free stack {full}", min=1e-12),
         m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Maximum voltage; the minimum is 0", min=1e-9),
-        m.parameter("clamped_capacitance", TOKIN.clamped_capacitance, "F", "Capacitance, elongation held", min=1e-15),
+        m.parameter("clamped_capacitance", TOKIN.clamped_capacitance, "F", "Capacitance at held elongation", min=1e-15),
     )
     command = m.input("command.voltage", "V", "Commanded voltage", nominal=FULL_VOLTAGE)
     rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
     above, below = command > line.voltage, command < 0
-    drive = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
-    causalities[causality](m, line, drive, None if level == "static" else rate)
-    m.output("stack.voltage", drive.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
-    m.output("stack.current", drive.current, "A", "Current into the stack", nominal=0.1)
-    m.output("stack.free_elongation", drive.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
-    m.output("saturated", ca.logic_or(below, above), "1", "1 where the command is outside 0..maximum.voltage")
-    m.output("current_limited", drive.current_limited, "1", "1 where the amplifier is at its current limit")
+    electrical = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
+    causalities[causality](m, line, electrical, None if level == "static" else rate)
+    m.output("stack.voltage", electrical.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
+    m.output("stack.current", electrical.current, "A", "Current into the stack", nominal=0.1)
+    m.output("stack.free_elongation", electrical.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
+    m.output("saturated", ca.logic_or(below, above), "1", "1 while the command is outside 0..maximum.voltage")
+    m.output("current_limited", electrical.current_limited, "1", "1 while the amplifier is at its current limit")
     return m
 
 
@@ -149,17 +150,17 @@ UNITS = {
     "damping": "N.s/m",
     "resonance_hz": "Hz",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
     *, stack: Stack = TOKIN, voltage: float | None = None, elongation: float = 0.0, force: float = 0.0
 ) -> dict[str, Any]:
-    """Return the numbers of a stack, and of a point on its line, in SI units.
+    """Return the properties of a stack, and force and voltage at a point of its static line, in SI units.
 
     Args:
-        stack: its data sheet; what is left out is that of the same ceramic in the size of what is given.
-        voltage: voltage of `available_force` [V]; the full one.
+        stack: data sheet of the stack; missing values are scaled from the Tokin, for the same ceramic.
+        voltage: voltage of `available_force` [V]; default the full voltage.
         elongation: elongation of `available_force` and `required_voltage` [m].
         force: force of `required_voltage` [N].
 
@@ -168,16 +169,17 @@ def analyze(
         stiffness: k [N/m].
         elongation_per_volt: d [m/V].
         coupling: alpha [N/V].
-        available_force: at `voltage` and `elongation`, static [N].
-        required_voltage: for `force` at `elongation`, static; not clipped [V].
+        available_force: static force at `voltage` and `elongation` [N].
+        required_voltage: static voltage for `force` at `elongation`, not clipped [V].
         capacitance, clamped_capacitance: C_T and C_S [F].
         coupling_factor: k33, alpha / sqrt(k C_T) [1].
         mass, effective_mass: m and m / 3, lumped at the tip [kg].
         damping: c [N.s/m].
-        resonance_hz: of the stack alone, `free_free`, `clamped_free` (a continuous rod) and `lumped` (k and m / 3).
+        resonance_hz: first resonances of the stack alone [Hz]: `free_free`, `clamped_free` (a continuous rod) and
+            `lumped` (k and m / 3).
 
     Raises:
-        ModelError: a stack that cannot be.
+        ModelError: an invalid data sheet, see `_mechanics/pzt.py`.
     """
     k, alpha, mass = stack.stiffness, stack.coupling, 3 * stack.tip_mass
     return {
@@ -203,36 +205,36 @@ def analyze(
     }
 
 
-def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _Drive:
-    """The voltage acts at once."""
-    return _Drive(target, 0.0, line.elongation / line.voltage * target, 0.0)
+def _static(_m: Model, line: _Line, target: ca.SX, _rate: ca.SX) -> _ElectricalSide:
+    """Return the electrical side without dynamics: the voltage is the clipped command."""
+    return _ElectricalSide(target, 0.0, line.elongation / line.voltage * target, 0.0)
 
 
-def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
-    """An amplifier charges the stack; elongation is proportional to voltage."""
+def _linear(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _ElectricalSide:
+    """Return the electrical side with amplifier and capacitance; u is proportional to the voltage."""
     voltage, current, limited, _ = _electrical(m, line, target, rate)
-    return _Drive(voltage, current, line.elongation / line.voltage * voltage, limited)
+    return _ElectricalSide(voltage, current, line.elongation / line.voltage * voltage, limited)
 
 
-def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _Drive:
-    """The same, with hysteresis (Bouc-Wen) and creep in the elongation."""
+def _hysteretic(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> _ElectricalSide:
+    """Return the electrical side as `_linear`, with Bouc-Wen hysteresis and creep in u."""
     voltage, current, limited, slope = _electrical(m, line, target, rate)
     A = m.parameter("hysteresis.amplitude", 0.30, "1", "Bouc-Wen A, 0 for no hysteresis", min=0, max=0.9)
     beta = m.parameter("hysteresis.beta", 0.015, "1/V", "Bouc-Wen beta", min=1e-9)
     gamma = m.parameter("hysteresis.gamma", 0.005, "1/V", "Bouc-Wen gamma", min=0)
-    gain = m.parameter("creep[1..2].gain", 0.01, "1", "Share of the elongation that creeps", min=0)
+    gain = m.parameter("creep[1..2].gain", 0.01, "1", "Creep as a share of the elongation", min=0)
     tau = m.parameter("creep[1..2].time_constant", [0.1, 10.0], "s", "Time constant of the creep", min=1e-6)
-    h = m.state("hysteresis.elongation", "m", "Elongation that hysteresis takes away", nominal=1e-6)
-    z = m.state("creep[1..2].elongation", "m", "Elongation that creep adds", nominal=1e-7)
+    h = m.state("hysteresis.elongation", "m", "Hysteretic part of the elongation, subtracted", nominal=1e-6)
+    z = m.state("creep[1..2].elongation", "m", "Creep part of the elongation, added", nominal=1e-7)
     fading = beta + gamma
     d = line.elongation / (line.voltage - A / fading * (1 - ca.exp(-fading * line.voltage)))
     m.der[h] = A * d * slope - beta * ca.fabs(slope) * h - gamma * slope * ca.fabs(h)
     m.der[z] = (gain * d * voltage - z) / tau
-    return _Drive(voltage, current, d * voltage - h + ca.sum1(z), limited)
+    return _ElectricalSide(voltage, current, d * voltage - h + ca.sum1(z), limited)
 
 
 def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    """Return V, i, whether i is limited, and V'."""
+    """Declare amplifier and capacitance; return V, i, 1 while i is limited, and V'."""
     resistance = m.parameter("amplifier.resistance", 50.0, "Ohm", "Output resistance of the amplifier", min=1e-3)
     limit = m.parameter("amplifier.current_limit", 0.1, "A", "Largest current of the amplifier", min=0)
     voltage = m.state("voltage", "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
@@ -244,21 +246,21 @@ def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.S
     return voltage, current, limited, slope
 
 
-def _source(m: Model, line: _Line, drive: _Drive, _rate: ca.SX | None) -> None:
-    """The load owns stiffness, damping and mass."""
-    force = line.stiffness * drive.free_elongation
+def _source(m: Model, line: _Line, electrical: _ElectricalSide, _rate: ca.SX | None) -> None:
+    """Declare the output of causality `source`: the load models stiffness, damping and mass."""
+    force = line.stiffness * electrical.free_elongation
     m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=BLOCKING_FORCE)
 
 
-def _force(m: Model, line: _Line, drive: _Drive, rate: ca.SX | None) -> None:
-    """The stack owns stiffness and, unless `rate` is None, damping."""
+def _force(m: Model, line: _Line, electrical: _ElectricalSide, rate: ca.SX | None) -> None:
+    """Declare input and outputs of causality `force`: the stack models stiffness and, if `rate` is given, damping."""
     elongation = m.input("stack.elongation", "m", "Elongation of the stack", nominal=_STROKE)
     preload = m.parameter("preload", 0.0, "N", "Force that presses the load on the stack", min=0, nominal=100.0)
-    force = line.stiffness * (drive.free_elongation - elongation)
+    force = line.stiffness * (electrical.free_elongation - elongation)
     if rate is not None:
         force -= m.parameter("damping", TOKIN.damping, "N.s/m", "Damping along the stack", min=0) * rate
-    charge = line.clamped_capacitance * drive.voltage + line.coupling * elongation
-    m.output("stack.force", force, "N", "Force on the load, positive when it pushes", nominal=BLOCKING_FORCE)
+    charge = line.clamped_capacitance * electrical.voltage + line.coupling * elongation
+    m.output("stack.force", force, "N", "Force on the load, positive in compression", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)
     pulls = force + preload < -PULL_FROM_ROUNDING
-    m.output("contact_lost", pulls, "1", "1 where the stack would have to pull")
+    m.output("contact_lost", pulls, "1", "1 while the stack would have to pull")

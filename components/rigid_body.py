@@ -1,19 +1,19 @@
-"""A rigid body that a wrench moves, seen from a base that moves itself; linear, for small motion.
+"""A rigid body under a wrench, in coordinates relative to a moving base; linear, for small motion.
 
     M q'' = w - M b
 
 q = (x, y, z, thx, thy, thz) is the displacement of the body's reference point and its rotation from rest, relative to
-the base, w = (force, torque) the wrench at that point, b = (a, alpha) the acceleration of the point that moves with the
-base there, M the mass matrix (`_rigid_body`). With a base at rest it is a free body in space. What `beam_stage` has in
-one, this body and a `beam_suspension` are in two.
+the base, w = (force, torque) the wrench at that point, b = (a, alpha) the acceleration of the coincident point of the
+base, M the mass matrix. With a base at rest it is a free body in space. This body and a `beam_suspension` together are
+equivalent to a `beam_stage`.
 
 Ports: in `wrench.force` [N], `wrench.torque` [N.m], `base.acceleration` [m/s2], `base.angular_acceleration` [rad/s2];
-out `platform.position` [m], `.rotation` [rad], `.velocity`, `.angular_velocity`, and, which wrench and base feed
-through to, `.acceleration` and `.angular_acceleration`, all relative to the base.
+out `platform.position` [m], `.rotation` [rad], `.velocity`, `.angular_velocity`, `.acceleration` and
+`.angular_acceleration`, all relative to the base. The two accelerations have direct feedthrough from all inputs.
 
-Bode plot: from `wrench.force[1]` to `platform.position[1]` 1 / (mass omega^2), 0.2533 m/N at 1 Hz of 0.1 kg, and -40 dB
-per decade; from `base.acceleration[1]` 1 / omega^2, 0.02533 s2 at 1 Hz, whatever the mass. A force moves the body
-against its own phase, an accelerated base leaves it behind and is in phase with it.
+Bode plot: from `wrench.force[1]` to `platform.position[1]` 1 / (mass omega^2), 0.2533 m/N at 1 Hz for 0.1 kg, and -40
+dB per decade, with 180 degrees; from `base.acceleration[1]` 1 / omega^2, 0.02533 s2 at 1 Hz for any mass, with 0
+degrees.
 """
 
 import casadi as ca
@@ -29,9 +29,9 @@ from hfsa.components._mechanics.rigid_body import (
     TWIST,
     WRENCH,
     Body,
-    declared,
+    declare_vector,
     mass_matrix,
-    put_out,
+    output_vector,
 )
 from hfsa.components._modelling.facts import Known
 
@@ -39,7 +39,7 @@ FACTS = {BODY_MASS: Known("body.mass"), BODY_INERTIA: Known("body.inertia"), BOD
 
 
 def rigid_body(*, body: Body = DISC) -> Model:
-    """The body, at rest at the start.
+    """Return the body, at rest at the start.
 
     Args:
         body: mass, inertia and mass centre.
@@ -49,12 +49,12 @@ def rigid_body(*, body: Body = DISC) -> Model:
     """
     M = mass_matrix(body, "rigid_body: body")
     m = Model("RigidBody", "Rigid body in small motion")
-    load = declared(m.input, "wrench", WRENCH, "on the body at the reference point")
-    base = declared(m.input, "base", ACCELERATION, "of the base at the reference point")
-    q = declared(m.state, "center", POSE, "of the reference point, relative to the base")
-    rate = declared(m.state, "center", TWIST, "of the reference point, relative to the base")
+    load = declare_vector(m.input, "wrench", WRENCH, "on the body at the reference point")
+    base = declare_vector(m.input, "base", ACCELERATION, "of the base at the reference point")
+    q = declare_vector(m.state, "center", POSE, "of the reference point, relative to the base")
+    rate = declare_vector(m.state, "center", TWIST, "of the reference point, relative to the base")
     acceleration = ca.sparsify(ca.DM(without_rounding(np.linalg.inv(M)))) @ load - base
     m.der[q], m.der[rate] = rate, acceleration
     for six, column in ((POSE, q), (TWIST, rate), (ACCELERATION, acceleration)):
-        put_out(m, "platform", six, column, "of the body, relative to the base")
+        output_vector(m, "platform", six, column, "of the body, relative to the base")
     return m

@@ -1,40 +1,41 @@
-"""The 3-RRR piezo stage: a platform that three stacks turn and shift in its plane, on nine flexure hinges.
+"""The 3-RRR piezo stage: three stacks move a platform in its plane, on nine flexure hinges.
 
     jacobian            (x, y, yaw) = J0 l
     constant_jacobian   M(l) l'' + c + beta K0 l' + dP/dl = Q + J0^T w - G(l) a_b
     exact               the same equations over the pose, every link at its length, l(pose) in closed form
 
-l are the stacks' elongations, w the platform's wrench, a_b the base's acceleration, K0 = d2P/dl2 at rest; T and P are
-in `_rrr_dynamics`. The causality says what Q is:
+l are the stacks' elongations, w the wrench on the platform, a_b the acceleration of the base, K0 = d2P/dl2 at rest; T
+and P are in `_mechanics/rrr_dynamics.py`. The causality defines Q:
 
-    force    Q = F                                  the stack owns its stiffness
-    source   Q = F_b - k l - c l' - m_tip l''       the stage owns it; the stack gives the force F_b it has when clamped
+    force    Q = F                                  the stack models its stiffness and outputs its force F
+    source   Q = F_b - k l - c l' - m_tip l''       the stage models it; the stack outputs its blocking force F_b
 
-With `force` a stack and the stage exchange k l, a spring held over each communication step: the exchange diverges above
-2 c / k, c the damping of a mode, and without damping at every step. With `source` nothing goes back but l', which only
-the stacks' charge feels: no step diverges with `static` stacks, and with `linear` ones none below 57 us.
+With `force` a stack and the stage exchange the spring force k l, held over each communication step: co-simulation
+diverges above the step 2 c / k, c the damping of a mode, and without damping at every step. With `source` the only
+signal from the stage to a stack is l', which acts on the charge: co-simulation is stable for every step with `static`
+stacks, and for steps below 57 us with `linear` ones.
 
-Ports: in `stack[i].force` or `stack[i].blocking_force` [N], positive in the sense of elongation, `wrench.force` [N] and
+Ports: in `stack[i].force` or `stack[i].blocking_force` [N], positive along the elongation, `wrench.force` [N] and
 `.torque` [N.m] at the platform's centre, `base.acceleration` [m/s2]; out `stack[i].elongation` [m] and
 `.elongation_rate`, with `source` also `stack[i].force` on the crank and `.contact_lost`, `platform.position` [m] and
 `.rotation` [rad] from rest, `.velocity`, `.angular_velocity`, `.acceleration`, `.angular_acceleration`, and the largest
-`hinge.angle` [rad] and `hinge.stress` [Pa] with `hinge.overload`, 1 above 233 MPa. At level `jacobian` elongation and
-its derivatives are inputs and there are no forces. As the elongations go to zero, `exact` tends to
+`hinge.angle` [rad] and `hinge.stress` [Pa] with `hinge.overload`, 1 above 233 MPa. At level `jacobian` the elongations
+and their derivatives are inputs, and there are no forces. As the elongations go to zero, `exact` converges to
 `constant_jacobian` and both poses to J0 l, with a difference of second order.
 
-A stack only pushes. `contact_lost` is 1 where its force and `stack.preload` come to a pull, of more than a millionth of
-F0, which rounding and a solver's tolerance stay below; the equations go on as if the stack were glued.
+A stack can only push. `contact_lost` is 1 while its force + `stack.preload` is a pull of more than a millionth of F0,
+larger than rounding and solver errors. The equations remain those of a bonded stack.
 
-Set free without damping, its FMU loses 4e-11 of its energy in each period of 529 Hz; with `solver.relative_tolerance`
-1e-9 in place of 1e-8 it is 2e-12.
+In free vibration without damping the FMU loses 4e-11 of its energy per period of 529 Hz, or 2e-12 with
+`solver.relative_tolerance` 1e-9 instead of 1e-8.
 
-Bode plot at rest, `source`, from the blocking forces to the pose: equal forces turn the platform and do not shift it,
-2.2 urad/N (of each stack) up to one resonance at 2225 Hz, 30 dB high; forces that add up to zero shift it and do not
-turn it, up to one resonance at 904.7 Hz, 38 dB high. With `force` the resonances lie at 1334.7 Hz, 26 dB, and at
-529.05 Hz, 34 dB. Above them -40 dB per decade.
+Bode plot at rest, `source`, from the blocking forces to the pose: equal forces produce a pure rotation, 2.2 urad/N (per
+stack) up to one resonance at 2225 Hz, 30 dB high; forces of sum zero produce a pure translation, up to one resonance at
+904.7 Hz, 38 dB high. With `force` the resonances are at 1334.7 Hz, 26 dB, and at 529.05 Hz, 34 dB. Above the resonances
+-40 dB per decade.
 
-Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, which gives the translations 1 % of damping, and the stacks'
-damping and mass.
+Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, for a damping ratio of 1 % of the translations; damping and
+mass of the stacks.
 """
 
 from typing import Any, Literal, NamedTuple
@@ -67,11 +68,11 @@ FACTS = {
     KINEMATICS: Known("kinematics"),
     DAMPING_TIME: Known("damping_time"),
     STACK_STIFFNESS: Known("stack.stiffness"),
-    STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage"),  # the analysis alone
+    STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage"),  # of the analysis only
     STACK_VOLTAGE: Known("stack.full_voltage"),
 }
 
-# Sizes of micrometre motion at hundreds of hertz: position, rotation, and their first and second derivatives.
+# Nominal values of micrometre motion at hundreds of hertz: position, rotation, and their first and second derivatives.
 _MOVE = (1e-6, 1e-3, 1.0)
 _TURN = (1e-4, 1e-1, 1e2)
 _FORCE, _TORQUE = 100.0, 1.0
@@ -91,12 +92,12 @@ def rrr_stage(
     kinematics: Kinematics = "nominal",
     causality: Causality = "source",
 ) -> Model:
-    """The stage about rest.
+    """Return the stage about rest.
 
     Args:
         level: `jacobian` (kinematic), `constant_jacobian` or `exact` (dynamic).
-        kinematics: parameter set of the links; `measured` is a Jacobian alone, for level `jacobian`.
-        causality: whether the stage owns the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
+        kinematics: parameter set of the links; `measured` is a Jacobian only, for level `jacobian`.
+        causality: whether the stage includes the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
             without effect at level `jacobian`.
 
     Raises:
@@ -115,7 +116,7 @@ def rrr_stage(
     m.output("hinge.angle", angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
     m.output("hinge.stress", stress, "Pa", "Bending stress in that hinge", nominal=1e8)
     m.output(
-        "hinge.overload", ca.if_else(stress > hinge.ALLOWED_STRESS, 1, 0), "1", "1 where the stress exceeds 233 MPa"
+        "hinge.overload", ca.if_else(stress > hinge.ALLOWED_STRESS, 1, 0), "1", "1 while the stress exceeds 233 MPa"
     )
     return m
 
@@ -135,7 +136,7 @@ UNITS = {
     "pose_at_voltage": "m; m; rad",
     "saturated": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -147,28 +148,33 @@ def analyze(
     elongation: Triple = (0.0, 0.0, 0.0),
     voltage: Triple = (0.0, 0.0, 0.0),
 ) -> dict[str, Any]:
-    """Return the stage's numbers at three elongations [m], in SI units, on the coordinates of the stacks.
+    """Return kinematic, static and dynamic properties of the stage, in SI units, in the coordinates of the stacks.
 
-    Takes the arguments of `rrr_stage`, of which `causality` has no effect, the data sheet of its stacks, as in
-    `pzt_stack`, and `voltage` [V] on each stack, which saturates at 0 and at the stack's full voltage, 150 V. At level
-    `jacobian` only `jacobian`, `pose` and `range` are returned.
+    Args:
+        level: level of the stage; at `jacobian` only `jacobian`, `pose` and `range` are returned.
+        kinematics: parameter set of the links, as in `rrr_stage`.
+        causality: without effect.
+        stack: data sheet of the stacks, as in `pzt_stack`.
+        elongation: elongations of the stacks [m].
+        voltage: voltages of the stacks for the results `..._at_voltage` [V]; limited to 0 and the full voltage, 150 V.
 
     Returns:
-        jacobian: elongations to pose, (3, 3) [m/m, m/m, rad/m].
+        jacobian: Jacobian from elongations to pose, (3, 3) [m/m, m/m, rad/m].
         pose: x, y [m], yaw [rad], (3,).
-        range: largest less smallest x, y, yaw over the box 0 to 12 um of elongations, (3,).
-        hinge_stiffness: of each hinge [N.m/rad].
-        inertia, stiffness: of the stage without stacks, (3, 3) [kg], [N/m].
-        natural_frequencies_hz, natural_frequencies_bonded_hz: ascending, without and with stacks, (3,) [Hz].
-        force: of each stack, to hold the elongations, (3,) [N].
-        voltage: that the stacks need for it, (3,) [V]; outside 0 to the full voltage the stage cannot hold them.
-        elongation_at_voltage: where the stage rests at the argument `voltage`, saturated, (3,) [m].
-        pose_at_voltage: x, y [m], yaw [rad] there, (3,).
-        saturated: 1 where the argument `voltage` is outside 0 to the full voltage, (3,).
+        range: ranges of x, y, yaw over elongations from 0 to 12 um, (3,).
+        hinge_stiffness: stiffness of each hinge [N.m/rad].
+        inertia, stiffness: inertia and stiffness of the stage without stacks, (3, 3) [kg], [N/m].
+        natural_frequencies_hz, natural_frequencies_bonded_hz: natural frequencies without and with stacks, ascending,
+            (3,) [Hz].
+        force: forces of the stacks that hold the elongations, (3,) [N].
+        voltage: voltages for these forces, (3,) [V]; not feasible outside 0 to the full voltage.
+        elongation_at_voltage: elongations in equilibrium at the argument `voltage`, limited, (3,) [m].
+        pose_at_voltage: x, y [m], yaw [rad] in that equilibrium, (3,).
+        saturated: 1 for a `voltage` outside 0 to the full voltage, (3,).
 
     Raises:
-        ModelError: as `rrr_stage`; a stack that cannot be; elongations that no pose has; elongations or voltages that
-            are not finite.
+        ModelError: as `rrr_stage`; an invalid data sheet; elongations without a pose; elongations or voltages that are
+            not finite.
     """
     _check(level, causality)
     for name, values, unit in (("elongation", elongation, "m"), ("voltage", voltage, "V")):
@@ -207,18 +213,19 @@ def analyze(
 
 
 def _check(level: str, causality: str) -> None:
+    """Raise `ModelError` for an unknown level or causality."""
     one_of(level, ("jacobian", "constant_jacobian", "exact"), "rrr_stage: level")
     one_of(causality, ("source", "force"), "rrr_stage: causality")
 
 
 def _mechanism(level: str, geometry: Links, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
-    """Return the mechanism at a level over coordinates that change at rates."""
+    """Return the mechanism at a level as a function of coordinates and their rates."""
     levels = {"constant_jacobian": dynamics.constant_jacobian, "exact": dynamics.exact}
     return levels[level](geometry, coordinates, rates)
 
 
 def _over_states(m: Model, level: str, geometry: Links) -> Mechanism:
-    """Declare the states of a level: the elongations or the pose, and their rates."""
+    """Declare the states of a level, the elongations or the pose and their rates; return the mechanism."""
     if level == "constant_jacobian":
         coordinates = m.state("leg[1..3].elongation", "m", "Elongation of the stack", nominal=_MOVE[0])
         rates = m.state("leg[1..3].elongation_rate", "m/s", "Rate of the elongation", nominal=_MOVE[1])
@@ -231,14 +238,14 @@ def _over_states(m: Model, level: str, geometry: Links) -> Mechanism:
 
 
 def _rest_stiffness(geometry: Links) -> ca.DM:
-    """K0 = d2P/dl2 at rest, where the levels agree, shape (3, 3) [N/m]."""
+    """Return K0 = d2P/dl2 at rest, the same at both dynamic levels, shape (3, 3) [N/m]."""
     elongation = ca.SX.sym("l", 3)
     elastic = dynamics.terms(dynamics.constant_jacobian(geometry, elongation, ca.SX.sym("v", 3))).elastic
     return ca.Function("K", [elongation], [ca.jacobian(elastic, elongation)])(0)
 
 
 def _kinematic(m: Model, J: np.ndarray) -> _Motion:
-    """Declare the elongations and their derivatives as inputs; the platform follows them."""
+    """Declare the elongations and their derivatives as inputs; return the motion of the platform."""
     words = (
         ("", "", "Elongation"),
         ("_rate", "/s", "Rate of the elongation"),
@@ -253,13 +260,13 @@ def _kinematic(m: Model, J: np.ndarray) -> _Motion:
 
 
 def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: str) -> _Motion:
-    """State the equations of motion and the stacks' outputs; return the platform's motion."""
-    beta = m.parameter("damping_time", 6.02e-6, "s", "Damping of the hinges by their stiffness, beta", min=0)
+    """Add the equations of motion and the outputs of the stacks; return the motion of the platform."""
+    beta = m.parameter("damping_time", 6.02e-6, "s", "Damping / stiffness of the hinges, beta", min=0)
     source = causality == "source"
     drive = m.input(
         "stack[1..3].blocking_force" if source else "stack[1..3].force",
         "N",
-        "Force of the stack when clamped" if source else "Force of the stack on its crank",
+        "Blocking force of the stack" if source else "Force of the stack on its crank",
         nominal=_FORCE,
     )
     wrench = ca.vertcat(
@@ -268,10 +275,10 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     )
     base = m.input("base.acceleration[1..2]", "m/s2", "Acceleration of the base", nominal=_MOVE[2])
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
-    (to_pose, to_stacks), (turning, bending) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bending, 3)
+    (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
     rate = to_stacks @ v
     k, c, tip = _stack_parameters(m) if source else (0, 0, 0)
-    on_cranks = drive - k * mechanism.elongation - c * rate - tip * bending
+    on_cranks = drive - k * mechanism.elongation - c * rate - tip * stack_bias
     force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
     force -= terms.velocity + terms.elastic + terms.base @ base
     m.der[p] = v
@@ -286,12 +293,12 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
         )
         m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
         pulls = felt + preload < -PULL_FROM_ROUNDING
-        m.output("stack[1..3].contact_lost", pulls, "1", "1 where the stack would have to pull")
-    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + turning)
+        m.output("stack[1..3].contact_lost", pulls, "1", "1 while the stack would have to pull")
+    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias)
 
 
 def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Declare stiffness, damping and tip mass of the stacks; returns their symbols."""
+    """Declare stiffness, damping and tip mass of the stacks and return their symbols."""
     return (
         m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness of each stack", min=0),
         m.parameter("stack.damping", TOKIN.damping, "N.s/m", "Damping of each stack", min=0),
@@ -300,7 +307,7 @@ def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
 
 
 def _outputs(m: Model, motion: _Motion) -> None:
-    """Declare what the platform does."""
+    """Declare the motion of the platform as outputs."""
     (x, v, a) = motion
     m.output("platform.position[1..2]", x[:2], "m", "Position of the centre from rest", nominal=_MOVE[0])
     m.output("platform.rotation", x[2], "rad", "Rotation from rest, counter-clockwise", nominal=_TURN[0])
@@ -311,7 +318,7 @@ def _outputs(m: Model, motion: _Motion) -> None:
 
 
 def _on_stacks(mechanism: Mechanism) -> ca.Function:
-    """Coordinates to Jacobian, pose, inertia, stiffness and holding force on the coordinates of the stacks."""
+    """Return the function from coordinates to Jacobian, pose, inertia, stiffness and holding force of the stacks."""
     p, terms = mechanism.coordinates, dynamics.terms(mechanism)
     to_pose, to_stacks = ca.vertsplit(terms.slope, 3)
     from_stacks = ca.inv(to_stacks)
@@ -335,7 +342,7 @@ def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) 
 
 
 def _at_voltage(mechanism: Mechanism, stack: Stack, voltage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Elongations (3,) [m] and pose (3,) [m, m, rad] at which hinges and stacks balance."""
+    """Return elongations (3,) [m] and pose (3,) [m, m, rad] in equilibrium of hinges and stacks."""
     p, elongation, terms = mechanism.coordinates, mechanism.elongation, dynamics.terms(mechanism)
     pull = ca.inv(terms.slope[3:, :]).T @ terms.elastic + stack.stiffness * elongation
     residual = pull - stack.coupling * ca.DM(voltage)
@@ -345,5 +352,5 @@ def _at_voltage(mechanism: Mechanism, stack: Stack, voltage: np.ndarray) -> tupl
 
 
 def _frequencies(inertia: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Natural frequencies [Hz], ascending."""
+    """Return the natural frequencies [Hz], ascending."""
     return modes(inertia, stiffness).omega / (2 * np.pi)

@@ -1,9 +1,9 @@
-"""The SDelta robot from its tubes to its platform: a rigid platform on three limbs that give way.
+"""The SDelta robot, from the motion of its tubes to that of its platform: a rigid platform on three elastic limbs.
 
-Three C-drives carry the limbs: tube j slides by u_j along its side of the base and turns by phi_j about it. Rods, and
-with some presets the shafts of the drives, give way. Displacements x = [rotation; translation] of the platform and
-deviations dq = [du_1, dphi_1, ...] of the tubes count from the posture. With N, L, K_D of `_sdelta_kinematics` and
-`_sdelta_stiffness` about the centre of mass C, and w_g = [0; 0, 0, -m g],
+Three C-drives carry the limbs: tube j slides by u_j along its side of the base and turns by phi_j about it. The rods,
+and with some presets the shafts of the drives, are elastic. Displacements x = [rotation; translation] of the platform
+and deviations dq = [du_1, dphi_1, ...] of the tubes count from the posture. With N, L, K_D of
+`_mechanics/sdelta_kinematics.py` and `sdelta_stiffness.py` about the centre of mass C, and w_g = [0; 0, 0, -m g],
 
     cartesian   M xdd = w + w_g - N^T F                        platform
                 F = K_D (N x - L dq) + B (N xd - L dqd)        forces on the limbs, along and across them
@@ -15,23 +15,24 @@ so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N =
 Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
 `position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
-`wrench` and `platform` belong to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
-posture, so that a motion of picometres has all its digits. Where the tubes are there, u_j and phi_j, is shown by the
-FMU's constants `drive[j].slide_at_posture` and `.angle_at_posture`, and by `analyze`.
+`wrench` and `platform` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
+posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
+`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well.
 
-`rigid` follows the tubes exactly and puts out the static reaction only. As the stiffness grows `cartesian` tends to its
-motion, with an error ~ 1/stiffness. `cartesian` does not use the tubes' accelerations, `rigid` no damping ratio. With
-gravity 0, the default, the posture is the loaded equilibrium. With gravity the weight acts at C about the unloaded
-posture: the platform shows its sag and the tubes carry the weight.
+At level `rigid` the platform follows the tubes exactly, and the outputs contain the static reaction only. `cartesian`
+converges to this motion as the stiffness grows, with an error ~ 1/stiffness. `cartesian` does not use the tubes'
+accelerations, `rigid` does not use the damping ratio. With gravity 0, the default, the posture is the loaded
+equilibrium. With gravity the weight acts at C about the unloaded posture: the platform sags, and the tubes carry the
+weight.
 
-Bode plot, from the pose that the tubes dictate to the pose of S, symmetric posture, preset ch4, damping 1 %: 0 dB at
-low frequency. Vertical position: one resonance, 34 dB high at 24.5 Hz, and no antiresonance. Horizontal position, and
-rotation about a horizontal axis: resonances at 23.6 and 95.9 Hz and an antiresonance between them, at 31.8 Hz for
-position and 33.1 Hz for rotation. Rotation about the vertical: one resonance, at 161.1 Hz.
+Bode plot, from the rigid-body pose of the tubes, N^-1 L dq, to the pose of S, symmetric posture, preset ch4, damping
+1 %: 0 dB at low frequency. Vertical position: one resonance, 34 dB high at 24.5 Hz, and no antiresonance. Horizontal
+position, and rotation about a horizontal axis: resonances at 23.6 and 95.9 Hz and an antiresonance between them, at
+31.8 Hz for position and 33.1 Hz for rotation. Rotation about the vertical: one resonance, at 161.1 Hz.
 
 Source: Q. Sun, PhD thesis, McGill University, 2023, whose equation numbers are cited. Given there: dimensions, rods,
 shafts, masses, specimen. Inferred from its printed results: pitch of the screws, elastic modulus of the rods, height of
-the centre of mass, moments of inertia. Assumed: the damping ratio.
+the centre of mass, moments of inertia. Assumed: damping ratio.
 """
 
 from typing import Any, Literal, NamedTuple
@@ -46,7 +47,7 @@ from hfsa.components._mechanics.screws import shift, unit_screw
 from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, show_tubes
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, declare_tube_constants
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
@@ -60,15 +61,15 @@ FACTS = {
     GRAVITY: Known("gravity"),
 }
 
-# Sizes of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
+# Nominal values of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
 _TURN = (1e-5, 1e-3, 1e-1)
 _MOVE = (1e-6, 1e-4, 1e-2)
-# Limb forces and moments that go with it.
+# Nominal values of limb forces and moments.
 _FORCE, _TORQUE = 0.1, 0.01
 
 
 class _Robot(NamedTuple):
-    """Numbers of the robot at its posture, matrices with respect to C.
+    """Matrices of the robot at its posture, with respect to C.
 
     Attributes:
         kinematics: first-order kinematics.
@@ -88,7 +89,7 @@ class _Robot(NamedTuple):
 
 
 class _Tubes(NamedTuple):
-    """The tubes' deviation from the posture and its derivatives, columns [slide, angle] by drive, shape (6, 1)."""
+    """Deviation of the tubes from the posture and its derivatives, columns [slide, angle] by drive, shape (6, 1)."""
 
     deviation: ca.SX
     rate: ca.SX
@@ -96,7 +97,7 @@ class _Tubes(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """What a level answers: motion of C and the forces on the limbs at the platform joints, columns of six."""
+    """Result of a level: motion of C and forces on the limbs at the platform joints, columns of six."""
 
     displacement: ca.SX
     twist: ca.SX
@@ -112,14 +113,15 @@ def sdelta(
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
 ) -> Model:
-    """The robot at one posture.
+    """Return the robot at one posture.
 
     Args:
         level: `rigid` (the platform follows the tubes) or `cartesian` (a rigid platform on a 6x6 spring).
-        posture: where the displacements count from; rotation in degrees, position of S in metres.
-        stiffness: preset of `_sdelta_stiffness`; without effect at level `rigid`.
-        payload: what the platform carries: mass [kg], centre of mass from S [m], moments of inertia [kg.m2].
-        reference_point: point of `platform` and `wrench`: S, the centroid of the joints, or C, the centre of mass.
+        posture: origin of the displacements; rotation in degrees, position of S in metres.
+        stiffness: preset of `_mechanics/sdelta_stiffness.py`; without effect at level `rigid`.
+        payload: mass [kg], centre of mass from S [m] and moments of inertia [kg.m2] of the payload.
+        reference_point: reference point of `platform` and `wrench`: S, the centroid of the joints, or C, the centre of
+            mass.
 
     Raises:
         ModelError: a singular posture, with its condition number; an unknown level, preset or reference point.
@@ -130,9 +132,9 @@ def sdelta(
     robot = _robot(posture, stiffness, payload)
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
     damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode (level cartesian)", min=0)
-    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
     tubes = _tubes(m)
-    show_tubes(m, robot.kinematics)
+    declare_tube_constants(m, robot.kinematics)
     to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
@@ -163,7 +165,7 @@ UNITS = {
     "limb_lengths": "m",
     "jacobian": "1; m/rad",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -174,33 +176,37 @@ def analyze(
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
 ) -> dict[str, Any]:
-    """Return the robot's elastostatic and elastodynamic numbers at a posture, in SI units, rotation first.
+    """Return the elastostatic and elastodynamic properties of the robot at a posture, in SI units, rotation first.
 
-    Takes the arguments of `sdelta`; `reference_point` has no effect, because each key says its point. At level `rigid`
-    nothing gives way, so that only the kinematics are returned: `motor_angles`, `tube_slides`, `tube_angles`,
-    `limb_lengths` and `jacobian`.
+    The arguments are those of `sdelta`. `reference_point` has no effect, because the names of the results contain the
+    reference point. At level `rigid` the limbs are not elastic, and only `motor_angles`, `tube_slides`, `tube_angles`,
+    `limb_lengths` and `jacobian` are returned.
 
     Returns:
-        stiffness_S, stiffness_C: (6, 6) about S and C [N, m, rad].
-        mass_C: (6, 6) about C [kg, m].
-        frequency_matrix_C: (6, 6) [rad/s] (eq 4.8).
-        natural_frequencies_hz: (6,) ascending [Hz].
-        modal_screws_C: (6, 6), columns in the order of the frequencies, of unit rotation, or of unit translation
-            where there is no rotation; a repeated frequency has any screws that span its modes.
-        eigenstiffness, eigenpitch: (6,) ascending [N], and the pitch of the same eigenscrew [m].
-        translational_stiffness, torsional_stiffness: (3,) ascending, of the compliant axes [N/m], [N.m/rad].
+        stiffness_S, stiffness_C: stiffness matrices about S and C, (6, 6) [N, m, rad].
+        mass_C: mass matrix about C, (6, 6) [kg, m].
+        frequency_matrix_C: frequency matrix about C, (6, 6) [rad/s] (eq 4.8).
+        natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
+        modal_screws_C: screws of the modes as columns in the order of the frequencies, of unit rotation, or of unit
+            translation for a pure translation, (6, 6); a repeated frequency has an arbitrary basis of its modes.
+        eigenstiffness, eigenpitch: eigenstiffnesses, ascending [N], and pitches of their eigenscrews [m], (6,).
+        translational_stiffness, torsional_stiffness: stiffnesses of the compliant axes, ascending, (3,) [N/m],
+            [N.m/rad].
         kappa, kappa_r, kappa_t: root mean squares of the eigenstiffnesses [N], torsional [N.m/rad] and translational
             stiffnesses [N/m].
-        motor_angles: (6,) of the posture, 0 at the symmetric one, L1, R1, L2, R2, L3, R3 [rad].
-        tube_slides, tube_angles: (3,) of the posture, u_j [m] and phi_j [rad].
-        limb_lengths: (3,) [m].
-        jacobian: (6, 6), motor angles to pose of S.
+        motor_angles: motor angles at the posture, 0 at the symmetric one, L1, R1, L2, R2, L3, R3, (6,) [rad].
+        tube_slides, tube_angles: u_j [m] and phi_j [rad] at the posture, (3,).
+        limb_lengths: lengths of the limbs, (3,) [m].
+        jacobian: Jacobian from motor angles to the pose of S, (6, 6).
+
+    Raises:
+        ModelError: as `sdelta`.
     """
     one_of(level, ("rigid", "cartesian"), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     robot = _robot(posture, stiffness, payload)
     limbs = robot.kinematics.limbs
-    is_rounding = np.abs(limbs.slide) < np.finfo(float).eps * limbs.length  # at the symmetric posture it is 0
+    is_rounding = np.abs(limbs.slide) < np.finfo(float).eps * limbs.length  # exactly 0 at the symmetric posture
     kinematic = {
         "motor_angles": robot.kinematics.motor_angles,
         "tube_slides": np.where(is_rounding, 0.0, limbs.slide),
@@ -212,7 +218,7 @@ def analyze(
 
 
 def _elastic_numbers(robot: _Robot) -> dict[str, Any]:
-    """Return the numbers of the platform on its limbs."""
+    """Return the elastostatic and elastodynamic properties of the platform on its limbs."""
     to_C = shift(-robot.offset)
     K_S = to_C.T @ robot.K @ to_C
     screws = eigenscrews(K_S)
@@ -236,7 +242,7 @@ def _elastic_numbers(robot: _Robot) -> dict[str, Any]:
 
 
 def _robot(posture: Posture, preset: str, payload: Payload) -> _Robot:
-    """Return the robot at a posture with a payload on springs of a preset."""
+    """Return the matrices of the robot at a posture, with a payload and a preset of stiffnesses."""
     springs = PRESETS[one_of(preset, PRESETS, "sdelta: stiffness")]
     kinematics, body = Kinematics.at(posture), with_payload(payload)
     Q = posture.matrix
@@ -252,7 +258,7 @@ def _robot(posture: Posture, preset: str, payload: Payload) -> _Robot:
 
 
 def _tubes(m: Model) -> _Tubes:
-    """Declare the inputs of the drives."""
+    """Declare the motion of the tubes as inputs."""
     along, about = "Slide of the tube from the posture along its side of the base", "Angle of the tube about its side"
     slide = m.input("drive[1..3].slide", "m", along, nominal=_MOVE[0])
     angle = m.input("drive[1..3].angle", "rad", f"{about} from the posture", nominal=_TURN[0])
@@ -272,14 +278,14 @@ def _tubes(m: Model) -> _Tubes:
 
 
 def _rigid(_m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, _damping_ratio: ca.SX) -> _Motion:
-    """The platform follows the tubes exactly; the limbs carry the static wrench."""
+    """Return the motion of a platform that follows the tubes exactly, with the static forces of the limbs."""
     follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
     carry = ca.DM(np.linalg.inv(robot.N).T)
     return _Motion(follow @ tubes.deviation, follow @ tubes.rate, follow @ tubes.acceleration, carry @ wrench)
 
 
 def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ratio: ca.SX) -> _Motion:
-    """A rigid platform on the springs at its joints, six degrees of freedom about the posture."""
+    """Add the equations of a rigid platform on the springs at its joints, six degrees of freedom; return its motion."""
     rotation = m.state("center.rotation[1..3]", "rad", "Rotation of the platform from the posture", nominal=_TURN[0])
     position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
     angular_velocity = m.state(
@@ -299,7 +305,7 @@ def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ra
 
 
 def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, point: str) -> None:
-    """Declare what the tubes feel and what the platform does, seen at the reference point."""
+    """Declare the loads on the tubes and the motion of the platform at the reference point as outputs."""
     on_tube = ca.DM(robot.kinematics.lever) * motion.limb_forces
     m.output("drive[1..3].force", on_tube[0::2], "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", on_tube[1::2], "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)

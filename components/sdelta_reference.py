@@ -1,23 +1,23 @@
-"""Reference of the SDelta robot: a commanded pose of the platform becomes the motion of tubes and motors.
+"""Reference motion of the SDelta robot: motion of tubes and motors for a commanded pose of the platform.
 
 The command is the deviation of S from the posture: a rotation vector and a displacement along world axes, each with its
 first and second derivative, command = [rotation; position].
 
     linear   [slide; angle] = L^-1 N command
-    exact    [slide; angle] = inverse kinematics of the attitude exp(rotation) Q_0 and the position a_0 + position, less
-                              that of Q_0 and a_0
+    exact    [slide; angle] = inverse kinematics of the attitude exp(rotation) Q_0 and the position a_0 + position,
+                              minus that of Q_0 and a_0
     both     motor = J_C^-1 [slide; angle], so that `linear` has motor = T^-1 command
 
-Tubes and motors, these in the order L1, R1, L2, R2, L3, R3, count from the posture as the command does: all are zero
-there. Their absolute values there are the FMU's constants `drive[j].slide_at_posture`, `.angle_at_posture` and
-`motor[i].angle_at_posture`. The difference in `exact` is taken in closed form (`_sdelta_geometry`): a command of 1 pm
-comes out as exactly, relative to its size, as one of 1 mm, within some 1e-15 of the largest tube or motor.
+Tubes and motors, in the order L1, R1, L2, R2, L3, R3, count from the posture as the command does: all are zero there.
+The FMU's constants `drive[j].slide_at_posture`, `.angle_at_posture` and `motor[i].angle_at_posture` are their absolute
+values at the posture. The difference in `exact` is computed in closed form (`_mechanics/sdelta_geometry.py`): the
+relative error of a command of 1 pm is that of one of 1 mm, some 1e-15 of the largest tube or motor.
 
-Rates and accelerations are the exact derivatives. The robot's level `cartesian` pairs with `linear`: in front of a
-linear robot the exact reference invents harmonics.
+Rates and accelerations are the exact derivatives. `linear` fits the robot's level `cartesian`: the exact reference
+would excite a linear robot with harmonics.
 
-Bode plot: flat without phase, each output at its entry of L^-1 N or T^-1, from a command to its tube or motor, from its
-rate to their rates and from its acceleration to their accelerations; nothing else passes. `exact` has the same about
+Bode plot: flat without phase, with the entries of L^-1 N or T^-1, from a command to tubes or motors, from its rate to
+their rates and from its acceleration to their accelerations; all other responses are 0. `exact` has the same plot about
 its posture at rest.
 """
 
@@ -30,7 +30,13 @@ from hfsa.components import Model
 from hfsa.components._mechanics.screws import expm1
 from hfsa.components._mechanics.sdelta_facts import POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, tube_motion
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive, show_motors, show_tubes
+from hfsa.components._mechanics.sdelta_kinematics import (
+    DRIVES_MATRIX,
+    Kinematics,
+    by_drive,
+    declare_motor_constants,
+    declare_tube_constants,
+)
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
@@ -44,11 +50,11 @@ _DERIVATIVES = (
 
 
 def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: Posture = SYMMETRIC) -> Model:
-    """The reference at one posture.
+    """Return the reference at one posture.
 
     Args:
         level: `linear` (about the posture) or `exact` (inverse kinematics).
-        posture: where the command counts from; rotation in degrees, position of S in metres.
+        posture: origin of the command; rotation in degrees, position of S in metres.
 
     Raises:
         ModelError: a singular posture, with its condition number; an unknown level.
@@ -69,8 +75,8 @@ def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: P
     tubes = levels[level](kinematics, command)
     tubes_rate = ca.jtimes(tubes, command, rate)
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)
-    show_tubes(m, kinematics)
-    show_motors(m, kinematics, "motor")
+    declare_tube_constants(m, kinematics)
+    declare_motor_constants(m, kinematics, "motor")
     to_motors = ca.DM(np.linalg.inv(DRIVES_MATRIX))
     columns = (tubes, tubes_rate, tubes_acceleration)
     for (suffix, per, _), column in zip(_DERIVATIVES, columns, strict=True):
@@ -82,10 +88,10 @@ def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: P
 
 
 def _linear(kinematics: Kinematics, command: ca.SX) -> ca.SX:
-    """Return the tubes by the kinematics' first order about the posture, shape (6, 1)."""
+    """Return the positions of the tubes by the first-order kinematics about the posture, shape (6, 1)."""
     return ca.DM(kinematics.rows() / kinematics.lever[:, None]) @ command
 
 
 def _exact(kinematics: Kinematics, command: ca.SX) -> ca.SX:
-    """Return the tubes by inverse kinematics, shape (6, 1)."""
+    """Return the positions of the tubes by inverse kinematics, shape (6, 1)."""
     return by_drive(*tube_motion(kinematics.Q, kinematics.position, expm1(command[:3]), command[3:]))

@@ -3,9 +3,9 @@
     value = offset + amplitude w(t) sin(omega t),  omega = 2 pi frequency
     w(t) = sin^2(pi t / (2 T)) for t < T, then 1,  T = max(2 / frequency, 0.5 s)
 
-`rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; all four have their digits from
-the first instant on, when the ramp is small. `sine` and `cosine` are the phase reference for a lock-in amplifier,
-without ramp and amplitude. There is no input, so there is no Bode plot: it draws one line in a spectrum.
+`rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; all four are accurate to all
+digits from the start, while the ramp is small. `sine` and `cosine` are the phase reference for a lock-in amplifier,
+without ramp and amplitude. The part has no input and so no Bode plot; its spectrum is one line.
 """
 
 import casadi as ca
@@ -15,7 +15,7 @@ from hfsa.components._modelling.units import rate_unit
 
 
 def sine_source(*, unit: str = "1") -> Model:
-    """One sinusoid; `unit` is the unit of `value` and must be that of the input it feeds."""
+    """Return one sinusoid; `unit` is the unit of `value`, equal to that of the connected input."""
     m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)

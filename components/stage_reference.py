@@ -1,19 +1,19 @@
-"""What the 3-RRR stage is asked to do: elongations of its three stacks over time, with exact derivatives.
+"""Reference motion of the 3-RRR stage: elongations of its three stacks over time, with exact derivatives.
 
-    ramp         r_i = rate t until `duration`, then held
+    ramp         r_i = rate t until `duration`, then constant
     three_axis   r_i = amplitude sin^2(pi i frequency t),  i = 1, 2, 3
     step         r_i = 0 before `step.time`, `step.elongation[i]` from then on
 
-and, added to each, the inputs `command.elongation[i]` [m], `.elongation_rate[i]` and `.elongation_acceleration[i]`,
-which pass through. Outputs are `stack[i].elongation`, `.elongation_rate` and `.elongation_acceleration`.
+The inputs `command.elongation[i]` [m], `.elongation_rate[i]` and `.elongation_acceleration[i]` are added to the motion.
+The outputs are `stack[i].elongation`, `.elongation_rate` and `.elongation_acceleration`.
 
-`ramp` is the source's motion: it begins at full speed and, equal on all stacks, moves the yaw alone. `three_axis` gives
-each stack a frequency of its own, so that it moves all three axes and tests their coupling. `step` has no derivatives
-at its jump.
+`ramp` is the motion of the source: it starts at full speed and, equal on all stacks, changes the yaw only. `three_axis`
+has a different frequency for each stack, so it moves all three axes and shows their coupling. The derivatives of `step`
+are 0, also at its jump.
 
 Bode plot, command to reference: 1 at all frequencies, without phase.
 
-Source: thesis of 2000 on the 3-RRR stage, ch. 5, for the ramp of 3 um/s over 4 s; the other motions are ours.
+Source: thesis of 2000 on the 3-RRR stage, ch. 5, for the ramp of 3 um/s over 4 s; the other motions are not in it.
 """
 
 from typing import Any, Literal, NamedTuple
@@ -28,10 +28,10 @@ from hfsa.components._mechanics.rrr_kinematics import LinkSet, elongations, link
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
-FACTS = {KINEMATICS: Known("kinematics"), STACK_STROKE: Known("stroke")}  # the analysis alone
+FACTS = {KINEMATICS: Known("kinematics"), STACK_STROKE: Known("stroke")}  # of the analysis only
 
 _ROUNDING = 1e-9
-"""What a pose of a few digits may miss an end of the stroke by [m]."""
+"""Tolerance at the ends of the stroke [m], for poses given with a few digits."""
 
 
 class _Motion(NamedTuple):
@@ -43,7 +43,10 @@ class _Motion(NamedTuple):
 
 
 def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -> Model:
-    """One motion of all three stacks.
+    """Return one reference motion of all three stacks.
+
+    Args:
+        motion: `ramp`, `three_axis` or `step`.
 
     Raises:
         ModelError: an unknown motion.
@@ -65,7 +68,7 @@ def stage_reference(*, motion: Literal["ramp", "three_axis", "step"] = "ramp") -
 UNITS = {
     "elongation": "m",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -74,39 +77,41 @@ def analyze(
     kinematics: LinkSet = "nominal",
     stroke: float = TOKIN.stroke,
 ) -> dict[str, Any]:
-    """Return `elongation`, (3,) [m], that brings the platform to a pose: x, y [m], yaw [rad] from rest.
+    """Return the elongations of the stacks at a pose of the platform: inverse kinematics.
 
     Args:
-        pose: of the platform.
+        pose: x, y [m] and yaw [rad] of the platform from rest.
         kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
-        stroke: of the free stacks [m].
+        stroke: free stroke of the stacks [m].
+
+    Returns:
+        elongation: elongations of the stacks, (3,) [m].
 
     Raises:
-        ModelError: a pose that the legs do not reach, or that takes elongations no free stack has; an unknown parameter
-            set.
+        ModelError: a pose out of reach of the legs; elongations outside the free stroke; an unknown parameter set.
     """
     symbol = ca.SX.sym("pose", 3)
     wanted = np.array(ca.Function("elongation", [symbol], [elongations(links(kinematics), symbol)])(pose)).ravel()
-    words = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
+    label = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
     if not np.all(np.isfinite(wanted)):
-        raise ModelError(f"{words} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
+        raise ModelError(f"{label} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
     if not np.all((wanted >= -_ROUNDING) & (wanted <= stroke + _ROUNDING)):
         found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)
-        raise ModelError(f"{words} takes elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")
+        raise ModelError(f"{label} needs elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")
     return {"elongation": wanted}
 
 
 def _ramp(m: Model) -> _Motion:
-    """All elongations rise together, and are held."""
+    """Return equal elongations that rise at a constant rate and then stay constant."""
     rate = m.parameter("rate", 3e-6, "m/s", "Rate of all elongations", nominal=1e-6)
-    duration = m.parameter("duration", 4.0, "s", "Time after which the elongations are held", min=0)
+    duration = m.parameter("duration", 4.0, "s", "Time after which the elongations are constant", min=0)
     moving, ones = m.time < duration, ca.SX.ones(3)
     elongation = rate * ca.if_else(moving, m.time, duration)
     return _Motion(elongation * ones, ca.if_else(moving, rate, 0) * ones, ca.SX.zeros(3))
 
 
 def _three_axis(m: Model) -> _Motion:
-    """Each elongation swings between 0 and the amplitude, at a frequency of its own."""
+    """Return elongations that oscillate between 0 and the amplitude, each at its own frequency."""
     amplitude = m.parameter("amplitude", 8e-6, "m", "Largest elongation", nominal=1e-6)
     frequency = m.parameter("frequency", 5.0, "Hz", "Frequency of the first stack; the others have 2 and 3 times it")
     omega = 2 * ca.pi * frequency * ca.DM([1, 2, 3])
@@ -117,7 +122,7 @@ def _three_axis(m: Model) -> _Motion:
 
 
 def _step(m: Model) -> _Motion:
-    """Elongations that are set at once."""
+    """Return elongations that jump to their final values."""
     target = m.parameter("step.elongation[1..3]", 1e-6, "m", "Elongation after the step", nominal=1e-6)
     begin = m.parameter("step.time", 1e-3, "s", "Time of the step", min=0)
     return _Motion(ca.if_else(m.time < begin, 0, 1) * target, ca.SX.zeros(3), ca.SX.zeros(3))

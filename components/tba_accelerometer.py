@@ -1,37 +1,38 @@
-"""The triangular biaxial accelerometer: a proof mass on three limbs of feet and legs, on a base that moves.
+"""The triangular biaxial accelerometer: a proof mass on three limbs of feet and legs, on a moving base.
 
-q is the displacement of the proof mass from home along the sensor's axes, z out of its plane, f the specific force that
-the base makes it feel (`_tba_base`), along the same axes:
+q is the displacement of the proof mass from home along the sensor's axes, z out of its plane, and f the specific force
+due to the motion of the base (`_mechanics/tba_base.py`), along the same axes:
 
     static      q = -Gamma / K f                                   gain, in the plane; z stays at home
     planar      M q'' + D q' + K q = -Gamma f                      in the plane; z stays at home
     spatial     the same along three axes
-    nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = -Gamma(q)^T f  sixteen bodies (`_tba_limbs`), f in full
+    nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = -Gamma(q)^T f  sixteen bodies (`tba_limbs.py`), nonlinear f
 
-M, K and Gamma are those of `_tba_design`. What a given mass or stiffness has beyond the formulas' stays constant in
-`nonlinear`. f is of first order in what the base does at all levels but `nonlinear`, so that they are linear.
+M, K and Gamma are those of `tba_design.py`. The difference between a given mass or stiffness and that of the formulas
+is constant in `nonlinear`. At all other levels f is of first order in the motion of the base, and the model is linear.
 
     damping ratio   D = 2 zeta sqrt(K M), axis by axis
     damping film    D_in = mu A / gap, A = sqrt(3) / 4 a^2          slide film in one gap of gas
-                    D_out = 3 mu (sqrt(3) a^4 / 80) / gap^3         squeeze film in it, incompressible: an upper bound
+                    D_out = 3 mu (sqrt(3) a^4 / 80) / gap^3         incompressible squeeze film in it: an upper bound
 
 Ports: in `base.acceleration` [m/s2], `.angular_velocity` [rad/s], `.angular_acceleration` [rad/s2] and `.rotation`
-[rad] from the posture, of the base's reference point along world axes (names as `platform` of a robot); the mounting's
-rotation and lever arm bring them to the sensor. Out, along the sensor's axes: `proof_mass.position` [m], `voltage[i]`
-= gain q_i [V], held beyond +-`travel`, where `saturated` is 1, and `acceleration_estimate[i]` = -K / Gamma q_i [m/s2]
-as the voltage shows it. `gravity` is a parameter along -Z, 0 by default: displacements are then those about the sag.
+[rad] from the posture, of the base's reference point along world axes (names as `platform` of a robot); rotation and
+lever arm of the mounting transform them to the sensor. Out, along the sensor's axes: `proof_mass.position` [m],
+`voltage[i]` = gain q_i [V], limited at +-`travel`, where `saturated` is 1, and `acceleration_estimate[i]` =
+-K / Gamma q_i [m/s2], limited as the voltage. The parameter `gravity` acts along -Z; with 0, the default, displacements
+count from the sag.
 
-With `noise` the reading is that of q_i + Gamma / K n_i, n white with one-sided density `noise.density`; without, noise
-costs nothing. No input feeds through to an output but at level `static`.
+With `noise` the readings are those of q_i + Gamma / K n_i, n white with one-sided density `noise.density`. The argument
+is structural: without it the FMU does not evaluate the noise. Direct feedthrough exists at level `static` only.
 
-As what the base does gets smaller, `nonlinear` tends to `spatial` with a difference of second order. `spatial` is
-`planar` in the plane, and `planar` tends to `static` as the frequency squared: 1, 5 and 10 % at 0.0995, 0.2182 and
-0.3015 of the natural frequency.
+For small motion of the base, `nonlinear` converges to `spatial` with a difference of second order. `spatial` equals
+`planar` in the plane, and `planar` converges to `static` with the square of the frequency: 1, 5 and 10 % difference at
+0.0995, 0.2182 and 0.3015 of the natural frequency.
 
-Bode plot, from the acceleration along x or y to its estimate: 0 dB at low frequency, a resonance 1 / (2 zeta) high,
-40 dB at 5818.9 Hz (mems), 40 dB at 881.0 Hz (optimum), 24 dB at 251.9 Hz (rapid_prototype), and -40 dB per decade with
--180 degrees above it. The other axis shows nothing. Out of the plane, to the displacement: 1.60e-10 m per m/s2 and one
-resonance, 28 dB high at 13063.9 Hz (mems).
+Bode plot, from the acceleration along x or y to its estimate: 0 dB at low frequency, a resonance of height
+1 / (2 zeta), 40 dB at 5818.9 Hz (mems), 40 dB at 881.0 Hz (optimum), 24 dB at 251.9 Hz (rapid_prototype), and -40 dB
+per decade with -180 degrees above it. The response of the other axis is 0. From the acceleration along z to the
+displacement along z: 1.60e-10 m per m/s2 and one resonance, 28 dB high at 13063.9 Hz (mems).
 
 Source: technical report of 2016 on the accelerometer; f, Gamma and the films are not in it. Assumed: damping ratios,
 gain (5 V at the travel), travel and gap (a quarter and a half of a foot's thickness), noise.
@@ -48,7 +49,14 @@ from numpy.typing import ArrayLike
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics import tba_limbs as limbs
-from hfsa.components._mechanics.tba_base import Base, Mounting, Triple, base_inputs, first_order, in_full
+from hfsa.components._mechanics.tba_base import (
+    Base,
+    Mounting,
+    Triple,
+    base_inputs,
+    linear_specific_force,
+    specific_force,
+)
 from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, KOutRule, Shape
 from hfsa.components._mechanics.tba_study import design_study
 from hfsa.components._modelling.model import one_of
@@ -60,15 +68,16 @@ DesignName = Literal["mems", "optimum", "rapid_prototype"]
 Damping = Literal["ratio", "film"]
 
 GRAVITY = 9.80665
-"""g, the unit of accelerations in `analyze` [m/s2]."""
+"""g, unit of accelerations in `analyze` [m/s2]."""
 VISCOSITY = 1.85e-5
-"""mu, of air [Pa.s]."""
+"""mu, viscosity of air [Pa.s]."""
 PRESSURE = 1.01325e5
-"""Of the gas in the gap [Pa]."""
+"""Pressure of the gas in the gap [Pa]."""
 
 _LEVELS = ("static", "planar", "spatial", "nonlinear")
 _OWNER = "tba_accelerometer"
 _AT_TRAVEL = 5.0
+"""Voltage at the travel [V]."""
 
 
 @dataclass(frozen=True)
@@ -90,21 +99,21 @@ class Dimensions:
 
 
 AS_DESIGNED = Dimensions()
-"""Nothing differs."""
+"""The dimensions and material of the design."""
 UPRIGHT = Mounting()
-"""Sensor axes along the world's, at the reference point."""
+"""Mounting at the reference point, with the sensor's axes along those of the world."""
 
 
 class _Sensor(NamedTuple):
-    """Numbers of one sensor, along x, y, z where there are three.
+    """Properties of one sensor, arrays along x, y, z.
 
     Attributes:
         shape: dimensions and material.
-        formulas: what follows from them.
+        formulas: results of the design formulas.
         mass, stiffness: M [kg], K [N/m].
         driven_mass: Gamma [kg].
-        damping_ratio: of the design, in the plane and out of it.
-        gap: of the gas [m].
+        damping_ratio: damping ratios of the design, in the plane and out of it.
+        gap: gap of the gas film [m].
     """
 
     shape: Shape
@@ -117,7 +126,7 @@ class _Sensor(NamedTuple):
 
     @property
     def gain(self) -> np.ndarray:
-        """Static displacement by specific force, its sign left out, shape (3,) [s2]."""
+        """Magnitude of the static displacement / specific force, shape (3,) [s2]."""
         return self.driven_mass / self.stiffness
 
     @property
@@ -127,12 +136,12 @@ class _Sensor(NamedTuple):
 
     @property
     def travel(self) -> float:
-        """Displacement that can be read [m]."""
+        """Default measuring range of the displacement [m]."""
         return self.shape.tm / 4
 
     @property
     def film(self) -> np.ndarray:
-        """Damping by the films in one gap, per viscosity, shape (3,) [m]."""
+        """Damping of the films in one gap / viscosity, shape (3,) [m]."""
         slide = math.sqrt(3) / 4 * self.shape.a**2 / self.gap
         return np.array([slide, slide, 3 * math.sqrt(3) / 80 * self.shape.a**4 / self.gap**3])
 
@@ -151,25 +160,25 @@ def tba_accelerometer(
     mounting: Mounting = UPRIGHT,
     noise: bool = False,
 ) -> Model:
-    """The accelerometer on its base.
+    """Return the accelerometer on its base.
 
     Args:
         level: `static` (gain), `planar` (two degrees of freedom), `spatial` (three) or `nonlinear` (sixteen bodies).
-        design: published dimensions and material; `optimum` has its stiffness by finite elements, which other
-            dimensions change as the formulas say.
-        dimensions: what differs from the design.
-        k_out_rule: `minus`, the source's, or `plus`, springs in series, for the stiffness out of the plane.
-        stiffness: K along x, y, z [N/m], instead of the design's.
-        mass: M along x, y, z [kg], instead of the formulas'.
-        driven_mass: Gamma [kg], instead of the formula's.
-        damping: by `ratio` or by the gas `film` in one gap.
-        gap: of the film [m]; none for half the thickness of a foot.
+        design: published dimensions and material; the stiffness of `optimum` is that of finite elements, scaled by the
+            formulas for other dimensions.
+        dimensions: dimensions and material that differ from the design.
+        k_out_rule: rule for the stiffness out of the plane: `minus`, as in the source, or `plus`, springs in series.
+        stiffness: K along x, y, z [N/m], instead of that of the design.
+        mass: M along x, y, z [kg], instead of that of the formulas.
+        driven_mass: Gamma [kg], instead of that of the formulas.
+        damping: `ratio` (damping ratios) or `film` (gas film in one gap).
+        gap: gap of the film [m]; `None` for half the thickness of a foot.
         mounting: rotation and lever arm of the sensor on its base.
-        noise: whether the reading is noisy.
+        noise: whether the readings have noise.
 
     Raises:
-        ModelError: an unknown level, design, rule or damping; impossible dimensions, mass, stiffness or gap; a mounting
-            that is no rotation.
+        ModelError: an unknown level, design, rule or damping; infeasible dimensions, mass, stiffness or gap; a mounting
+            matrix that is no rotation.
     """
     one_of(level, _LEVELS, f"{_OWNER}: level")
     one_of(damping, ("ratio", "film"), f"{_OWNER}: damping")
@@ -177,12 +186,12 @@ def tba_accelerometer(
     Q, arm = mounting.matrix(_OWNER), mounting.arm(_OWNER)
     m = Model("TbaAccelerometer", "Triangular biaxial accelerometer on a moving base")
     base = base_inputs(m)
-    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, 9.81 to see the sag")
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
     D = _damping(m, sensor, damping)
     if level == "nonlinear":
         position = _nonlinear(m, sensor, D, base, Q, arm, gravity)
     else:
-        f = first_order(base, Q, arm, gravity)
+        f = linear_specific_force(base, Q, arm, gravity)
         axes = 3 if level == "spatial" else 2
         moved = -ca.DM(sensor.gain[:axes]) * f[:axes] if level == "static" else _linear(m, sensor, D, f, axes)
         position = ca.vertcat(moved, ca.SX.zeros(3 - axes))
@@ -209,7 +218,7 @@ UNITS = {
     "squeeze_number": "1",
     "sensitivity": "1",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -223,23 +232,26 @@ def analyze(
     driven_mass: float | None = None,
     gap: float | None = None,
 ) -> dict[str, Any]:
-    """Return the sensor's numbers at home, in SI units, along its axes x, y, z where there are three.
+    """Return the properties of the sensor at home, in SI units, arrays along its axes x, y, z.
 
-    Takes the arguments of `tba_accelerometer` that make the sensor itself, of which `level` has no effect.
+    The arguments are those of `tba_accelerometer` that define the sensor itself; `level` has no effect.
 
     Returns:
         mass, stiffness: M [kg] and K [N/m], (3,).
         driven_mass: Gamma [kg].
-        natural_frequencies_hz: (3,) [Hz]; `frequency_ratio`: that of z by that of x.
+        natural_frequencies_hz: natural frequencies, (3,) [Hz].
+        frequency_ratio: natural frequency along z / that along x.
         static_sensitivity: Gamma g / K, displacement per g = 9.80665 m/s2, `in_plane` and `out_of_plane` [m].
-        bandwidth_hz: up to which the undamped response along x stays within 1, 5 and 10 %, (3,) [Hz].
+        bandwidth_hz: frequencies up to which the undamped response along x is within 1, 5 and 10 %, (3,) [Hz].
         coriolis_coefficients: c1, c2 (eq 93) [kg/m].
         cross_axis: y / x^2 under a force along x [1/m].
-        body_mass: of `proof_mass`, one `bar`, one `leg` [kg].
-        leg_stiffness: k_in, k_out of a leg on its feet by the formulas [N.m/rad], `in_plane` and `out_of_plane`.
-        formula_stiffness: K by the formulas, whatever `stiffness` is, (3,) [N/m]; `formula_frequency_ratio` with it.
-        film_damping, film_damping_ratio: of one gap, `in_plane` and `out_of_plane` [N.s/m], [1].
-        squeeze_number: of the gap at the natural frequency out of the plane; well below 1 the gas is incompressible.
+        body_mass: masses of `proof_mass`, one `bar` and one `leg` [kg].
+        leg_stiffness: k_in, k_out of a leg on its feet by the formulas, `in_plane` and `out_of_plane` [N.m/rad].
+        formula_stiffness: K by the formulas, independent of the argument `stiffness`, (3,) [N/m].
+        formula_frequency_ratio: frequency ratio by the formulas.
+        film_damping, film_damping_ratio: damping of one gap, `in_plane` and `out_of_plane` [N.s/m], [1].
+        squeeze_number: squeeze number of the gap at the natural frequency out of the plane; the gas is incompressible
+            for values well below 1.
         sensitivity: d ln(f_out / f_in) / d ln(p) of the formulas, for every dimension p.
 
     Raises:
@@ -273,13 +285,13 @@ def analyze(
 def study(
     *, design: DesignName = "mems", dimensions: Dimensions = AS_DESIGNED, k_out_rule: KOutRule = "minus"
 ) -> Study:
-    """Return the study of f3/f1, f_in and f_out over the dimensions, all by the formulas.
+    """Return the design study of f3/f1, f_in and f_out as functions of the dimensions, by the formulas.
 
-    Arguments as in `tba_accelerometer`. The stiffness by finite elements of `optimum` has no part in it: what belongs
-    to the present dimensions are `formula_stiffness` and `formula_frequency_ratio` of `analyze`.
+    Arguments as in `tba_accelerometer`. The finite-element stiffness of `optimum` is not used; the corresponding
+    results of `analyze` are `formula_stiffness` and `formula_frequency_ratio`.
 
     Raises:
-        ModelError: an unknown design or rule, impossible dimensions.
+        ModelError: an unknown design or rule; infeasible dimensions.
     """
     changed = [f"{name} = {value:g}" for name in Shape._fields if (value := getattr(dimensions, name)) is not None]
     title = ", ".join(
@@ -289,10 +301,10 @@ def study(
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
-    """Return a design's shape with some dimensions changed; `ModelError` where it is not possible."""
+    """Return a design's shape with some dimensions changed; `ModelError` if it is infeasible."""
     published = DESIGNS[one_of(design, DESIGNS, f"{_OWNER}: design")].shape
     changed = {name: value for name in Shape._fields if (value := getattr(dimensions, name)) is not None}
-    return designs.possible(published._replace(**changed), rule, published, _OWNER)
+    return designs.checked_shape(published._replace(**changed), rule, published, _OWNER)
 
 
 def _sensor(
@@ -304,7 +316,7 @@ def _sensor(
     driven_mass: float | None,
     gap: float | None,
 ) -> _Sensor:
-    """Return the sensor of a design; what is `None` follows from its shape by the formulas."""
+    """Return the properties of a sensor; those given as `None` follow from its shape by the formulas."""
     shape, published = _shape(design, dimensions, rule), DESIGNS[design]
     found = designs.formulas(shape, rule)
     K = np.array([found.K_in, found.K_in, found.K_out])
@@ -323,7 +335,7 @@ def _sensor(
 
 
 def _above_zero(name: str, given: ArrayLike, unit: str) -> np.ndarray:
-    """Return numbers; `ModelError` unless all are finite and above 0."""
+    """Return the given numbers as an array; `ModelError` unless all are finite and above 0."""
     values = np.array(given, dtype=float)
     if not np.all(np.isfinite(values) & (values > 0)):
         raise ModelError(f"{_OWNER}: {name} is {values.tolist()} {unit}, expected above 0")
@@ -331,7 +343,7 @@ def _above_zero(name: str, given: ArrayLike, unit: str) -> np.ndarray:
 
 
 def _damping(m: Model, sensor: _Sensor, damping: str) -> ca.SX:
-    """Return D along x, y, z, shape (3, 1) [N.s/m]."""
+    """Declare the parameters of the damping and return D along x, y, z, shape (3, 1) [N.s/m]."""
     if damping == "film":
         viscosity = m.parameter("film.viscosity", VISCOSITY, "Pa.s", "Viscosity of the gas in the gap", min=0)
         return viscosity * ca.DM(sensor.film)
@@ -342,7 +354,7 @@ def _damping(m: Model, sensor: _Sensor, damping: str) -> ca.SX:
 
 
 def _states(m: Model, sensor: _Sensor, axes: int) -> tuple[ca.SX, ca.SX]:
-    """Declare displacement and rate along the first axes, each (axes, 1); nominals are those of 1 m/s2."""
+    """Declare displacement and rate along the first axes, each (axes, 1); nominal values for 1 m/s2."""
     moved, speed = float(sensor.gain[0]), float(sensor.gain[0] * sensor.omega[0])
     q = m.state(f"center.position[1..{axes}]", "m", "Displacement of the proof mass from home", nominal=moved)
     v = m.state(f"center.velocity[1..{axes}]", "m/s", "Velocity of the proof mass in the frame", nominal=speed)
@@ -350,7 +362,7 @@ def _states(m: Model, sensor: _Sensor, axes: int) -> tuple[ca.SX, ca.SX]:
 
 
 def _linear(m: Model, sensor: _Sensor, D: ca.SX, f: ca.SX, axes: int) -> ca.SX:
-    """State the linear equations along the first axes; return the displacement."""
+    """Add the linear equations along the first axes and return the displacement."""
     q, v = _states(m, sensor, axes)
     m.der[q] = v
     M, K = ca.DM(sensor.mass[:axes]), ca.DM(sensor.stiffness[:axes])
@@ -361,13 +373,13 @@ def _linear(m: Model, sensor: _Sensor, D: ca.SX, f: ca.SX, axes: int) -> ca.SX:
 def _nonlinear(
     m: Model, sensor: _Sensor, D: ca.SX, base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX
 ) -> ca.SX:
-    """State the equations of the sixteen bodies; return the displacement."""
+    """Add the equations of the sixteen bodies and return the displacement."""
     q, v = _states(m, sensor, 3)
     bodies = sensor.formulas.bodies
     K = np.array([np.mean(sensor.stiffness[:2])] * 2 + [sensor.stiffness[2]])
     k_in, _, k_out = K * bodies.link**2 / 6
     terms = limbs.terms(bodies, k_in, k_out, q, v)
-    f = in_full(base, Q, arm, gravity, q, v)
+    f = specific_force(base, Q, arm, gravity, q, v)
     formula_mass = np.array([sensor.formulas.M_in, sensor.formulas.M_in, sensor.formulas.M_out])
     beyond = sensor.driven_mass - sensor.formulas.driven_mass
     force = -terms.velocity - D * v - terms.elastic - ca.DM(sensor.stiffness - K) * q
@@ -381,9 +393,9 @@ def _nonlinear(
 
 
 def _noise(m: Model, sensor: _Sensor) -> ca.SX:
-    """Return the noise of the reading in x and y, shape (2, 1) [m]."""
+    """Return the noise of the readings in x and y, as displacements, shape (2, 1) [m]."""
     density = m.parameter(
-        "noise.density", 1e-8, "m2/s3", "One-sided power density of the noise, as an acceleration", min=0
+        "noise.density", 1e-8, "m2/s3", "One-sided power spectral density of the noise, as acceleration", min=0
     )
     interval = m.parameter("noise.interval", 1e-5, "s", "Time between two values of the noise", min=1e-9)
     seed = m.parameter("noise.seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**25)
@@ -392,20 +404,20 @@ def _noise(m: Model, sensor: _Sensor) -> ca.SX:
 
 
 def _outputs(m: Model, sensor: _Sensor, position: ca.SX, noise: ca.SX | int) -> None:
-    """Declare what is read of the proof mass, within the travel."""
-    gain = m.parameter("gain", _AT_TRAVEL / sensor.travel, "V/m", "Voltage by displacement")
-    travel = m.parameter("travel", sensor.travel, "m", "Largest displacement that is read", min=0)
+    """Declare the position of the proof mass and the readings, limited to the travel, as outputs."""
+    gain = m.parameter("gain", _AT_TRAVEL / sensor.travel, "V/m", "Voltage / displacement")
+    travel = m.parameter("travel", sensor.travel, "m", "Measuring range of the displacement", min=0)
     small = float(sensor.gain[0])
     read = position[:2] + noise
     shown = ca.fmax(-travel, ca.fmin(travel, read))
     m.output("proof_mass.position[1..3]", position, "m", "Displacement in the frame, sensor axes", nominal=small)
     m.output("voltage[1..2]", gain * shown, "V", "Reading in x and y", nominal=_AT_TRAVEL / sensor.travel * small)
     estimate = -shown / ca.DM(sensor.gain[:2])
-    m.output("acceleration_estimate[1..2]", estimate, "m/s2", "Specific force by the reading, sensor axes")
+    m.output("acceleration_estimate[1..2]", estimate, "m/s2", "Estimated specific force, sensor axes")
     beyond = ca.mmax(ca.fabs(read)) > travel
     m.output("saturated", beyond, "1", "1 while a displacement is beyond the travel")
 
 
 def _in_and_out(values: np.ndarray) -> dict[str, float]:
-    """Return the entries along x and z of three, by name."""
+    """Return the entries of an array along x and z, by name."""
     return {"in_plane": float(values[0]), "out_of_plane": float(values[2])}

@@ -1,7 +1,7 @@
-"""How far what is measured is from what was asked for, axis by axis: error = reference - measured.
+"""Tracking error of any number of axes: error = reference - measured.
 
-Ports of axis i: in `axis[i].reference` and `axis[i].measured`, out `axis[i].error`, all in one unit. There is no state:
-the error at a communication point is that of the values at this point.
+Ports of axis i: in `axis[i].reference` and `axis[i].measured`, out `axis[i].error`, all in one unit. The part has no
+state: the error at a communication point is that of the inputs at this point.
 
 Bode plot, reference to error: 1 at all frequencies; measured to error: -1.
 """
@@ -10,14 +10,14 @@ from hfsa.components import Model, ModelError
 
 
 def tracking_error(*, axes: int = 1, unit: str = "m") -> Model:
-    """The errors of all axes.
+    """Return the tracking errors of all axes.
 
     Args:
         axes: number of axes.
         unit: unit of reference, measured value and error.
 
     Raises:
-        ModelError: less than one axis, an unknown unit.
+        ModelError: fewer than one axis; an unknown unit.
     """
     if axes < 1:
         raise ModelError(f"tracking_error: axes is {axes}, expected 1 or more")
@@ -25,5 +25,5 @@ def tracking_error(*, axes: int = 1, unit: str = "m") -> Model:
     each = f"axis[1..{axes}]"
     reference = m.input(f"{each}.reference", unit, "Reference")
     measured = m.input(f"{each}.measured", unit, "Measured value")
-    m.output(f"{each}.error", reference - measured, unit, "Reference less measured value")
+    m.output(f"{each}.error", reference - measured, unit, "Reference minus measured value")
     return m

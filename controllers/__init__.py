@@ -1,1 +1,1 @@
-"""What decides: controllers, one file each, as `Model`s like any component."""
+"""Controllers and analyses of control loops: each file defines one part, and its function returns a `Model`."""

@@ -1,10 +1,10 @@
-"""A second-order system under feedback of position and rate: its poles, and how slowly the feedback may be sampled.
+"""Poles and largest stable sample time of a second-order system under feedback of position and rate.
 
-    M x'' + C x' + K x = u,   u = -P x - (D + T E) x'     taken at each tick and held until the next one, T later,
-                                                          or, with a delay, put out one tick late
+    M x'' + C x' + K x = u,   u = -P x - (D + T E) x'     evaluated at each tick and held until the next one, T later;
+                                                          with a delay it acts one tick late
 
-M is symmetric and positive definite, the others are symmetric, all of shape (n, n). Poles and limits keep their digits
-where frequency and damping are many powers of ten apart.
+M is symmetric and positive definite, the other matrices are symmetric, all of shape (n, n). Poles and limits keep their
+accuracy if frequency and damping differ by many powers of ten.
 """
 
 import numpy as np
@@ -12,28 +12,28 @@ from scipy.linalg import eigh, expm
 from scipy.optimize import brentq
 
 _BELOW = 1e-2
-"""Where the search begins, relative to the shortest time that the hold may matter at."""
+"""First sample time of the search, relative to the shortest time at which the hold can affect stability."""
 _GROWTH = 1.2
-"""From one sample time of the search to the next."""
+"""Ratio of successive sample times of the search."""
 _HALVINGS = 30
-"""Sample times of the search towards one at which a mode of the plant is sampled twice per period."""
+"""Number of sample times that approach one at which a mode of the plant is sampled twice per period."""
 _DIGITS = 1e-12
 """Relative accuracy of the limit."""
 _ABOVE = 1e3
-"""Where the search ends, relative to the slowest time constant."""
+"""Last sample time of the search, relative to the slowest time constant."""
 _SEPARATE = 1e-3
-"""Sample time, relative to the fastest rate, below which the delayed command is a fast part of its own."""
+"""Sample time * fastest rate below which the delayed command is treated as a separate fast subsystem."""
 _OVERDAMPED = 1e4
-"""Square of a loop's rates over its stiffness above which its fast poles know nothing of its slow ones."""
+"""Ratio of squared damping rates to stiffness above which fast and slow poles decouple."""
 _FIXED_POINT = 6
-"""Iterations that then find it: each gains a factor `_SEPARATE` at least."""
+"""Iterations for the slow subspace; each reduces the error at least by the factor `_SEPARATE`."""
 
 
 def poles(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """Return the poles of M x'' + C x' + K x = 0, shape (2 n,) [1/s], ordered by size.
+    """Return the poles of M x'' + C x' + K x = 0, shape (2 n,) [1/s], ordered by magnitude.
 
-    Eigenvalues of a matrix lose a damping that is small beside the frequency. So each mode shape v is put into the
-    equation: s^2 v'Mv + s v'Cv + v'Kv = 0, whose roots are as exact as the three numbers.
+    An eigenvalue solver loses a damping that is small beside the frequency. Each pole is therefore recomputed from its
+    mode shape v as a root of s^2 v'Mv + s v'Cv + v'Kv = 0, which is as accurate as the three coefficients.
     """
     C, K = _per_mass(M, C), _per_mass(M, K)
     guesses, shapes = _modes(C, K)
@@ -46,11 +46,11 @@ def poles(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> np.ndarray:
 
 
 def _modes(C: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the poles of x'' + C x' + K x = 0 roughly, (2 n,), and their shapes, columns of (n, 2 n)."""
+    """Return approximate poles of x'' + C x' + K x = 0, shape (2 n,), and their mode shapes, columns of (n, 2 n)."""
     n, rates = len(C), np.linalg.eigvalsh(C)
     if rates[0] ** 2 > _OVERDAMPED * np.abs(K).max():
-        fast, slow = -eigh(C)[0], -eigh(K, C)[0]  # C x' is held by x'' alone, or by K x alone
-        shapes = [eigh(C + K / s)[1][:, i] for i, s in enumerate(fast)]  # what was left out turns alike modes far
+        fast, slow = -eigh(C)[0], -eigh(K, C)[0]  # C x' balances x'' alone, or K x alone
+        shapes = [eigh(C + K / s)[1][:, i] for i, s in enumerate(fast)]  # the small term selects the shape
         shapes += [eigh(K, C + s * np.eye(n))[1][:, i] for i, s in enumerate(slow)]
         return np.concatenate([fast, slow]), np.array(shapes).T
     scale = max(np.sqrt(np.abs(K).max()), rates[-1]) or 1.0
@@ -63,8 +63,9 @@ def sample_time_limit(
 ) -> float:
     """Return the sample time [s] below which the held feedback is stable.
 
-    E is for feedback that makes up for its own sampling. 0 where the loop is not stable without sampling, or its
-    damping is lost in the rounding of its frequency; infinite where every sample time is stable.
+    E is the rate gain per sample time of a feedback that compensates its own hold. The limit is 0 if the loop is
+    unstable without sampling or its damping is below the rounding error of its frequency, and infinite if every sample
+    time is stable.
     """
     s = poles(M, C + D, K + P)
     decay = -np.real(s)
@@ -73,7 +74,7 @@ def sample_time_limit(
     C, K, P, D, E = (_per_mass(M, matrix) for matrix in (C, K, P, D, E))
     own_rates = np.sqrt(np.maximum(np.linalg.eigvalsh(K), 0))
     margin = _Margin(C, K, P, D, E, scale=float(max(np.abs(s).max(), own_rates[-1])), delay=delay)
-    undamped = np.min(2 * decay / np.abs(s) ** 2)  # where the hold alone takes the damping of a pole
+    undamped = np.min(2 * decay / np.abs(s) ** 2)  # sample time at which the delay of the hold cancels a pole's damping
     below = _BELOW / max(1 / undamped, own_rates[-1])
     if margin(below) > 0:
         return 0.0
@@ -85,9 +86,9 @@ def sample_time_limit(
 
 
 def _trial_times(below: float, end: float, own_rates: np.ndarray) -> np.ndarray:
-    """Sample times in ascending order that no unstable interval slips through.
+    """Return sample times in ascending order, dense enough to find the first unstable interval.
 
-    Under weak feedback the first one may be narrow: it ends where a mode of the plant is sampled twice per period.
+    Under weak feedback this interval may be narrow: it ends where a mode of the plant is sampled twice per period.
     """
     even = below * _GROWTH ** np.arange(1, np.log(end / below) / np.log(_GROWTH))
     twice = np.pi / own_rates[own_rates > 0]
@@ -96,16 +97,16 @@ def _trial_times(below: float, end: float, own_rates: np.ndarray) -> np.ndarray:
 
 
 class _Margin:
-    """Whether a sample time T is stable: negative there.
+    """Stability margin as a function of the sample time T, negative for a stable one.
 
     With z = 1 + T d an eigenvalue of the tick map, |z| < 1 is 2 Re d + T |d|^2 < 0. The d are the eigenvalues of
-    (tick map - 1) / T, which phi(A T) = (exp(A T) - 1) / (A T) gives without a difference, for T however small.
+    (tick map - 1) / T, computed from phi(A T) = (exp(A T) - 1) / (A T) without cancellation for small T.
     """
 
     def __init__(self, C, K, P, D, E, *, scale: float, delay: bool):
         n = len(C)
         self.scale, self.delay = scale, delay
-        self.plant = np.block([[np.zeros((n, n)), scale * np.eye(n)], [-K / scale, -C]])  # of scale x and x'
+        self.plant = np.block([[np.zeros((n, n)), scale * np.eye(n)], [-K / scale, -C]])  # states scale x and x'
         self.gain, self.growth = np.hstack([P / scale, D]), np.hstack([np.zeros((n, n)), E])
         self.entry = np.vstack([np.zeros((n, n)), np.eye(n)])
 
@@ -115,15 +116,15 @@ class _Margin:
         phi = expm(whole)[:n, n:]
         gain = self.gain + T * self.growth
         states, command = phi @ (self.plant - self.entry @ gain), phi @ self.entry
-        d = self._late(T, gain, states, command) if self.delay else np.linalg.eigvals(states)
+        d = self._with_delay(T, gain, states, command) if self.delay else np.linalg.eigvals(states)
         return float(np.max((2 * np.real(d) + T * np.abs(d) ** 2) / np.maximum(np.abs(d), np.finfo(float).tiny)))
 
-    def _late(self, T: float, gain: np.ndarray, states: np.ndarray, command: np.ndarray) -> np.ndarray:
-        """Eigenvalues d over the states and y, by how much the command that acts differs from the one due now.
+    def _with_delay(self, T: float, gain: np.ndarray, states: np.ndarray, command: np.ndarray) -> np.ndarray:
+        """Return the eigenvalues d of the loop with a delay of one tick.
 
-        What is due changes by the gain times the change of the states: T d y = T d (gain x) - y. For a small T most of
-        y is gone at the next tick, and what remains follows the states, y = S x; then the eigenvalues of the
-        states alone keep the digits that -1 / T beside them would take.
+        The additional state y is the difference of the acting command and the present one, T d y = T d (gain x) - y.
+        For a small T, y decays within a tick to a linear function of the states, y = S x. The eigenvalues on this slow
+        subspace are more accurate than those of the full matrix, whose entries -1 / T are large.
         """
         own, driven = gain @ command - np.eye(len(gain)) / T, gain @ states
         if T * self.scale > _SEPARATE:
@@ -135,7 +136,7 @@ class _Margin:
 
 
 def _per_mass(M: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """L^-1 matrix L^-T with M = L L^T, symmetric again."""
+    """Return L^-1 matrix L^-T with M = L L^T, symmetric."""
     L = np.linalg.cholesky(M)
     half = np.linalg.solve(L, matrix)
     scaled = np.linalg.solve(L, half.T)

@@ -1,16 +1,16 @@
-"""Inverse dynamics of the SDelta as a rigid body: the motor torques that a motion takes, at two levels of fidelity.
+"""Inverse dynamics of the SDelta as a rigid body: motor torques for a motion, at two levels of fidelity.
 
     tau = M_th theta'' + T^T ( M a + [omega x I omega; 0] - w_g ),    theta' = T^-1 t,   theta'' = T^-1 a + (T^-1)' t
 
 with the twist t = [omega; v] and acceleration a of the centre of mass C, M = blkdiag(I, m 1), I in world axes, w_g the
-weight, and M_th the drives' inertia. (T^-1)' t = -T^-1 T' theta' is how the motors accelerate while C does not.
+weight, and M_th the inertia of the drives. (T^-1)' t = -T^-1 T' theta' is the acceleration of the motors at a = 0.
 
-    linear    T and M of the posture, displacements added, no term that is quadratic in a velocity
+    linear    T and M of the posture, displacements are added, no terms quadratic in a velocity
     exact     T and M of the pose
 
-T^-1 of `exact` is the derivative of the inverse kinematics; the pose at motor angles is found by Newton's method. Motor
-angles and poses count from the posture, the attitude by R - 1, R the rotation from there: what is small has all its
-digits, and is formed from small numbers only.
+T^-1 of `exact` is the derivative of the inverse kinematics; Newton's method finds the pose at given motor angles. Motor
+angles and poses count from the posture, attitudes as R - 1, R the rotation from there: small motions are computed from
+small numbers only and keep all their digits.
 """
 
 from abc import ABC, abstractmethod
@@ -33,15 +33,15 @@ DRIVE_INERTIA = np.kron(np.eye(3), inertia())
 """M_th of all three drives, shape (6, 6) [kg.m2]."""
 
 _NEWTON_STEPS = 6
-"""From the posture, each squares the error: 50 mm off, five leave less than rounding."""
+"""Newton steps from the posture; the convergence is quadratic: at 50 mm, five steps reach rounding error."""
 
 
 class Motion(NamedTuple):
-    """Where the platform is and how it moves.
+    """Pose and twist of the platform.
 
     Attributes:
-        pose: of C, as the model keeps it.
-        twist: of C, [omega; v], shape (6, 1).
+        pose: pose of C in the representation of the model.
+        twist: twist of C, [omega; v], shape (6, 1).
     """
 
     pose: tuple[ca.SX, ...]
@@ -52,8 +52,8 @@ class Robot(ABC):
     """The rigid robot about a posture; screws are columns of six about C, rotation first.
 
     Attributes:
-        body: platform and payload.
-        kinematics: at the posture.
+        body: inertia of platform and payload.
+        kinematics: kinematics at the posture.
         offset: C - S at the posture, shape (3,) [m].
     """
 
@@ -64,7 +64,7 @@ class Robot(ABC):
 
     @abstractmethod
     def at_motors(self, angle: ca.SX, rate: ca.SX) -> Motion:
-        """Return the motion that the motors dictate, from columns of six: angles from the posture [rad], [rad/s]."""
+        """Return the motion of C from columns of six: motor angles from the posture [rad] and rates [rad/s]."""
 
     @abstractmethod
     def at_platform(self, displacement: ca.SX, twist: ca.SX) -> Motion:
@@ -80,24 +80,24 @@ class Robot(ABC):
 
     @abstractmethod
     def motors_of(self, motion: Motion, acceleration: ca.SX) -> ca.SX:
-        """Return the motors' accelerations at one of C, (6, 1) each."""
+        """Return the accelerations of the motors from that of C, (6, 1) each."""
 
     @abstractmethod
     def platform_of(self, motion: Motion, motors: ca.SX) -> ca.SX:
-        """Return the acceleration of C at the motors', (6, 1) each."""
+        """Return the acceleration of C from those of the motors, (6, 1) each."""
 
     @abstractmethod
     def reaction(self, motion: Motion, acceleration: ca.SX, weight: ca.SX) -> ca.SX:
-        """Return the torques that the platform takes to accelerate under its weight (6, 1), shape (6, 1) [N.m]."""
+        """Return the motor torques for an acceleration of the platform under its weight, shape (6, 1) [N.m]."""
 
     def torques(self, motion: Motion, motors: ca.SX, acceleration: ca.SX, gravity: ca.SX) -> ca.SX:
-        """Return tau at accelerations of the motors and of C that belong together, (6, 1) [N.m]."""
+        """Return tau, (6, 1) [N.m], for consistent accelerations of the motors and of C."""
         weight = ca.vertcat(0, 0, 0, 0, 0, -self.body.mass * gravity)
         return ca.DM(DRIVE_INERTIA) @ motors + self.reaction(motion, acceleration, weight)
 
 
 class _Linear(Robot):
-    """About the posture; a pose is the displacement of C."""
+    """The linear model about the posture; a pose is the displacement of C."""
 
     def __init__(self, posture: Posture, payload: Payload):
         super().__init__(posture, payload)
@@ -129,7 +129,7 @@ class _Linear(Robot):
 
 
 class _Exact(Robot):
-    """At the pose; a pose is the rotation from the posture less 1, (3, 3), and the displacement of C, (3, 1)."""
+    """The exact model; a pose is the rotation from the posture minus 1, (3, 3), and the displacement of C, (3, 1)."""
 
     def __init__(self, posture: Posture, payload: Payload):
         super().__init__(posture, payload)
@@ -174,14 +174,14 @@ class _Exact(Robot):
     def _inverse_kinematics(self) -> tuple[Callable[..., ca.SX], Callable[..., ca.SX], Callable[..., ca.SX]]:
         """Return pose -> motor angles (6, 1), pose -> T^-1 (6, 6) and (pose, twist) -> (T^-1)' t (6, 1)."""
         turn, move, step, twist = ca.SX.sym("R", 3, 3), ca.SX.sym("c", 3), ca.SX.sym("step", 6), ca.SX.sym("t", 6)
-        change = ca.skew(step[:3])  # to first order, all that a derivative at 0 sees
+        change = ca.skew(step[:3])  # first order suffices for a derivative at 0
         moved = (turn + change + change @ turn, move + step[3:])
         at = self.kinematics
         tubes = by_drive(*tube_motion(at.Q, at.position, turn, move - turn @ self._arm))
         motors = ca.Function("motors", [turn, move], [ca.DM(np.linalg.inv(DRIVES_MATRIX)) @ tubes])
 
         def at_rest(expression: ca.SX) -> ca.SX:
-            """An expression of the step where there is none."""
+            """Return an expression at a step of 0."""
             return ca.substitute(expression, step, ca.SX.zeros(6))
 
         slope = ca.Function("slope", [turn, move], [at_rest(ca.jacobian(motors(*moved), step))])
@@ -190,6 +190,6 @@ class _Exact(Robot):
 
 
 def robot(model: str, posture: Posture, payload: Payload, part: str) -> Robot:
-    """Return the robot by a `model` of it for a `part`; `ModelError` for an unknown one, or a singular posture."""
+    """Return the robot with a model; `ModelError`, beginning with `part`, for an unknown one or a singular posture."""
     models = {"linear": _Linear, "exact": _Exact}
     return models[one_of(model, models, f"{part}: model")](posture, payload)

@@ -1,9 +1,9 @@
-"""Inverse dynamics of the 3-RRR stage: the forces of its stacks that a motion of its elongations takes.
+"""Inverse dynamics of the 3-RRR stage: forces of its stacks for a motion of its elongations.
 
     Q = L^-T (M p'' + c + dP/dp) + beta K0 l',    p'' = L^-1 (l'' - L' p'),    p' = L^-1 l',    L = dl/dp
 
-over the coordinates p of a level: the elongations themselves for `constant_jacobian` (L = 1), the pose for `exact`,
-found from the elongations by Newton's method. The stacks' own stiffness is no part of it.
+with the coordinates p of a level: the elongations themselves for `constant_jacobian` (L = 1), the pose for `exact`,
+computed from the elongations by Newton's method. The stiffness of the stacks is not included.
 """
 
 from typing import Literal
@@ -17,14 +17,16 @@ from hfsa.components._modelling.model import one_of
 StageModel = Literal["exact", "constant_jacobian"]
 
 _NEWTON_STEPS = 3
-"""From J0 l, 0.2 um off, each step squares the error: 5e-12 m, then far below rounding."""
+"""Newton steps from J0 l; the convergence is quadratic: 0.2 um, 5e-12 m, then far below rounding error."""
 
 
 def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
-    """Return (elongation, rate, acceleration) -> forces of the undamped stage, each (3, 1) [m], [m/s], [m/s2], [N].
+    """Return the function (elongation, rate, acceleration) -> forces of the undamped stage.
+
+    All columns are (3, 1), in [m], [m/s], [m/s2] and [N].
 
     Raises:
-        ModelError: an unknown model or parameter set of the links, or one without links.
+        ModelError: an unknown model or parameter set of the links; a parameter set without link dimensions.
     """
     geometry = links(kinematics)
     levels = {"exact": dynamics.exact, "constant_jacobian": dynamics.constant_jacobian}
@@ -33,7 +35,7 @@ def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
     elongation, rate, acceleration = (ca.SX.sym(name, 3) for name in ("l", "l_rate", "l_acceleration"))
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
     from_stacks = ca.inv(terms.slope[3:, :])
-    demanded = from_stacks @ (acceleration - terms.bending[3:])
+    demanded = from_stacks @ (acceleration - terms.bias[3:])
     forces = from_stacks.T @ (terms.mass @ demanded + terms.velocity + terms.elastic)
     at = ca.Function("at", [p, v, acceleration], [forces])
     speed = ca.Function("speed", [p, elongation], [from_stacks @ elongation])
@@ -43,7 +45,7 @@ def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
 
 
 def _pose(geometry: Links, elongation: ca.SX) -> ca.SX:
-    """Pose of the exact kinematics at elongations, (3, 1)."""
+    """Return the pose of the exact kinematics at elongations, (3, 1)."""
     pose = ca.SX.sym("pose", 3)
     reached = elongations(geometry, pose)
     step = ca.Function("step", [pose, elongation], [pose - ca.inv(ca.jacobian(reached, pose)) @ (reached - elongation)])

@@ -1,16 +1,16 @@
-"""Forces as voltages of piezo stacks: what voltage makes each stack push with a wanted force where it is now.
+"""Conversion of commanded forces to voltages of piezo stacks, with compensation of the stacks' stiffness.
 
     V_i = (Q_i + k (l_i + l_i' T / 2)) / alpha,  clipped to 0..Vmax
 
-evaluated at each tick and held until the next. k l undoes the stack's own stiffness, so that a stack behind it is a
-source of force. A voltage held for a sample time T acts T / 2 late on average: without the rate l', which may be left
-open, k l is a negative damper k T / 2 along each stack; with it that is undone, but for faster motion than 1 / T.
+evaluated at each tick and held until the next. The term k l cancels the stiffness of the stack, which then acts as an
+ideal force actuator. A voltage held for a sample time T acts T / 2 late on average: with l' unconnected, k l acts as a
+negative damper k T / 2 along each stack; the term in l' cancels it for motion slower than 1 / T.
 
 Ports of axis i: in `axis[i].force` Q [N], `axis[i].elongation` l [m], `axis[i].elongation_rate` [m/s]; out
 `axis[i].command` [V] and `axis[i].saturation`, 1 while the voltage is clipped.
 
-Bode plot within the limits, from tick to tick: from the force 1 / alpha, from the elongation k / alpha, from its rate
-k T / (2 alpha). Between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
+Bode plot to the command, within the limits, from tick to tick: from the force 1 / alpha, from the elongation k / alpha,
+from its rate k T / (2 alpha). Between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
 
 Source: thesis of 2000 on the 3-RRR stage, eq (5.9).
 """
@@ -29,16 +29,16 @@ FACTS = {
 
 
 def force_to_voltage(*, axes: int = 3) -> Model:
-    """The conversion for a number of stacks; `ModelError` for less than one."""
+    """Return the conversion for a number of stacks; `ModelError` for fewer than one."""
     if axes < 1:
         raise ModelError(f"force_to_voltage: axes is {axes}, expected 1 or more")
-    m = Model("ForceToVoltage", "Voltages for wanted forces of piezo stacks")
+    m = Model("ForceToVoltage", "Voltages for commanded forces of piezo stacks")
     sample_time = m.sample_time(50e-6)
     each = f"axis[1..{axes}]"
     stiffness = m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness k of each stack", min=0)
     coupling = m.parameter("stack.coupling", TOKIN.coupling, "N/V", "Force per volt of each stack", min=1e-9)
     highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
-    force = m.input(f"{each}.force", "N", "Wanted force of the stack", nominal=100.0)
+    force = m.input(f"{each}.force", "N", "Commanded force of the stack", nominal=100.0)
     elongation = m.input(f"{each}.elongation", "m", "Elongation of the stack", nominal=1e-6)
     rate = m.input(f"{each}.elongation_rate", "m/s", "Rate of the elongation", nominal=1e-3)
     ahead = elongation + sample_time / 2 * rate

@@ -2,19 +2,19 @@
 
     command_i = limit_i( feed_forward_i + Kp_i (reference_i - measured_i) + Kd_i (reference_rate_i - measured_rate_i) )
 
-    continuous    at every instant, a map without memory
-    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` put out one
-                  tick later, as by a computer that needs the whole sample time
+    continuous    static map with direct feedthrough
+    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` one tick later,
+                  like a computer that needs the whole sample time
 
-`sampled` tends to `continuous` with the sample time, at first order. `saturation` is 1 while the limit acts, otherwise
-0.
+`sampled` converges to `continuous` as the sample time goes to 0, at first order. `saturation` is 1 while the limit
+acts, otherwise 0.
 
 Ports of axis i: in `axis[i].reference`, `.measured` in `unit`, `.reference_rate`, `.measured_rate`, `.feed_forward` in
 `effort`; out `axis[i].command` in `effort`, `axis[i].saturation`.
 
-Bode plot, measured to command below the limit: flat at Kp with 180 degrees, at Kd from the rate. So it is at level
-`sampled` from tick to tick; `delay` turns both by 360 degrees times frequency times sample time, and between ticks the
-hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
+Bode plot, measured to command below the limit: flat at Kp with 180 degrees, from the measured rate at Kd. The same
+holds for level `sampled` from tick to tick; `delay` adds a phase lag of 360 degrees * frequency * sample time, and
+between ticks the hold adds sin(pi f T) / (pi f T) and a delay of T / 2.
 """
 
 from hfsa.components import Model, ModelError
@@ -24,17 +24,17 @@ from hfsa.controllers._command import Level, execution
 def pd(
     *, level: Level = "sampled", axes: int = 1, unit: str = "rad", effort: str = "N.m", delay: bool = False
 ) -> Model:
-    """One controller for all axes.
+    """Return one controller for all axes.
 
     Args:
         level: `continuous` or `sampled`.
         axes: number of axes.
         unit: unit of reference and measured value.
         effort: unit of the command.
-        delay: whether the command is put out one sample time late; at level `sampled` only.
+        delay: whether the command is delayed by one sample time; at level `sampled` only.
 
     Raises:
-        ModelError: less than one axis, an unknown unit or level, a delay at level `continuous`.
+        ModelError: fewer than one axis; an unknown unit or level; a delay at level `continuous`.
     """
     if axes < 1:
         raise ModelError(f"pd: axes is {axes}, expected 1 or more")
@@ -51,5 +51,5 @@ def pd(
     feed_forward = m.input(f"{each}.feed_forward", effort, "Added to the command before the limit")
 
     wanted = feed_forward + kp * (reference - measured) + kd * (reference_rate - measured_rate)
-    executed.put_out(each, wanted, limit, effort, "Command")
+    executed.output_command(each, wanted, limit, effort, "Command")
     return m

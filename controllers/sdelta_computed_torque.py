@@ -1,38 +1,39 @@
-"""Computed-torque control (CTC) of the SDelta's six motors on its rigid-body model: what it ignores are the springs.
+"""Computed-torque control (CTC) of the SDelta's six motors by a rigid-body model, which ignores the springs.
 
     motor            theta''_c = theta''_d + Kv (theta'_d - theta') + Kp (theta_d - theta)
-    encoder_pose     a_c = a_d + Kv (t_d - t) + Kp [log(Q_d Q^T); c_d - c],   Q, c, t where the motors would have them
-    measured_pose    the same, Q, c, t where the platform is
+    encoder_pose     a_c = a_d + Kv (t_d - t) + Kp [log(Q_d Q^T); c_d - c],   Q, c, t from the encoders
+    measured_pose    the same, Q, c, t measured at the platform
     all              tau = limit( M_th theta''_c + T^T (M a_c + [omega x I omega; 0] - w_g) + feed_forward ),
                      a_c = T theta''_c + T' theta'
 
-with Q, c, t = [omega; v] and a of the centre of mass C, the motors' inertia M_th, the platform's M = blkdiag(I, m 1),
-and T from the motors' rates to the twist. The model `exact` has all of this at the pose where the robot is; `linear`
-has T, M and I of the posture, and neither omega x I omega nor T' theta', which are of the second order in the motion.
-`motor` and `encoder_pose` are one law where the model is `linear`.
+with Q, c, t = [omega; v] and a of the centre of mass C, the inertia M_th of the motors, M = blkdiag(I, m 1) of the
+platform, and T from the rates of the motors to the twist. The model `exact` evaluates all terms at the present pose.
+The model `linear` has T, M and I of the posture and omits omega x I omega and T' theta', which are of second order in
+the motion. With the model `linear`, `motor` and `encoder_pose` are the same law.
 
-On a rigid robot e'' + Kv e' + Kp e = 0 is left of the error. On springs the encoders are collocated with the motors and
-the loop is stable for every bandwidth, as long as nothing is sampled or late; the measured pose is not collocated, and
-at the symmetric posture 1 % of damping bears no more than 1.34 Hz. The default gains are those of 6 Hz, damping 0.7.
+On a rigid robot the error obeys e'' + Kv e' + Kp e = 0. On an elastic robot the encoders are collocated with the
+motors, and the continuous loop without delay is stable for every bandwidth. The measured pose is not collocated: at the
+symmetric posture with 1 % damping the loop is stable up to a bandwidth of 1.34 Hz. The default gains are those of a
+bandwidth of 6 Hz and a damping ratio of 0.7.
 
-    continuous    at every instant, a map without memory
-    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` put out one
-                  tick later; tends to `continuous` with the sample time, at first order
+    continuous    static map with direct feedthrough
+    sampled       evaluated at each tick from the inputs before it and held until the next; with `delay` one tick later;
+                  converges to `continuous` as the sample time goes to 0, at first order
 
 Ports: `motor` in `axis[i].reference` [rad], `.reference_rate`, `.reference_acceleration`; the others in
 `reference.rotation` [rad], `.position` [m], `.angular_velocity`, `.velocity`, `.angular_acceleration`, `.acceleration`
 of S from the posture, world axes, as the robot's `platform`. `motor` and `encoder_pose` in `axis[i].measured` [rad],
 `.measured_rate`; `measured_pose` in `measured.rotation`, `.position`, `.angular_velocity`, `.velocity`. All in
-`axis[i].feed_forward` [N.m], for which the reference's acceleration may be left out; out `axis[i].command` [N.m] and
-`axis[i].saturation`, 1 while the limit acts. Motors are ordered L1, R1, L2, R2, L3, R3. Their
-angles count from the posture, as the poses do; the FMU's constants `axis[i].angle_at_posture` are the angles there.
+`axis[i].feed_forward` [N.m], an alternative to the acceleration of the reference; out `axis[i].command` [N.m] and
+`axis[i].saturation`, 1 while the limit acts. Motors are ordered L1, R1, L2, R2, L3, R3. Angles and poses count from the
+posture; the FMU's constants `axis[i].angle_at_posture` are the motor angles there.
 
-`exact` adds the posture inside and forms every difference from small numbers (`_sdelta_inverse`): without gravity its
-command for a motion of 1 pm is as exact, relative to its size, as for 1 mm, within some 1e-13; with gravity rounding of
-the holding torque, some 1e-14 N.m, is left.
+`exact` computes every difference from small numbers (`_sdelta_inverse.py`): without gravity the relative error of its
+command is some 1e-13 for motions of 1 pm as for 1 mm; with gravity the rounding error of the holding torque is some
+1e-14 N.m.
 
-Bode plot about rest at the posture, below the limit, `motor`: measured to command flat at -Kp M_rb, from the rate at
--Kv M_rb, M_rb = M_th + T^T M T, from tick to tick where it is sampled; `delay` and the hold as in `pd`.
+Bode plot about rest at the posture, below the limit, `motor`: measured to command flat at -Kp M_rb, measured rate to
+command flat at -Kv M_rb, M_rb = M_th + T^T M T; at level `sampled` from tick to tick, `delay` and hold as in `pd`.
 """
 
 from typing import Literal
@@ -44,7 +45,7 @@ from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
-from hfsa.components._mechanics.sdelta_kinematics import show_motors
+from hfsa.components._mechanics.sdelta_kinematics import declare_motor_constants
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.controllers._command import Level, execution
@@ -53,7 +54,7 @@ from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
 FACTS = {
     POSTURE: Known("posture"),
     PAYLOAD: Known("payload"),
-    GRAVITY: Known("gravity", unfed="axis[1].feed_forward"),  # the weight is in the torque that is fed forward
+    GRAVITY: Known("gravity", unfed="axis[1].feed_forward"),  # the feed-forward torque includes the weight
 }
 
 _BANDWIDTH, _DAMPING = 2 * np.pi * 6, 0.7
@@ -69,16 +70,16 @@ def sdelta_computed_torque(
     payload: Payload = CUBE,
     delay: bool = False,
 ) -> Model:
-    """One controller for the six motors.
+    """Return one controller for the six motors.
 
     Args:
         level: `continuous` or `sampled`.
-        feedback: `motor` (the motors' errors), `encoder_pose` (the pose's, by direct kinematics of the motors) or
-            `measured_pose` (the pose's).
-        model: what the controller takes the robot for, `linear` about the posture or `exact`.
-        posture: of the robot; rotation in degrees, position of S in metres.
-        payload: what the platform carries.
-        delay: whether the command is put out one sample time late; at level `sampled` only.
+        feedback: `motor` (errors of the motors), `encoder_pose` (error of the pose, by direct kinematics of the motors)
+            or `measured_pose` (error of the measured pose).
+        model: model of the robot, `linear` about the posture or `exact`.
+        posture: posture of the robot; rotation in degrees, position of S in metres.
+        payload: payload of the platform.
+        delay: whether the command is delayed by one sample time; at level `sampled` only.
 
     Raises:
         ModelError: a singular posture; an unknown level, feedback or model; a delay at level `continuous`.
@@ -89,19 +90,19 @@ def sdelta_computed_torque(
     executed = execution(m, "sdelta_computed_torque", level, 0.25e-3, delay)
     kp = m.parameter("proportional_gain", _BANDWIDTH**2, "1/s2", "Gain Kp", min=0, nominal=1e3)
     kv = m.parameter("derivative_gain", 2 * _DAMPING * _BANDWIDTH, "1/s", "Gain Kv", min=0, nominal=10.0)
-    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z that the torques hold against")
+    gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, compensated")
     limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
     feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
     rigid = robot(model, posture, payload, "sdelta_computed_torque")
-    show_motors(m, rigid.kinematics, "axis")
+    declare_motor_constants(m, rigid.kinematics, "axis")
     motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)
     wanted = feed_forward + rigid.torques(motion, motors, acceleration, gravity)
-    executed.put_out(_AXES, wanted, limit, "N.m", "Motor torque")
+    executed.output_command(_AXES, wanted, limit, "N.m", "Motor torque")
     return m
 
 
 def _motor(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
-    """Return the motion, and the accelerations of the motors and of C that the law demands, columns of six."""
+    """Return the motion, and the commanded accelerations of the motors and of C, by errors of the motors."""
     reference = m.input(f"{_AXES}.reference", "rad", "Reference angle from the posture", nominal=1e-2)
     reference_rate = m.input(f"{_AXES}.reference_rate", "rad/s", "Rate of the reference")
     reference_acceleration = m.input(f"{_AXES}.reference_acceleration", "rad/s2", "Acceleration of the reference")
@@ -112,18 +113,18 @@ def _motor(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX,
 
 
 def _encoder_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
-    """Return the same, by the pose that the motors dictate."""
+    """Return the motion, and the commanded accelerations of the motors and of C, by the pose from the encoders."""
     return _of_pose(m, rigid, kp, kv, rigid.at_motors(*_encoders(m)))
 
 
 def _measured_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX) -> tuple[Motion, ca.SX, ca.SX]:
-    """Return the same, by the pose that a sensor shows."""
+    """Return the motion, and the commanded accelerations of the motors and of C, by the measured pose."""
     displacement, twist = _pose(m, "measured", "Measured")
     return _of_pose(m, rigid, kp, kv, rigid.at_platform(displacement, twist))
 
 
 def _of_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX, motion: Motion) -> tuple[Motion, ca.SX, ca.SX]:
-    """Return a motion, and the accelerations of the motors and of C that the law demands there."""
+    """Return a motion, and the commanded accelerations of the motors and of C there, columns of six."""
     wanted = rigid.at_platform(*_pose(m, "reference", "Reference"))
     reference_acceleration = ca.vertcat(
         m.input("reference.angular_acceleration[1..3]", "rad/s2", "Reference angular acceleration"),
@@ -135,7 +136,7 @@ def _of_pose(m: Model, rigid: Robot, kp: ca.SX, kv: ca.SX, motion: Motion) -> tu
 
 
 def _encoders(m: Model) -> tuple[ca.SX, ca.SX]:
-    """Declare the encoders; angles and rates, columns of six."""
+    """Declare the inputs from the encoders; return angles and rates, columns of six."""
     return (
         m.input(f"{_AXES}.measured", "rad", "Motor angle from the posture", nominal=1e-2),
         m.input(f"{_AXES}.measured_rate", "rad/s", "Motor speed"),
@@ -143,7 +144,7 @@ def _encoders(m: Model) -> tuple[ca.SX, ca.SX]:
 
 
 def _pose(m: Model, terminal: str, word: str) -> tuple[ca.SX, ca.SX]:
-    """Declare a pose of S from the posture, and its twist, columns of six."""
+    """Declare inputs for a pose of S from the posture and its twist; return both, columns of six."""
     displacement = ca.vertcat(
         m.input(f"{terminal}.rotation[1..3]", "rad", f"{word} rotation vector from the posture", nominal=1e-3),
         m.input(f"{terminal}.position[1..3]", "m", f"{word} displacement of S from the posture", nominal=1e-4),

@@ -1,26 +1,26 @@
-"""What makes the SDelta's platform follow a command: motion and torque of its motors, by an inverse of its model.
+"""Feed-forward control of the SDelta: motion and torque of its motors for a commanded pose, by an inverse model.
 
-The command is that of `sdelta_reference`, the deviation of S from the posture. With x the command, of the centre of
-mass C, x_n the pose that the motors dictate, and T, M_th, M, D, K of `sdelta_computed_torque` and `sdelta`,
+The command is that of `sdelta_reference`, the deviation of S from the posture. With x the command at the centre of mass
+C, x_n the rigid-body pose of the motor angles, and T, M_th, M, D, K as in `sdelta_computed_torque` and `sdelta`,
 
     rigid      x_n = x
     elastic    x_n = x + e,   D e' + K e = M x'' - w_g
     both       motor = T^-1 x_n,   torque = M_th motor'' + T^T (M x'' - w_g)
 
-`elastic` inverts the robot's level `cartesian`: under motors that follow x_n, or under any collocated control that is
-fed both, its platform follows the command, exactly, weight and springs included. As the stiffness grows it tends to
-`rigid`, with an error ~ 1 / stiffness. The inverse of a robot without damping would take the command's fourth
-derivative; with damping it takes the third. What it knows wrongly of the robot stays: a mode that is damped otherwise,
-say.
+`elastic` is the inverse of the robot's level `cartesian`, weight and springs included: if the motors follow x_n, or
+under collocated control with both outputs fed forward, the platform follows the command exactly. As the stiffness grows
+it converges to `rigid`, with an error ~ 1 / stiffness. The inverse requires the third derivative of the command;
+without damping it would require the fourth. Errors of its parameters, such as a wrong damping ratio, are not
+compensated.
 
 Ports: in `command.rotation` [rad], `.position` [m] with their `_rate`, `_acceleration` and `_jerk` (level elastic); out
 `motor[i].angle` [rad] from the posture, `.angle_rate`, `.angle_acceleration`, `.torque` [N.m], ordered L1, R1, L2, R2,
-L3, R3, and the poses `platform` (the command) and `nominal` (x_n) of S from the posture, ports as those of the robot's
-`platform`. What the motors' angles are at the posture the FMU's constants `motor[i].angle_at_posture` say.
+L3, R3, and the poses `platform` (the command) and `nominal` (x_n) of S from the posture, with the ports of the robot's
+`platform`. The FMU's constants `motor[i].angle_at_posture` are the motor angles at the posture.
 
-Bode plot, command to nominal pose, symmetric posture, preset ch4: `rigid` 0 dB at all frequencies. `elastic` the
-inverse of the robot's response: 0 dB at low frequency, antiresonances where the platform resonates and resonances where
-it does not move; vertical position -34 dB at 24.5 Hz and rising with 20 dB per decade in the end.
+Bode plot, command to nominal pose, symmetric posture, preset ch4: `rigid` 0 dB at all frequencies. `elastic` is the
+inverse of the robot's response: 0 dB at low frequency, antiresonances at the resonances of the robot and resonances at
+its antiresonances; vertical position -34 dB at 24.5 Hz and 20 dB per decade at high frequency.
 """
 
 from typing import Literal
@@ -34,7 +34,7 @@ from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, show_motors
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, declare_motor_constants
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
@@ -62,7 +62,7 @@ _MOTIONS = (
 )
 _LEAST_DAMPING = 1e-5
 _RADIANS_PER_SECOND = 100.0
-"""Of the motions that nominal values are given for."""
+"""Angular frequency of the motions that define the nominal values."""
 
 
 def sdelta_feed_forward(
@@ -72,13 +72,13 @@ def sdelta_feed_forward(
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
 ) -> Model:
-    """The feed-forward at one posture.
+    """Return the feed-forward at one posture.
 
     Args:
         level: `rigid` (the robot as a rigid body) or `elastic` (on its springs).
-        posture: where the command counts from; rotation in degrees, position of S in metres.
+        posture: origin of the command; rotation in degrees, position of S in metres.
         stiffness: preset of the robot; without effect at level `rigid`.
-        payload: what the platform carries.
+        payload: payload of the platform.
 
     Raises:
         ModelError: a singular posture; an unknown level or preset.
@@ -104,12 +104,12 @@ def sdelta_feed_forward(
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
         size = 1e-2 * _RADIANS_PER_SECOND**order
         m.output(f"motor[1..6].angle{suffix}", column, f"rad{per}", "Motor angle from the posture", nominal=size)
-    show_motors(m, kinematics, "motor")
+    declare_motor_constants(m, kinematics, "motor")
     torque = ca.DM(DRIVE_INERTIA) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
     m.output("motor[1..6].torque", torque, "N.m", "Motor torque", nominal=0.1)
     to_S = ca.DM(shift(offset))
     _pose(m, "platform", "Commanded", command)
-    _pose(m, "nominal", "Dictated by the motors:", [to_S @ column for column in nominal])
+    _pose(m, "nominal", "Nominal (rigid-body)", [to_S @ column for column in nominal])
     return m
 
 
@@ -126,19 +126,20 @@ def _command(m: Model) -> list[ca.SX]:
 
 
 def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _ratio: ca.SX) -> list[ca.SX]:
-    """Return what the springs give way by, and its derivatives, columns of six: nothing."""
+    """Return the deflection of the springs and its derivatives, columns of six: zero for rigid springs."""
     return [ca.SX.zeros(6)] * 3
 
 
 def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, ratio: ca.SX) -> list[ca.SX]:
-    """Return what the springs give way by, and its derivatives, columns of six about C.
+    """Return the deflection of the springs and its derivatives, columns of six about C.
 
-    The state is by how much that lags the static K^-1 (M x'' - w_g), e = static + lag, e' = -D^-1 K lag: a rate that
-    follows no input, or inputs newer than the state by a step would show in it, times the fast rates of D^-1 K.
-    With the modes H, H^T M H = 1 and H^T K H = diag(omega^2), D^-1 K = H diag(omega / (2 zeta)) H^-1.
+    The state is the lag of the deflection e behind its static value K^-1 (M x'' - w_g), e = static + lag, so that
+    e' = -D^-1 K lag has no direct feedthrough. In co-simulation the inputs may be newer than the state by a step; with
+    feedthrough, this difference would appear in e', multiplied by the fast rates of D^-1 K. With the modes H,
+    H^T M H = 1 and H^T K H = diag(omega^2), D^-1 K = H diag(omega / (2 zeta)) H^-1.
     """
-    rotation = m.state("lag.rotation[1..3]", "rad", "Deflection of the springs beyond the static one", nominal=1e-6)
-    position = m.state("lag.position[1..3]", "m", "Deflection of the springs beyond the static one, at C", nominal=1e-7)
+    rotation = m.state("lag.rotation[1..3]", "rad", "Rotation of the springs minus its static value", nominal=1e-6)
+    position = m.state("lag.position[1..3]", "m", "Deflection of the springs at C minus its static value", nominal=1e-7)
     lag = ca.vertcat(rotation, position)
     omega, H = modes(M, K)
     decay = ca.DM(H * omega / 2 @ np.linalg.inv(H)) / ratio
@@ -150,7 +151,7 @@ def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.
 
 
 def _pose(m: Model, terminal: str, word: str, motion: list[ca.SX]) -> None:
-    """Declare a pose of S, its twist and its acceleration, from columns of six."""
+    """Declare pose, twist and acceleration of S as outputs, from columns of six."""
     for quantities, column in zip(_MOTIONS, motion, strict=False):
         for (name, unit), half in zip(quantities, ca.vertsplit(column, 3), strict=True):
             m.output(f"{terminal}.{name}[1..3]", half, unit, f"{word} {name.replace('_', ' ')} of S, world axes")

@@ -1,12 +1,12 @@
-"""Gains and torques for controlling the SDelta's six motors at a posture, from its rigid-body model.
+"""PD gains and holding torques of the SDelta's six motors at a posture, from its rigid-body model.
 
-    M_rb = M_th + T^T M T                               inertia that the motors see (rigid limit of the motor plant)
+    M_rb = M_th + T^T M T                               inertia on the motor angles (rigid limit of the motor plant)
     Kp_i = M_rb,ii w_c^2,  Kd_i = 2 z_c w_c M_rb,ii     with w_c = 2 pi bandwidth, z_c = damping
-    tau_g = T^T [0; m g Z]                              holds the weight
+    tau_g = T^T [0; m g Z]                              torques that balance the weight
 
-T maps motor angles to the pose of the centre of mass C, M is the platform's mass matrix there, M_th the drives'
-inertia. A bandwidth of a quarter of the first natural frequency, 6 Hz at the symmetric posture, keeps clear of the
-elastic modes.
+T maps motor angles to the pose of the centre of mass C, M is the platform's mass matrix there, M_th the inertia of the
+drives. The default bandwidth, 6 Hz, is a quarter of the first natural frequency at the symmetric posture, well below
+the elastic modes.
 
 An analysis, not a model: `hfsa analyze sdelta_tuning`. Motors are ordered L1, R1, L2, R2, L3, R3.
 """
@@ -36,7 +36,7 @@ UNITS = {
     "derivative_gain": "N.m.s/rad",
     "holding_torque": "N.m",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -51,16 +51,16 @@ def analyze(
 
     Args:
         posture: rotation in degrees, position of S in metres.
-        payload: what the platform carries.
-        bandwidth: of the rigid closed loop [Hz].
+        payload: payload of the platform.
+        bandwidth: bandwidth of the rigid closed loop [Hz].
         damping: damping ratio of the rigid closed loop.
         gravity: gravitational acceleration along -Z [m/s2].
 
     Returns:
-        motor_angles: of the posture, (6,) [rad].
+        motor_angles: motor angles at the posture, (6,) [rad].
         motor_inertia: M_rb, (6, 6) [kg.m2].
-        proportional_gain, derivative_gain: (6,) [N.m/rad], [N.m.s/rad].
-        holding_torque: that carries the weight, (6,) [N.m].
+        proportional_gain, derivative_gain: Kp_i, Kd_i, (6,) [N.m/rad], [N.m.s/rad].
+        holding_torque: tau_g, (6,) [N.m].
 
     Raises:
         ModelError: a singular posture; a bandwidth or damping below 0.

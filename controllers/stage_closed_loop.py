@@ -1,30 +1,31 @@
-"""What PD and computed torque (CTC) make of the 3-RRR stage with ideal force actuators, without integrating anything.
+"""Closed-loop analysis of the 3-RRR stage with ideal force actuators under PD and computed torque (CTC) control.
 
     M l'' + D l' + H(l) = Q,   e = r - l              stage; D = damping_time K0, 0 in the source
     pd    Q = Kp e + Kv e'                            Kp [N/m],  Kv [N.s/m]
     ctc   Q = M (r'' + Kv e' + Kp e) + D l' + H(l)    Kp [1/s2], Kv [1/s]
 
-so that, with K = dH/dl where the stage comes to rest, the error's own motion is
+so that, with K = dH/dl at equilibrium, the error dynamics are
 
-    pd    M e'' + (D + Kv) e' + (K + Kp) e = 0        and e comes to rest where Kp e = H(r - e)
-    ctc   e'' + Kv e' + Kp e = 0                      and e comes to rest at 0
+    pd    M e'' + (D + Kv) e' + (K + Kp) e = 0        with the equilibrium Kp e = H(r - e)
+    ctc   e'' + Kv e' + Kp e = 0                      with the equilibrium e = 0
 
-PD is stable for all Kp, Kv >= 0: with r constant and P the energy of the hinges, T + P + Kp e'e / 2 never grows. It
-does not come to rest without damping, and it does not arrive without stiffness. `verdict` lists what is the case:
+PD is stable for all Kp, Kv >= 0: with r constant and P the energy of the hinges, T + P + Kp e'e / 2 never grows.
+Without damping the error does not settle, without stiffness it does not vanish. `verdict` contains:
 
-    converges             what the start of a motion stirs up dies away
-    rings_for_ever        it does not: nothing damps the loop (Kv = 0, damping_time = 0)
-    softer_than_hinges    Kp is less than a stiffness of the hinges: more than half of the way is never gone (pd)
-    keeps_its_error       Kp = 0: nothing pulls an error back (ctc)
+    converges             the transient of a motion decays
+    rings_for_ever        the transient does not decay: the loop has no damping (Kv = 0, damping_time = 0)
+    softer_than_hinges    Kp is below a stiffness of the hinges: less than half of the motion is reached (pd)
+    keeps_its_error       Kp = 0: the loop has no restoring force (ctc)
 
-`converges` says nothing of a solver. The trapezoidal rule does not damp what it does not resolve: a step h makes of a
-fast pole s the factor (1 + h s / 2) / (1 - h s / 2), close to -1, and the rule shows an error that changes its sign at
-every step for ever, where the loop has long settled. `trapezoidal_factor` is the size of that factor.
+`converges` refers to the continuous loop, not to a numerical solution. The trapezoidal rule does not damp unresolved
+modes: a step h multiplies a mode with a fast pole s by (1 + h s / 2) / (1 - h s / 2), close to -1, so the numerical
+error alternates in sign at every step long after the loop has settled. `trapezoidal_factor` is the magnitude of that
+factor.
 
 An analysis, not a model: `hfsa analyze stage_closed_loop -p law=pd -p proportional_gain=1e9 -p derivative_gain=5e4`.
 
 Source: thesis of 2000 on the 3-RRR stage, eqs (5.1) and (5.8), which prints the states in place of their errors, and
-table 5.1, whose PD gains are said there not to converge.
+table 5.1; the thesis reports that its PD gains do not converge.
 """
 
 from collections.abc import Callable
@@ -45,11 +46,11 @@ Triple = tuple[float, float, float]
 
 _ITERATIONS = 20
 _SETTLED = 1e-12
-"""Last step of the search for the balance, relative to the error."""
+"""Last Newton step of the equilibrium search, relative to the error."""
 
 
 class Verdict(StrEnum):
-    """What becomes of an error; the module says what each means."""
+    """Long-term behaviour of an error, as defined in the docstring of the module."""
 
     CONVERGES = "converges"
     RINGS = "rings_for_ever"
@@ -58,7 +59,7 @@ class Verdict(StrEnum):
 
 
 class _Stage(NamedTuple):
-    """The stage at a point, over its elongations: M, D, K, shape (3, 3), and H, the forces that hold it, (3,)."""
+    """The linearised stage in its elongations: M, D, K, shape (3, 3), and the holding forces H, (3,)."""
 
     mass: np.ndarray
     damping: np.ndarray
@@ -67,7 +68,7 @@ class _Stage(NamedTuple):
 
 
 class _Loop(NamedTuple):
-    """The error's motion, mass e'' + damping e' + stiffness e = 0, and the gains that make it of the stage, (3, 3)."""
+    """Error dynamics mass e'' + damping e' + stiffness e = 0, and the gains of the control law, (3, 3) each."""
 
     mass: np.ndarray
     damping: np.ndarray
@@ -90,7 +91,7 @@ UNITS = {
     "peak_error": "m",
     "start_force": "N",
 }
-"""Units of what `analyze` returns, as `_parts` says."""
+"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
@@ -105,39 +106,39 @@ def analyze(
     damping_time: float = 0.0,
     solver_steps: int = 74,
 ) -> dict[str, Any]:
-    """Return what becomes of the error while all elongations ramp up, in SI units; arrays are per stack or per pole.
+    """Return the behaviour of the error under a ramp of all elongations, in SI units; arrays are per stack or per pole.
 
     Args:
-        level: of the stage, `constant_jacobian` or `exact`.
+        level: level of the stage, `constant_jacobian` or `exact`.
         kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
-        law: `pd` or `ctc`, which is built on the very stage it controls.
+        law: `pd` or `ctc`; the model of `ctc` is the controlled stage itself.
         proportional_gain: Kp of each stack [N/m] (pd), [1/s2] (ctc).
         derivative_gain: Kv of each stack [N.s/m] (pd), [1/s] (ctc).
-        rate: at which the reference of all three stacks begins to move [m/s].
+        rate: initial rate of the reference of all three stacks [m/s].
         elongation: reference at the end of the motion [m].
-        damping_time: D / K0 of the stage [s]; the source's stage has none.
-        solver_steps: equal steps that a solver takes from 0 to `elongation`.
+        damping_time: D / K0 of the stage [s]; 0 in the source.
+        solver_steps: number of equal solver steps from 0 to `elongation`.
 
     Returns:
-        verdict: one or two of the module's identifiers.
-        poles: of the loop where the stage comes to rest, by size, (6,) [1/s].
+        verdict: one or two of the identifiers above.
+        poles: poles of the loop at equilibrium, by magnitude, (6,) [1/s].
         natural_frequencies_hz: |pole| / (2 pi), (6,) [Hz].
-        damping_ratios: -real part / |pole|, 1 where a pole is real, (6,).
-        time_constant: of the slowest that dies away; infinite where one does not [s].
-        final_error: that is left when the start has died away, or that the loop rings about, (3,) [m].
-        final_share: largest share of the elongation that it is [1].
-        peak_error, peak_time: largest error that the start of the motion stirs up, and when; what H(r) / Kp adds
-            meanwhile is not in it [m], [s].
-        start_force: of each stack when the motion starts [N].
-        sample_time_limit: below which the loop is stable with its command `held` between samples, and put out one
-            sample late (`held_delayed`), where computed torque looks ahead as `stage_computed_torque` does; `rigid` and
-            `rigid_delayed` are those of the masses without hinges. 0 where no sample time is short enough, infinite
-            where none is too long [s].
-        trapezoidal_factor: per step, for the pole that it keeps longest [1].
+        damping_ratios: -real part / |pole|, 1 for a real pole, (6,).
+        time_constant: slowest time constant, infinite for an undamped pole [s].
+        final_error: error at equilibrium, (3,) [m].
+        final_share: largest final error / largest elongation [1].
+        peak_error, peak_time: largest error of the initial transient and its time, without the part due to H(r) / Kp
+            [m], [s].
+        start_force: force of each stack at the start of the motion [N].
+        sample_time_limit: largest stable sample time with the command `held` between samples and with an additional
+            delay of one sample (`held_delayed`), with the prediction of `stage_computed_torque` for `ctc`; `rigid` and
+            `rigid_delayed` are those of the masses without hinges. 0 if no sample time is stable, infinite if all are
+            [s].
+        trapezoidal_factor: largest factor per step over all poles [1].
 
     Raises:
         ModelError: an unknown law, level or parameter set; a gain or damping time below 0; a rate or number of steps
-            that is not above 0; elongations that no pose has.
+            that is not above 0; elongations without a pose.
     """
     one_of(law, ("pd", "ctc"), "stage_closed_loop: law")
     one_of(level, ("constant_jacobian", "exact"), "stage_closed_loop: level")
@@ -150,7 +151,7 @@ def analyze(
             raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected more than 0")
 
     def stage_at(point: np.ndarray) -> _Stage:
-        """The linearised stage at elongations [m]."""
+        """Return the linearised stage at elongations [m]."""
         found = analyze_stage(level=level, kinematics=kinematics, elongation=tuple(point.tolist()))
         return _Stage(found["inertia"], damping, found["stiffness"], found["force"])
 
@@ -182,7 +183,7 @@ def analyze(
 
 
 def _loop(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: float) -> _Loop:
-    """Return the loop about a point; CTC cancels the hinges and their damping there, so its gains make up for them."""
+    """Return the loop about a point; the gains of CTC include the cancellation of the hinges and their damping."""
     M, D, K, _ = stage
     if law == "pd":
         position_gain, rate_gain = proportional_gain * np.eye(3), derivative_gain * np.eye(3)
@@ -194,7 +195,7 @@ def _loop(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: fl
 def _balance(stage_at: Callable[[np.ndarray], _Stage], proportional_gain: float) -> tuple[np.ndarray, _Stage]:
     """Return the error (3,) [m] at which Kp e = H, and the stage there.
 
-    `stage_at` takes an error. Sought itself, it keeps digits that r - l would lose.
+    `stage_at` maps an error to the stage. The error is the unknown because the difference r - l would lose digits.
     """
     error = np.zeros(3)
     for _ in range(_ITERATIONS):
@@ -204,12 +205,12 @@ def _balance(stage_at: Callable[[np.ndarray], _Stage], proportional_gain: float)
         if np.abs(step).max() <= _SETTLED * np.abs(error).max():
             return error, stage
     raise ModelError(
-        f"stage_closed_loop: no balance found near the reference at proportional_gain {proportional_gain:g} N/m"
+        f"stage_closed_loop: no equilibrium found near the reference at proportional_gain {proportional_gain:g} N/m"
     )
 
 
 def _verdict(law: Law, loop: _Loop, stage: _Stage, proportional_gain: float) -> list[Verdict]:
-    """Whether the error settles, and whether at something small."""
+    """Return whether the error decays and whether its final value is small."""
     if law == "ctc" and proportional_gain == 0:
         return [Verdict.KEEPS]
     verdict = [Verdict.CONVERGES if loop.damping.any() else Verdict.RINGS]
@@ -219,9 +220,9 @@ def _verdict(law: Law, loop: _Loop, stage: _Stage, proportional_gain: float) -> 
 
 
 def _first_peak(loop: _Loop, rate: float) -> tuple[float, float]:
-    """Return the largest e [m] after e = 0, e' = rate on all stacks, and its time [s].
+    """Return the largest e [m] from the initial state e = 0, e' = rate on all stacks, and its time [s].
 
-    Equal stacks at rest move in one mode, e'' + 2 a e' + w^2 e = 0, whose e is rate exp(-a t) / w where e' vanishes.
+    Equal stacks at rest move in one mode, e'' + 2 a e' + w^2 e = 0; at e' = 0, e is rate exp(-a t) / w.
     """
     mass, damping, stiffness = (matrix.sum() for matrix in loop[:3])
     a, w = damping / (2 * mass), np.sqrt(stiffness / mass)
@@ -234,23 +235,23 @@ def _first_peak(loop: _Loop, rate: float) -> tuple[float, float]:
 
 
 def _limits(law: Law, stage: _Stage, proportional_gain: float, derivative_gain: float) -> dict[str, float]:
-    """Return the sample time limits of the stage and of its masses alone, without and with a delay of one sample."""
+    """Return the sample-time limits of the stage and of its masses alone, without and with a delay of one sample."""
     nothing = np.zeros((3, 3))
     limits = {}
     for name, plant in (("held", stage), ("rigid", stage._replace(damping=nothing, stiffness=nothing))):
         gains = _loop(law, plant, proportional_gain, derivative_gain)[3:]
-        for word, delay, late in ((name, False, 0.5), (f"{name}_delayed", True, 1.5)):
-            ahead = -late * plant.stiffness if law == "ctc" else nothing
+        for word, delay, samples_late in ((name, False, 0.5), (f"{name}_delayed", True, 1.5)):
+            ahead = -samples_late * plant.stiffness if law == "ctc" else nothing
             limits[word] = sample_time_limit(*plant[:3], *gains, ahead, delay=delay)
     return limits
 
 
 def _trapezoidal_factor(s: np.ndarray, step: float) -> float:
-    """Largest |(1 + z) / (1 - z)|, z = step s / 2, by its logarithm, which is small where it is close to 1."""
+    """Return the largest |(1 + z) / (1 - z)|, z = step s / 2, by its logarithm, which is accurate close to 1."""
     z = step * s / 2
     return float(np.exp(0.5 * np.log1p(4 * z.real / np.abs(1 - z) ** 2)).max())
 
 
 def _inverse(value: float) -> float:
-    """1 / value, infinite at 0."""
+    """Return 1 / value, infinite for 0."""
     return 1 / value if value else np.inf

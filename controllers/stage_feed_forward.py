@@ -1,10 +1,11 @@
-"""What holds the 3-RRR stage at its reference: the forces H(r) of its hinges, and the voltages of the stacks for it.
+"""Static feed-forward of the 3-RRR stage: forces that hold it at its reference, and the voltages of the stacks.
 
     force = H(r),    voltage = (H(r) + k r) / alpha
 
-with r the stacks' elongations, H = dP/dl of the stage's energy P, k and alpha of the stacks' line F = alpha V - k l.
-Added to PD control it removes the error H(r) / Kp; the voltage alone is open-loop control of the stage. A map without
-memory: in a sampled system the controller behind it samples. Voltages above the stacks' 150 V are not clipped here.
+with the stacks' elongations r, H = dP/dl of the stage's energy P, k and alpha of the stacks' line F = alpha V - k l.
+Added to PD control it removes the error H(r) / Kp; the voltage alone is open-loop control of the stage. It is a static
+map with direct feedthrough; in a sampled system the controller it feeds does the sampling. Voltages above the stacks'
+150 V are not clipped here.
 
 Ports of axis i: in `axis[i].reference` [m]; out `axis[i].force` [N], `axis[i].voltage` [V].
 
@@ -30,10 +31,10 @@ FACTS = {
 
 
 def stage_feed_forward(*, model: StageModel = "exact", kinematics: LinkSet = "nominal") -> Model:
-    """The feed-forward of the three stacks.
+    """Return the feed-forward of the three stacks.
 
     Args:
-        model: what it takes the stage for.
+        model: model of the stage, `exact` or `constant_jacobian`.
         kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
 
     Raises:
@@ -44,7 +45,7 @@ def stage_feed_forward(*, model: StageModel = "exact", kinematics: LinkSet = "no
     coupling = m.parameter("stack.coupling", TOKIN.coupling, "N/V", "Force per volt of each stack", min=1e-9)
     reference = m.input("axis[1..3].reference", "m", "Reference elongation", nominal=1e-6)
     force = stack_forces(model, kinematics)(reference, ca.DM.zeros(3), ca.DM.zeros(3))
-    m.output("axis[1..3].force", force, "N", "Force that holds the stage there", nominal=100.0)
+    m.output("axis[1..3].force", force, "N", "Force that holds the stage at the reference", nominal=100.0)
     voltage = (force + stiffness * reference) / coupling
-    m.output("axis[1..3].voltage", voltage, "V", "Voltage that holds the stage there", nominal=100.0)
+    m.output("axis[1..3].voltage", voltage, "V", "Voltage that holds the stage at the reference", nominal=100.0)
     return m

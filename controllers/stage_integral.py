@@ -1,13 +1,13 @@
-"""Sampled integral control of the 3-RRR stage by voltage, what such stages are driven by in practice.
+"""Sampled integral control of the 3-RRR stage by voltage, the usual control of such stages in practice.
 
     V_i(n) = clip( feed_forward_i + z_i(n) + k_i T (r_i - l_i) ),   z_i(n + 1) = V_i(n) - feed_forward_i
 
-clipped to 0..Vmax: the integral z goes on from the voltage that was put out, so that it does not wind up at a limit.
-Constant errors vanish, those of hysteresis and creep included; a ramp lags by its rate over the crossover.
+clipped to 0..Vmax. The integral z is updated with the clipped voltage, so it does not wind up at a limit. Constant
+errors vanish, those of hysteresis and creep included; the error of a ramp is its rate / the crossover frequency.
 
-About an elongation the stage answers a voltage with alpha / (k + K) on each axis, so that the loop crosses over at
-w = k_i alpha / (k + K) and is stable below 2 zeta w_n of the mode with bonded stacks, 114 rad/s at 1 % and 905 Hz; the
-default gain crosses over at 30 rad/s.
+The static gain of the stage is alpha / (k + K) on each axis. The crossover frequency is therefore
+w = k_i alpha / (k + K), and the loop is stable below 2 zeta w_n of the mode with bonded stacks, 114 rad/s at 1 % and
+905 Hz; the default gain has a crossover of 30 rad/s.
 
 Ports of axis i: in `axis[i].reference`, `.measured` [m], `.feed_forward` [V]; out `axis[i].command` [V] and
 `axis[i].saturation`, 1 while the voltage is clipped.
@@ -26,7 +26,7 @@ FACTS = {STACK_VOLTAGE: Known("maximum.voltage")}
 
 
 def stage_integral() -> Model:
-    """One controller for the three stacks."""
+    """Return one controller for the three stacks."""
     m = Model("StageIntegral", "Sampled integral controller of the 3-RRR stage")
     sample_time = m.sample_time(50e-6)
     each = "axis[1..3]"
@@ -34,8 +34,8 @@ def stage_integral() -> Model:
     highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
     reference = m.input(f"{each}.reference", "m", "Reference elongation", nominal=1e-6)
     measured = m.input(f"{each}.measured", "m", "Measured elongation", nominal=1e-6)
-    feed_forward = m.input(f"{each}.feed_forward", "V", "Voltage to begin with", nominal=100.0)
-    integral = m.sampled_state(f"{each}.integral", "V", "What the integral adds to the feed-forward", nominal=100.0)
+    feed_forward = m.input(f"{each}.feed_forward", "V", "Feed-forward voltage", nominal=100.0)
+    integral = m.sampled_state(f"{each}.integral", "V", "Integral part of the voltage", nominal=100.0)
     wanted = feed_forward + integral + gain * sample_time * (reference - measured)
     command, saturation = clipped(wanted, 0, highest)
     m.next[integral] = command - feed_forward

@@ -1,1 +1,1 @@
-"""From equations to FMU files."""
+"""Export of models as FMU files, and the check of any FMU."""

@@ -1,4 +1,4 @@
-"""A binary: where it lies in an FMU, what FMI asks it to export, read from the headers, and what it does export."""
+"""The binary of an FMU: its path, the functions that FMI requires, from the headers, and the symbols it exports."""
 
 import re
 import struct
@@ -8,10 +8,10 @@ from pathlib import Path
 import fmpy
 
 INTERFACES = ("ModelExchange", "CoSimulation")
-"""The interfaces that are checked, by their XML element."""
+"""XML elements of the interfaces that are checked."""
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
-"""Folder of the standards' own headers, which come with fmpy."""
+"""Folder of the headers of the FMI standard, part of fmpy."""
 
 _SECTION = re.compile(
     r"^(?:Common Functions|Functions for .*?(Model Exchange|Co-Simulation|Scheduled Execution))", re.MULTILINE
@@ -20,14 +20,14 @@ _DEFINE = re.compile(r"^#define (fmi\d\w+)\s+fmi\dFullName\(", re.MULTILINE)
 
 
 def binary_path(folder: Path, version: int, identifier: str) -> Path:
-    """Return where the FMI version expects this platform's binary of that model identifier."""
+    """Return the path of this platform's binary with a model identifier, by FMI version."""
     platform = fmpy.platform if version == 2 else fmpy.platform_tuple
     return folder / "binaries" / platform / (identifier + fmpy.sharedLibraryExtension)
 
 
 @cache
 def functions(version: int) -> dict[str, frozenset[str]]:
-    """Return the FMI functions of a major version by interface; each includes the common ones."""
+    """Return the FMI functions of a major version by interface, each with the common functions."""
     text = (HEADERS / f"fmi{version}Functions.h").read_text(encoding="utf-8")
     common: set[str] = set()
     special: dict[str, set[str]] = {"ModelExchange": set(), "CoSimulation": set(), "ScheduledExecution": set()}
@@ -41,12 +41,12 @@ def functions(version: int) -> dict[str, frozenset[str]]:
 
 
 def all_functions() -> frozenset[str]:
-    """Return every function of FMI 2 and FMI 3: exactly what a binary of ours exports, Scheduled Execution included."""
+    """Return all functions of FMI 2 and FMI 3, Scheduled Execution included: the exports of our own binaries."""
     return frozenset().union(*functions(2).values(), *functions(3).values())
 
 
 def exported(library: Path) -> set[str] | None:
-    """Return the names that a shared library defines for others; `None` where it is not a readable 64-bit ELF file."""
+    """Return the symbols that a shared library exports; `None` if it is not a readable 64-bit ELF file."""
     data = library.read_bytes()
     if data[:6] != b"\x7fELF\x02\x01":
         return None

@@ -1,7 +1,7 @@
-"""Which knowns each unknown depends on, and how: the rows of ModelStructure, from CasADi's sparsity.
+"""Dependencies of unknowns on knowns and their kinds, for ModelStructure, from CasADi's sparsity patterns.
 
-The kinds are FMI's: with unknown = f(known, ...), the slope df/dknown is `constant`, moved by `fixed` parameters only,
-by `tunable` ones too, by sampled states too (`discrete`), or by anything (`dependent`).
+The kinds are those of FMI. With unknown = f(known, ...), the derivative df/dknown is `constant`, or depends on `fixed`
+parameters only, on `tunable` ones too, on sampled states too (`discrete`), or on any variable (`dependent`).
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _T, _X, _Z, _U, _P = range(5)
 
 @dataclass(frozen=True)
 class Dependency:
-    """One known an unknown depends on; `kind` is one of FMI's dependenciesKind."""
+    """Dependency of an unknown on one known; `kind` is one of FMI's dependenciesKind."""
 
     known: Variable
     kind: str
@@ -30,7 +30,7 @@ class Dependency:
 def dependencies(functions: Functions, variables: list[Variable]) -> dict[int, list[Dependency]]:
     """Return the dependencies of every derivative and output, by value reference, knowns in ascending order.
 
-    Sampled outputs depend on nothing: they are held between ticks.
+    Sampled outputs have no dependencies: they are held between ticks.
     """
     knowns = [[v for v in variables if v.role in roles] for roles in KNOWNS]
     rows: dict[int, list[Dependency]] = {v.reference: [] for v in variables if v.role is Role.SAMPLED_OUTPUT}
@@ -43,7 +43,7 @@ def dependencies(functions: Functions, variables: list[Variable]) -> dict[int, l
 
 
 def _fill(rows: dict[int, list[Dependency]], function: ca.Function, unknowns, knowns) -> None:
-    """Add the nonzero slopes of one function's result, each with its kind."""
+    """Add the structurally nonzero derivatives of the result of one function to `rows`, each with its kind."""
     symbols: Any = function.mx_in() if function.is_a("MXFunction") else function.sx_in()
     result: Any = function(*symbols)
     slopes = [ca.jacobian(result, symbol) for symbol in symbols]
@@ -58,7 +58,7 @@ def _fill(rows: dict[int, list[Dependency]], function: ca.Function, unknowns, kn
 
 
 def _kind(moved_by: list[np.ndarray], fixed: np.ndarray) -> str:
-    """Return the kind of a slope from the knowns that move it, one boolean row per argument."""
+    """Return the kind of a derivative from the knowns that it depends on, one boolean row per argument."""
     if any(moved_by[k].any() for k in (_T, _X, _U)):
         return "dependent"
     if moved_by[_Z].any():

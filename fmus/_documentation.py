@@ -1,4 +1,4 @@
-"""documentation/index.html: what an engineer needs who has the FMU and nothing else."""
+"""documentation/index.html of an FMU: description, solver and tables of the variables."""
 
 from lxml import etree
 
@@ -12,7 +12,7 @@ _TABLES = (
     (
         "Outputs",
         (Role.OUTPUT,),
-        "Evaluated whenever they are read, also after an input was set without a step between.",
+        "Evaluated at every read, also after an input has been set without a step between.",
     ),
     ("Sampled outputs", (Role.SAMPLED_OUTPUT,), "Evaluated at each tick and held until the next."),
     ("Parameters", (Role.PARAMETER,), "Tunable at any communication point unless fixed."),
@@ -26,15 +26,15 @@ _TABLES = (
     (
         "Structure",
         (Role.CONSTANT, Role.TEXT),
-        "What this FMU was made with, and what follows from it; it cannot be set.",
+        "Structural arguments of this FMU and constants computed from them; they cannot be set.",
     ),
 )
 
 _SOLVERS = {
     "exact": "Co-Simulation uses the exact solution of the linear equations: no step size is unstable.",
     "rosenbrock": "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
-    "cvode": "Co-Simulation uses CVODE of SUNDIALS, started anew in every step, with the analytic Jacobian.",
-    "rk4": "Co-Simulation uses the classical Runge-Kutta method with a largest step.",
+    "cvode": "Co-Simulation uses CVODE of SUNDIALS, restarted in every step, with the analytic Jacobian.",
+    "rk4": "Co-Simulation uses the classical Runge-Kutta method with a maximum step.",
 }
 
 _STYLE = "body{font:15px sans-serif;margin:2em;max-width:70em}td,th{text-align:left;padding:.2em 1em .2em 0}"
@@ -56,7 +56,7 @@ def documentation(model: Model, sources: Sources, version: Version) -> bytes:
         _text(
             body,
             "p",
-            "Ticks are at the start time and every sample_time after it; one at a step's end belongs to the next.",
+            "Ticks are at start time + n sample_time, n = 0, 1, 2, ...; one at the end of a step belongs to the next.",
         )
     for title, roles, remark in _TABLES:
         rows = [v for v in sources.listed(version) if v.role in roles]
@@ -82,5 +82,5 @@ def _table(body: etree._Element, rows: list[Variable]) -> None:
 
 
 def _text(parent: etree._Element, tag: str, text: str) -> None:
-    """Add an element with a text."""
+    """Add an element with text."""
     etree.SubElement(parent, tag).text = text

@@ -1,4 +1,4 @@
-"""A first experiment with a model: how long and in what steps, read off its own time scales."""
+"""Default experiment of a model: stop time and step size from its eigenvalues."""
 
 import math
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ class Experiment:
 
 
 def default_experiment(model: Model, functions: Functions) -> Experiment:
-    """Return an experiment that resolves the model's fastest mode and shows its slowest, at the start values.
+    """Return an experiment that resolves the fastest mode of a model and covers the slowest, at the start values.
 
-    The step is the sample time where there is one, else a 20th of the fastest mode's period; the run lasts 20 periods
-    of the slowest mode, at least 1000 and at most 10000 steps. A model without modes runs for 1 s in steps of 1 ms.
+    The step is the sample time of a sampled model, else a 20th of the period of the fastest mode. The stop time is 20
+    periods of the slowest mode, at least 1000 and at most 10000 steps. A model without modes gets 1 s in steps of 1 ms.
     """
     omega = _frequencies(model, functions)
     if model.is_sampled:
@@ -38,7 +38,7 @@ def default_experiment(model: Model, functions: Functions) -> Experiment:
 
 
 def _frequencies(model: Model, functions: Functions) -> np.ndarray:
-    """Return |eigenvalue| [rad/s] of the modes that move, at the start values; empty where there are none."""
+    """Return the nonzero |eigenvalues| [rad/s] of the Jacobian at the start values; may be empty."""
     start = [[q.start for q in model.of(kind)] for kind in (Kind.STATE, Kind.SAMPLED_STATE, Kind.INPUT, Kind.PARAMETER)]
     jacobian = np.array(functions.jacobian(0.0, *start))
     if not jacobian.size or not np.isfinite(jacobian).all():
@@ -48,7 +48,7 @@ def _frequencies(model: Model, functions: Functions) -> np.ndarray:
 
 
 def _round(value: float) -> float:
-    """Return the nearest 1, 2 or 5 times a power of ten below `value`: no last digit depends on the machine then."""
+    """Return `value` rounded down to 1, 2 or 5 times a power of ten, so that the result is the same on all machines."""
     if value <= 0:
         return 0.0
     exponent = math.floor(math.log10(value) + 1e-9)

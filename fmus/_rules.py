@@ -1,7 +1,7 @@
-"""What a modelDescription.xml must obey beyond its schema and beyond what fmpy looks at: one function, one rule.
+"""Rules for modelDescription.xml in addition to its schema and fmpy's validation, one function per rule.
 
-Each rule takes the parsed description and yields problems. `broken_references` comes before parsing: fmpy resolves an
-index 0 of FMI 2 to the last variable without a word.
+Each rule takes the parsed description and yields problems. `broken_references` takes the XML before parsing, because
+fmpy silently resolves an index 0 of FMI 2 to the last variable.
 """
 
 import math
@@ -18,7 +18,7 @@ _FLOATS = ("Real", "Float32", "Float64")
 
 
 def broken_references(root: etree._Element) -> Iterator[str]:
-    """Every index (FMI 2, from 1) and value reference (FMI 3) in ModelStructure and `derivative` names a variable."""
+    """Indices (FMI 2, from 1) and value references (FMI 3) in ModelStructure and `derivative` refer to variables."""
     variables = root.find("ModelVariables")
     members = [v for v in ([] if variables is None else variables) if v.get("name") is not None]
     if root.get("fmiVersion", "").startswith("2"):
@@ -30,13 +30,13 @@ def broken_references(root: etree._Element) -> Iterator[str]:
     for element in slopes:
         reference = element.get("derivative")
         if reference is not None and reference not in known:
-            yield f"line {element.sourceline}: derivative names {word} {reference}, which no variable has"
+            yield f"line {element.sourceline}: derivative refers to {word} {reference}, which no variable has"
     structure = root.find("ModelStructure")
     for element in [] if structure is None else structure.iter("*"):
         own = element.get("index" if word == "index" else "valueReference")
         for reference in [*([] if own is None else [own]), *element.get("dependencies", "").split()]:
             if reference not in known:
-                yield f"line {element.sourceline}: {_list(element)} names {word} {reference}, which no variable has"
+                yield f"line {element.sourceline}: {_list(element)} refers to {word} {reference}, which no variable has"
 
 
 def bounds(description: ModelDescription) -> Iterator[str]:
@@ -46,17 +46,17 @@ def bounds(description: ModelDescription) -> Iterator[str]:
             continue
         low, high = _number(variable.min, -math.inf), _number(variable.max, math.inf)
         if low > high:
-            yield f"{_at(variable)}: min {low:g} lies above max {high:g}"
+            yield f"{_at(variable)}: min {low:g} is above max {high:g}"
         for text in (variable.start or "").split():
             start = float(text)
             if not math.isfinite(start):
                 yield f"{_at(variable)}: start is {text}, expected a finite number"
             elif not low <= start <= high:
-                yield f"{_at(variable)}: start {start:g} lies outside [{low:g}, {high:g}]"
+                yield f"{_at(variable)}: start {start:g} is outside [{low:g}, {high:g}]"
 
 
 def nominals(description: ModelDescription) -> Iterator[str]:
-    """A nominal is a size: finite and above 0."""
+    """Nominal values are finite and above 0."""
     for variable in description.modelVariables:
         if variable.type in _FLOATS and variable.nominal is not None:
             value = float(variable.nominal)
@@ -65,7 +65,7 @@ def nominals(description: ModelDescription) -> Iterator[str]:
 
 
 def derivatives(description: ModelDescription) -> Iterator[str]:
-    """A derivative is that of a continuous number other than time, which has no second one."""
+    """A derivative is that of a continuous real variable other than time, and each has at most one."""
     states: list[str] = []
     for slope in description.modelVariables:
         state = slope.derivative
@@ -80,7 +80,7 @@ def derivatives(description: ModelDescription) -> Iterator[str]:
 
 
 def structure(description: ModelDescription) -> Iterator[str]:
-    """No unknown is listed twice; dependencies ascend, each once; initial kinds are `constant` or `dependent`."""
+    """Unknowns are listed once, dependencies once and in ascending order; initial kinds are constant or dependent."""
     place = _places(description)
     for name, unknowns in _lists(description).items():
         for variable, count in Counter(_variable(u).name for u in unknowns).items():
@@ -91,7 +91,7 @@ def structure(description: ModelDescription) -> Iterator[str]:
             if len(set(places)) < len(places):
                 yield f"line {unknown.sourceline}: {_variable(unknown).name} depends on the same known twice"
             if description.fmiMajorVersion == 2 and sorted(places) != places:
-                yield f"line {unknown.sourceline}: the dependencies of {_variable(unknown).name} do not ascend"
+                yield f"line {unknown.sourceline}: the dependencies of {_variable(unknown).name} are not ascending"
     for unknown in description.initialUnknowns:
         wrong = sorted({kind for kind in unknown.dependenciesKind or [] if kind not in ("constant", "dependent")})
         if wrong:
@@ -102,7 +102,7 @@ def structure(description: ModelDescription) -> Iterator[str]:
 
 
 def knowns(description: ModelDescription) -> Iterator[str]:
-    """In FMI 2 outputs and derivatives depend on no calculated value but states, initial unknowns on exact values."""
+    """In FMI 2, knowns of outputs and derivatives are not calculated, except states; initial ones have exact values."""
     if description.fmiMajorVersion != 2:
         return
     slopes = [_variable(unknown).derivative for unknown in description.derivatives]
@@ -111,14 +111,14 @@ def knowns(description: ModelDescription) -> Iterator[str]:
         for known in unknown.dependencies or []:
             if known.causality not in ("input", "independent", "parameter") and known.name not in states:
                 yield (
-                    f"line {unknown.sourceline}: {_variable(unknown).name} is said to depend on {known.name}, "
+                    f"line {unknown.sourceline}: {_variable(unknown).name} has the dependency {known.name}, "
                     "which is neither input, continuous state, parameter nor time"
                 )
     for unknown in description.initialUnknowns:
         for known in unknown.dependencies or []:
             if known.causality not in ("input", "independent") and known.initial != "exact":
                 yield (
-                    f"line {unknown.sourceline}: initial unknown {_variable(unknown).name} is said to depend on "
+                    f"line {unknown.sourceline}: initial unknown {_variable(unknown).name} has the dependency "
                     f"{known.name}, which has initial={known.initial}, expected exact"
                 )
     place = _places(description)
@@ -128,7 +128,7 @@ def knowns(description: ModelDescription) -> Iterator[str]:
 
 
 def units(description: ModelDescription) -> Iterator[str]:
-    """Units and the display units of each have names of their own and factors that can be inverted."""
+    """Names of units, and of the display units of each, are unique; factors are finite and not 0."""
     for name, count in Counter(unit.name for unit in description.unitDefinitions).items():
         if count > 1:
             yield f"unit {name} is defined {count} times"
@@ -145,7 +145,7 @@ def units(description: ModelDescription) -> Iterator[str]:
 
 
 def aliases(description: ModelDescription) -> Iterator[str]:
-    """FMI 2 variables that share a value reference have one unit, and one start value at most."""
+    """FMI 2 variables with the same value reference have the same unit, and at most one of them has a start value."""
     if description.fmiMajorVersion != 2:
         return
     groups: dict[tuple[str, int], list[ModelVariable]] = {}
@@ -161,7 +161,7 @@ def aliases(description: ModelDescription) -> Iterator[str]:
 
 
 def identity(description: ModelDescription) -> Iterator[str]:
-    """There is a token, an interface, and model identifiers that can name a file and a C function."""
+    """The FMU has a token and an interface; its model identifiers are C identifiers."""
     if not description.guid:
         yield "the token (guid, instantiationToken) is empty"
     interfaces = [i for i in (description.modelExchange, description.coSimulation) if i is not None]
@@ -172,30 +172,30 @@ def identity(description: ModelDescription) -> Iterator[str]:
         if not re.fullmatch(r"[A-Za-z_]\w*", interface.modelIdentifier or "", re.ASCII):
             yield f"{word}: model identifier {interface.modelIdentifier!r} is not a C identifier"
         if interface.canSerializeFMUstate and not interface.canGetAndSetFMUstate:
-            yield f"{word}: says that it can serialise the FMU state, but not that it can get and set it"
+            yield f"{word}: declares that it can serialise the FMU state, but not that it can get and set it"
 
 
 def experiment(description: ModelDescription) -> Iterator[str]:
-    """The default experiment ends after it starts, in steps forward."""
+    """The stop time of the default experiment is after its start time, and its step size is positive."""
     given = description.defaultExperiment
     if given is None:
         return
     start, stop, step = (_number(v, None) for v in (given.startTime, given.stopTime, given.stepSize))
     if stop is not None and not stop > (start or 0.0):
-        yield f"DefaultExperiment: stopTime {stop:g} does not lie after startTime {start or 0.0:g}"
+        yield f"DefaultExperiment: stopTime {stop:g} is not after startTime {start or 0.0:g}"
     if step is not None and not step > 0:
         yield f"DefaultExperiment: stepSize is {step:g}, expected above 0"
 
 
 def independent(description: ModelDescription) -> Iterator[str]:
-    """At most one variable is the independent one."""
+    """At most one variable is independent."""
     names = [v.name for v in description.modelVariables if v.causality == "independent" and v.alias is None]
     if len(names) > 1:
         yield f"{', '.join(names)} are all independent, expected one at most"
 
 
 def house(description: ModelDescription) -> Iterator[str]:
-    """Our own FMUs promise more: descriptions, units, ports of real numbers, every derivative in ModelStructure."""
+    """Our own FMUs have descriptions, units, real scalar ports, and all derivatives in ModelStructure."""
     if not is_ours(description):
         return
     listed = {_variable(u).name for u in description.derivatives}
@@ -227,12 +227,12 @@ RULES: tuple[Rule, ...] = (
 
 
 def is_ours(description: ModelDescription) -> bool:
-    """Whether this package wrote the FMU."""
+    """Return whether this package generated the FMU."""
     return (description.generationTool or "").startswith("hfsa ")
 
 
 def _lists(description: ModelDescription) -> dict[str, list[Unknown]]:
-    """Return the lists of ModelStructure by what they hold."""
+    """Return the lists of unknowns in ModelStructure by name."""
     return {
         "outputs": description.outputs,
         "derivatives": description.derivatives,
@@ -241,24 +241,24 @@ def _lists(description: ModelDescription) -> dict[str, list[Unknown]]:
 
 
 def _variable(unknown: Unknown) -> ModelVariable:
-    """Return what an entry of ModelStructure is about."""
-    assert unknown.variable is not None  # broken_references has seen to it
+    """Return the variable of an entry of ModelStructure."""
+    assert unknown.variable is not None  # broken_references comes first
     return unknown.variable
 
 
 def _places(description: ModelDescription) -> dict[int, int]:
-    """Return the place of each variable in the list, by identity: names may be equal where they must not."""
+    """Return the position of each variable in the list by identity, because invalid files may repeat names."""
     return {id(variable): k for k, variable in enumerate(description.modelVariables)}
 
 
 def _list(element: etree._Element) -> str:
-    """Return the name of the list that an element is in."""
+    """Return the name of the list that contains an element."""
     parent = element.getparent()
     return parent.tag if element.tag == "Unknown" and parent is not None else element.tag
 
 
 def _at(variable: ModelVariable) -> str:
-    """Return a variable with its place in the file."""
+    """Return the line and the name of a variable, for messages."""
     return f"line {variable.sourceline}: {variable.name}"
 
 

@@ -1,8 +1,7 @@
-"""Where SUNDIALS is on this machine: what an FMU that solves with CVODE is compiled with and linked to.
+"""Search for an installation of SUNDIALS, whose headers and libraries an FMU with the solver CVODE requires.
 
-Wanted are the headers and the static libraries of SUNDIALS 6 or later, so that the FMU brings all of it along. They are
-looked for in `$SUNDIALS_ROOT`, or without it in /usr and /usr/local, where packages such as Debian's libsundials-dev
-put them.
+The search is for headers and static libraries of SUNDIALS 6 or later, so that the FMU is self-contained. It covers
+`$SUNDIALS_ROOT`, or by default /usr and /usr/local, the prefixes of packages such as Debian's libsundials-dev.
 """
 
 import os
@@ -13,7 +12,7 @@ from pathlib import Path
 from hfsa.fmus.errors import ExportError
 
 LIBRARIES = ("cvode", "nvecserial", "sunlinsoldense", "sunmatrixdense", "sunnonlinsolnewton")
-"""Names of the libraries behind `libsundials_`, but for the one that all need: core, or generic before SUNDIALS 7."""
+"""Names of the libraries after `libsundials_`, without the common one: core, or generic before SUNDIALS 7."""
 
 _COMMON = ("core", "generic")
 _LICENSES = ("include/sundials/LICENSE", "include/sundials/NOTICE", "share/doc/libsundials-dev/copyright")
@@ -21,11 +20,11 @@ _LICENSES = ("include/sundials/LICENSE", "include/sundials/NOTICE", "share/doc/l
 
 @dataclass(frozen=True)
 class Sundials:
-    """An installation.
+    """An installation of SUNDIALS.
 
     Attributes:
-        root: its prefix, such as /usr.
-        libraries: the static libraries, in the order in which they are linked.
+        root: prefix of the installation, such as /usr.
+        libraries: static libraries in link order.
     """
 
     root: Path
@@ -33,24 +32,24 @@ class Sundials:
 
     @property
     def compile_flags(self) -> list[str]:
-        """What the compiler needs to find the headers."""
+        """Compiler flags for the headers."""
         return ["-isystem", str(self.root / "include")]
 
     @property
     def link_flags(self) -> list[str]:
-        """What the linker needs: the libraries, whose names stay inside the FMU."""
+        """Linker flags: the libraries, with hidden symbols."""
         hidden = ["-Wl,--exclude-libs,ALL"] if sys.platform.startswith("linux") else []
         return [*map(str, self.libraries), *hidden]
 
     @property
     def license(self) -> str:
-        """The texts that come with it and that must go along with its binaries."""
+        """Licence texts of SUNDIALS, which must accompany its binaries."""
         files = [self.root / name for name in _LICENSES]
         return "\n\n".join(file.read_text(encoding="utf-8") for file in files if file.is_file())
 
 
 def sundials() -> Sundials:
-    """Return the first installation that is complete; `ExportError` says what each place lacks."""
+    """Return the first complete installation; `ExportError` with the missing files of each prefix if there is none."""
     own = os.environ.get("SUNDIALS_ROOT")
     roots = [Path(own)] if own else [Path("/usr"), Path("/usr/local")]
     lacking = []
@@ -66,13 +65,13 @@ def sundials() -> Sundials:
         lacking.append(f"{root} has no {missing[0]}{more}")
     raise ExportError(
         "solver 'cvode' needs the headers and static libraries of SUNDIALS 6 or later (Debian: libsundials-dev; "
-        f"elsewhere set $SUNDIALS_ROOT): {'; '.join(lacking)}. Without them there are 'rosenbrock' and 'rk4', and "
-        "'exact' for linear models"
+        f"elsewhere set $SUNDIALS_ROOT): {'; '.join(lacking)}. Solvers without SUNDIALS are 'rosenbrock', 'rk4' and, "
+        "for linear models, 'exact'"
     )
 
 
 def _library(root: Path, name: str) -> Path | None:
-    """Return the path of a static library; Debian has a folder for each architecture."""
+    """Return the path of a static library, also in a Debian folder of an architecture; `None` if there is none."""
     for folder in ("lib", "lib64", "lib/*-*"):
         for path in sorted(root.glob(f"{folder}/libsundials_{name}.a")):
             return path

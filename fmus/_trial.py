@@ -1,10 +1,10 @@
-"""One short run of an FMU's binary in a process of its own, the only one that a crash or a hang takes with it.
+"""Short run of an FMU's binary in a child process, which isolates crashes and hangs.
 
     problems = trial(folder, ["CoSimulation"])      # starts `python -m hfsa.fmus._trial folder report CoSimulation`
 
-Interface by interface, the child loads the library, looks for the functions it must have, instantiates with the token
-of the description, initializes, and takes one communication step (Co-Simulation) or evaluates the derivatives (Model
-Exchange). It writes what it is about to do before it does it, so that its death can be told with its place.
+For each interface the child loads the library, checks its exported functions, instantiates with the token of the model
+description, initializes, and takes one communication step (Co-Simulation) or evaluates the derivatives (Model
+Exchange). It writes each stage to a report before it begins, so the parent can name the stage of a crash.
 """
 
 import contextlib
@@ -29,13 +29,13 @@ from hfsa.fmus._binary import binary_path, functions
 
 LABELS = {"ModelExchange": "Model Exchange", "CoSimulation": "Co-Simulation"}
 TIMEOUT = 60.0
-"""Seconds after which a trial is given up."""
+"""Time limit of a child process [s]."""
 
 
 def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> list[str]:
-    """Return the problems of a short run of the unpacked FMU in `folder` through each interface, by its XML element.
+    """Return the problems of a short run of the unpacked FMU in `folder`; `interfaces` are names of XML elements.
 
-    Where one interface kills the child, the next is tried in a new one.
+    If an interface ends the child, a new child runs the next one.
     """
     problems = []
     remaining = list(interfaces)
@@ -47,14 +47,14 @@ def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> 
 
 
 def death(file: Path, timeout: float = TIMEOUT) -> str | None:
-    """Return how an FMU's binary ends or blocks the process that runs it in Co-Simulation; `None` where it does not."""
+    """Return how an FMU ends or blocks the process that runs it in Co-Simulation; `None` if it does neither."""
     with tempfile.TemporaryDirectory(prefix="hfsa-") as folder:
         extract(str(file), folder)
         return _one_child(Path(folder), ["CoSimulation"], timeout)[1]
 
 
 def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple[list[str], str | None, int]:
-    """Return what one child found, how it died if it did, and how many interfaces it has begun with."""
+    """Return the problems that one child found, its abnormal ending if any, and the number of interfaces it began."""
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         report = Path(scratch) / "report"
         command = [sys.executable, "-m", "hfsa.fmus._trial", str(folder), str(report), *interfaces]
@@ -62,34 +62,34 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
             child = subprocess.run(
                 command, capture_output=True, timeout=timeout, cwd=scratch, env=_environment(), check=False
             )
-            way = _ending(child.returncode, child.stderr)
+            cause = _abnormal_exit(child.returncode, child.stderr)
         except subprocess.TimeoutExpired:
-            way = f"did not return within {timeout:g} s"
+            cause = f"did not return within {timeout:g} s"
         lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
     entries = [json.loads(line) for line in lines]
-    if way is None and sum("done" in entry for entry in entries) < len(interfaces):
-        way = "ended the process"
+    if cause is None and sum("done" in entry for entry in entries) < len(interfaces):
+        cause = "ended the process"
     problems = [f"{entry['interface']}: {entry['problem']}" for entry in entries if "problem" in entry]
     ending = None
-    if way is not None:
+    if cause is not None:
         last = entries[-1] if entries else {"interface": LABELS[interfaces[0]], "doing": "start"}
-        ending = f"{last['interface']}: {last.get('doing', 'end')}: the binary {way}"
+        ending = f"{last['interface']}: {last.get('doing', 'end')}: the binary {cause}"
     return problems, ending, len({entry["interface"] for entry in entries})
 
 
 def _environment() -> dict[str, str]:
-    """Return an environment in which the child finds the modules that this process runs with."""
+    """Return the environment of the child, with the module search path of this process."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
 
 def identifier(description: ModelDescription, interface: str) -> str:
-    """Return the model identifier of an interface, empty where the FMU does not have it."""
+    """Return the model identifier of an interface, empty if the FMU does not have the interface."""
     element = description.coSimulation if interface == "CoSimulation" else description.modelExchange
     return "" if element is None else element.modelIdentifier or ""
 
 
-def _ending(code: int, stderr: bytes) -> str | None:
-    """Say how the child ended; `None` for a normal end."""
+def _abnormal_exit(code: int, stderr: bytes) -> str | None:
+    """Return the abnormal exit of the child in words; `None` for a normal one."""
     if code == 0:
         return None
     if code < 0:
@@ -98,12 +98,12 @@ def _ending(code: int, stderr: bytes) -> str | None:
     return f"ended the process with exit code {code}" + (f" ({last[0]})" if last else "")
 
 
-class _EndedError(Exception):
-    """The run of one interface ended early; its problem is told."""
+class _StageError(Exception):
+    """A stage of the run of one interface failed; its problem is in the report."""
 
 
 class _Run:
-    """What the child tells: the stage it is in, the problems it finds, the last words of the FMU's logger."""
+    """The report of the child on one interface: stages and problems; `logged` is the last message of the FMU."""
 
     def __init__(self, report: TextIO, interface: str):
         self._report = report
@@ -111,38 +111,38 @@ class _Run:
         self.logged = ""
 
     def _write(self, **entry: str) -> None:
-        """Write one entry at once: the next call may end the process."""
+        """Write one entry and flush it, because the next call of the FMU may end the process."""
         self._report.write(json.dumps({"interface": self._interface, **entry}) + "\n")
         self._report.flush()
 
     def problem(self, text: str) -> None:
-        """Tell a problem."""
+        """Report a problem."""
         self._write(problem=text)
 
     def done(self) -> None:
-        """Tell that the run of this interface is over, well or not."""
+        """Report the end of the run of this interface, with or without problems."""
         self._write(done="yes")
 
     @contextlib.contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Tell the stage first; an exception in it is a problem that ends the run."""
+        """Report a stage before it begins; an exception in it is reported as a problem and ends the run."""
         self._write(doing=name)
         self.logged = ""
         try:
             yield
         except Exception as error:
-            self.problem(f"{name}: {error}" + (f" The FMU says: {self.logged}" if self.logged else ""))
-            raise _EndedError from None
+            self.problem(f"{name}: {error}" + (f" Message of the FMU: {self.logged}" if self.logged else ""))
+            raise _StageError from None
 
     def log(self, *arguments) -> None:
-        """Keep the last complaint; FMI 2 and FMI 3 both end their arguments with status, category and text."""
+        """Store the last warning or error; the last arguments in FMI 2 and FMI 3 are status, category and text."""
         status, _, text = arguments[-3:]
         if status:
             self.logged = (text or b"").decode("utf-8", "replace").strip()
 
 
-def _live(run: _Run, folder: Path, description: ModelDescription, interface: str) -> None:
-    """Go through the life of one instance."""
+def _run_instance(run: _Run, folder: Path, description: ModelDescription, interface: str) -> None:
+    """Run one instance from instantiation to termination."""
     version = description.fmiMajorVersion
     library = binary_path(folder, version, identifier(description, interface))
     with run.stage("loading"):
@@ -169,18 +169,18 @@ def _live(run: _Run, folder: Path, description: ModelDescription, interface: str
 
 
 def _main(folder: Path, report: Path, interfaces: Sequence[str]) -> None:
-    """Be the child."""
+    """Run all interfaces in the child process and write the report."""
     description = read_model_description(folder, validate=False)
     with report.open("w", encoding="utf-8") as file:
         for interface in interfaces:
             run = _Run(file, interface)
-            with contextlib.suppress(_EndedError):
-                _live(run, folder, description, interface)
+            with contextlib.suppress(_StageError):
+                _run_instance(run, folder, description, interface)
             run.done()
 
 
 def _step(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:
-    """Take one communication step and look at the outputs and states."""
+    """Take one communication step and check that outputs and states are finite."""
     step = _step_size(description)
     with run.stage(f"step of {step:g} s"):
         fmu.doStep(start, step)
@@ -192,7 +192,7 @@ def _step(run: _Run, fmu: Any, description: ModelDescription, start: float) -> N
 
 
 def _derivatives(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:
-    """Settle the events at the start and look at the derivatives and nominals of the states."""
+    """Complete the event iteration at the start and check derivatives and nominal values of the states."""
     version = description.fmiMajorVersion
     with run.stage("event iteration at the start"):
         update = fmu.newDiscreteStates if version == 2 else fmu.updateDiscreteStates
@@ -201,7 +201,7 @@ def _derivatives(run: _Run, fmu: Any, description: ModelDescription, start: floa
             if not needed:
                 break
         else:
-            run.problem("the events at the start do not settle within 100 iterations")
+            run.problem("the event iteration at the start does not converge within 100 iterations")
         fmu.enterContinuousTimeMode()
         fmu.setTime(start)
     n = description.numberOfContinuousStates
@@ -220,11 +220,11 @@ def _derivatives(run: _Run, fmu: Any, description: ModelDescription, start: floa
     if not np.isfinite(slopes).all():
         run.problem(f"the derivatives at the start are {_plain(list(slopes))}, expected finite")
     if not all(math.isfinite(v) and v > 0 for v in nominals):
-        run.problem(f"the nominals of the continuous states are {_plain(list(nominals))}, expected above 0")
+        run.problem(f"the nominal values of the continuous states are {_plain(list(nominals))}, expected above 0")
 
 
 def _step_size(description: ModelDescription) -> float:
-    """Return the step the description prefers, else a 500th of its experiment, else 1 ms."""
+    """Return the step size of the description, else a 500th of its default experiment, else 1 ms."""
     experiment, cosimulation = description.defaultExperiment, description.coSimulation
     fixed = getattr(cosimulation, "fixedInternalStepSize", None)
     if experiment and experiment.stepSize:

@@ -1,9 +1,9 @@
-"""The variables of an exported FMU: one list that the C table and both model descriptions are written from.
+"""The variables of an exported FMU: one list for the C table and both model descriptions.
 
-Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. Beside the model's quantities
-an FMU shows the derivatives `der(x)`, the value `next.z` that each sampled state takes at the next tick, the settings
-of its Co-Simulation solver, the structural arguments the model was built with and the constants that follow from them,
-and last, in FMI 3, the derivatives of its inputs within a communication step, which FMI 2 sets with a function instead.
+Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. In addition to the quantities of
+the model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the
+settings of the Co-Simulation solver, the structural arguments of the model and constants computed from them. The last
+variables, in FMI 3 only, are the derivatives of the inputs within a communication step; FMI 2 has a function for them.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from hfsa.components._modelling.units import rate_unit
 
 
 class Role(StrEnum):
-    """What a variable is to the runtime; `index` counts within the role."""
+    """The role of a variable in the runtime."""
 
     TIME = "time"
     STATE = "state"
@@ -35,9 +35,10 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable: `start` is a number, a string for `Role.TEXT`, or `None` where it is calculated.
+    """One variable of an FMU.
 
-    Structural arguments have no `unit`: they are shown as given, in units that only their description knows.
+    `index` counts within the role. `start` is a number, a string for `Role.TEXT`, or `None` for a calculated variable.
+    Structural arguments have no `unit`.
     """
 
     reference: int
@@ -57,7 +58,7 @@ _TOLERANCE = (
     "solver.relative_tolerance",
     1e-8,
     "1",
-    "Relative tolerance; absolute per state: this times its nominal",
+    "Relative tolerance; the absolute tolerance of a state is this * its nominal value",
     (0.0, None),
 )
 SOLVER_SETTINGS = {
@@ -70,11 +71,11 @@ SOLVER_SETTINGS = {
         ("solver.maximum_order", 5.0, "1", "Largest order of CVODE; stable for any oscillation up to 2", (1.0, 5.0)),
     ),
 }
-"""Settings by solver: name, start, unit, description, bounds; fixed parameters of the FMU, above 0."""
+"""Settings by solver: name, start, unit, description, bounds. They are fixed parameters of the FMU, above 0."""
 
 
 def solver_of(model: Model, functions: Functions) -> str:
-    """Return the Co-Simulation solver: the model's own choice, else `exact` if it is linear, else `rosenbrock`."""
+    """Return the Co-Simulation solver: that of the model, by default `exact` if it is linear, else `rosenbrock`."""
     return model.solver or ("exact" if functions.is_linear else "rosenbrock")
 
 
@@ -110,18 +111,18 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
 
 
 def _input_derivatives(inputs: list[Quantity]) -> list[tuple]:
-    """First derivatives of all inputs, then second ones, as the runtime's column has them."""
+    """Return the rows of the first derivatives of all inputs, then of the second ones, in the order of the runtime."""
     rows, units = [], {q.name: q.unit for q in inputs}
     for order, word in ((1, "First"), (2, "Second")):
         units = {name: rate_unit(unit) for name, unit in units.items()}
         for name, unit in units.items():
-            text = f"{word} derivative of {name} in every communication step of Co-Simulation until it is changed"
+            text = f"{word} derivative of {name} in each communication step of Co-Simulation, until changed"
             rows.append((f"input_derivative[{order}].{name}", Role.INPUT_DERIVATIVE, unit, text, 0.0, {}))
     return rows
 
 
 def _row(q: Quantity, role: Role):
-    """Return what a quantity is as a variable of a role."""
+    """Return the row of a quantity as a variable with a role."""
     start = None if role is Role.OUTPUT else q.start
     return (
         q.name,

@@ -1,7 +1,7 @@
-"""From a model to the C that is its own: CasADi's functions, and the constant table that the runtime reads.
+"""Generated C code of a model: CasADi's functions, and the constant table for the runtime.
 
-Everything else in an FMU is the hand-written runtime beside this file, the same for every model. `Sources.files` holds
-the generated part alone; `compile.source_files` joins both.
+All other code of an FMU is the hand-written runtime in `runtime/`, the same for every model. `Sources.files` contains
+the generated code only; `compile.source_files` adds the runtime.
 """
 
 import hashlib
@@ -33,15 +33,15 @@ _PROLOGUE = """\
 
 @dataclass(frozen=True)
 class Sources:
-    """The generated C of one model, and the facts that the model description is written from.
+    """The generated C code of one model, and the data of its model description.
 
     Attributes:
         name: model identifier, also the name of the shared library.
-        files: text by file name.
+        files: text of the generated files by file name.
         token: instantiation token (FMI 2: guid), a hash of runtime, generated code and variables.
-        variables: in the order of their value references.
-        solver: Co-Simulation solver, one of `components._model.SOLVERS`; also named where there are no states.
-        functions: the model as CasADi functions.
+        variables: variables in the order of their value references.
+        solver: Co-Simulation solver, one of `SOLVERS`, also for a model without states.
+        functions: CasADi functions of the model.
     """
 
     name: str
@@ -53,14 +53,14 @@ class Sources:
 
     @property
     def needs_cvode(self) -> bool:
-        """Whether there is something to solve, and SUNDIALS solves it."""
+        """Whether the model has states and the solver CVODE."""
         return self.solver == "cvode" and any(v.role is Role.STATE for v in self.variables)
 
     def listed(self, version: int) -> list[Variable]:
-        """Return the variables that a version's model description has.
+        """Return the variables in the model description of an FMI version.
 
-        FMI 2 sets derivatives of inputs with a function; FMI 3, which has none, shows them as parameters, behind all
-        other variables.
+        FMI 2 has a function to set derivatives of inputs. FMI 3 has none, so they are parameters after all other
+        variables.
         """
         return [v for v in self.variables if version == 3 or v.role is not Role.INPUT_DERIVATIVE]
 
@@ -68,27 +68,30 @@ class Sources:
 def generate(model: Model) -> Sources:
     """Return the C sources of a complete model.
 
-    Raises `ModelError` where the model is not complete, and `ExportError` where CasADi has no C for one of its
-    operations or the model asks for a solver that does not suit it.
+    Raises:
+        ModelError: an incomplete model.
+        ExportError: an operation without a C implementation in CasADi; solver `exact` for a nonlinear model.
     """
-    made = functions(model)
-    solver = solver_of(model, made)
-    if solver == "exact" and not made.is_linear:
+    model_functions = functions(model)
+    solver = solver_of(model, model_functions)
+    if solver == "exact" and not model_functions.is_linear:
         raise ExportError(
             f"{model.name}: solver 'exact' is for linear models; this one needs 'rosenbrock', 'rk4' or 'cvode'"
         )
-    listed = variables(model, made)
-    equations = _PROLOGUE.format(name=model.name) + _casadi_code(model.name, made) + '\n#include "model_table.h"\n'
+    listed = variables(model, model_functions)
+    equations = (
+        _PROLOGUE.format(name=model.name) + _casadi_code(model.name, model_functions) + '\n#include "model_table.h"\n'
+    )
     token = _token(equations, listed)
-    files = {"model.c": equations, "model_table.h": _table(model.name, token, made, listed, solver)}
-    return Sources(model.name, files, token, listed, solver, made)
+    files = {"model.c": equations, "model_table.h": _table(model.name, token, model_functions, listed, solver)}
+    return Sources(model.name, files, token, listed, solver, model_functions)
 
 
-def _casadi_code(name: str, made: Functions) -> str:
-    """Return the C that CasADi generates of functions; `ExportError` for what it has no C for."""
+def _casadi_code(name: str, model_functions: Functions) -> str:
+    """Return the C code of CasADi functions; `ExportError` for operations without a C implementation in CasADi."""
     options = {"casadi_real": "double", "casadi_int": "int", "static_aux": True}
     generator = ca.CodeGenerator("model.c", options)
-    for function in made:
+    for function in model_functions:
         generator.add(function)
     code = generator.dump()
     refused = re.findall(r"^\s*#error\s*(.*)$", code, re.MULTILINE)
@@ -99,7 +102,7 @@ def _casadi_code(name: str, made: Functions) -> str:
 
 
 def _token(equations: str, listed: list[Variable]) -> str:
-    """Return a hash of equations, variables and runtime: the same for the same FMU."""
+    """Return a hash of equations, variables and runtime, equal for equal FMUs."""
     digest = hashlib.sha256()
     for path in sorted(RUNTIME.glob("*.[ch]")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -108,14 +111,17 @@ def _token(equations: str, listed: list[Variable]) -> str:
     return digest.hexdigest()
 
 
-def _table(name: str, token: str, made: Functions, listed: list[Variable], solver: str) -> str:
-    """Return the constant table, C99 designated initialisers of `runtime/model.h`."""
-    pattern = made.jacobian.sparsity_out(0)
+def _table(name: str, token: str, model_functions: Functions, listed: list[Variable], solver: str) -> str:
+    """Return the constant table as C99 designated initialisers of the structures in `runtime/model.h`."""
+    pattern = model_functions.jacobian.sparsity_out(0)
     sizes = {role: sum(v.role is role for v in listed) for role in Role}
     sample_time = next((v.index for v in listed if v.role is Role.PARAMETER and v.name == "sample_time"), -1)
-    work = [max(sizes) for sizes in zip(*[(f.sz_arg(), f.sz_res(), f.sz_iw(), f.sz_w()) for f in made], strict=True)]
+    work = [
+        max(sizes)
+        for sizes in zip(*[(f.sz_arg(), f.sz_res(), f.sz_iw(), f.sz_w()) for f in model_functions], strict=True)
+    ]
     lines = [
-        f"/* Table of {name}: what runtime/model.h declares. */",
+        f"/* Constant table of {name}, declared in runtime/model.h. */",
         "",
         '#include "model.h"',
         "",
@@ -133,9 +139,9 @@ def _table(name: str, token: str, made: Functions, listed: list[Variable], solve
         "  .size = {" + ", ".join(f"[ROLE_{role.name}] = {size}" for role, size in sizes.items() if size) + "},",
         f"  .variable_count = {len(listed)},",
         f"  .sample_time = {sample_time},",
-        f"  .time_varying = {int(made.rhs.jac_sparsity(0, ARGUMENTS.index('t')).nnz() > 0)},",
+        f"  .time_varying = {int(model_functions.rhs.jac_sparsity(0, ARGUMENTS.index('t')).nnz() > 0)},",
         f"  .solver = {f'&hfsa_{solver}' if sizes[Role.STATE] else '0'},",
-        *[f"  .{f.name()} = {f.name()}," for f in made],
+        *[f"  .{f.name()} = {f.name()}," for f in model_functions],
         "  .jacobian_columns = jacobian_columns,",
         "  .jacobian_rows = jacobian_rows,",
         f"  .jacobian_entries = {pattern.nnz()},",
@@ -147,7 +153,7 @@ def _table(name: str, token: str, made: Functions, listed: list[Variable], solve
 
 
 def _row(v: Variable) -> str:
-    """Return a variable as a row of the table in C."""
+    """Return the initialiser of a variable in the constant table."""
     text = _string(v.start) if isinstance(v.start, str) else "0"
     start = v.start if isinstance(v.start, float | int) else 0.0
     low = -math.inf if v.min is None else v.min
@@ -164,10 +170,10 @@ def _number(value: float) -> str:
 
 
 def _integers(values: list[int]) -> str:
-    """Return an initialiser; C has no empty arrays, so an empty one holds a 0 that nothing reads."""
+    """Return an initialiser of an integer array; C has no empty arrays, so an empty one contains an unused 0."""
     return "{" + ", ".join(str(v) for v in values or [0]) + "}"
 
 
 def _string(text: str) -> str:
-    """Return a C string constant; bytes outside printable ASCII as octal, which ends after three digits."""
+    """Return a C string constant; bytes outside printable ASCII become octal escapes, which end after three digits."""
     return '"' + "".join(chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}" for b in text.encode()) + '"'

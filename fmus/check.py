@@ -1,8 +1,7 @@
-"""Every rule we know, on any FMU: the archive, its XML, its sources, its binary, one step.
+"""Check of any FMU against the rules of FMI: archive, XML, sources, binary, and a short run.
 
-The order of the parts: archive -> schema -> references -> fmpy's validation and our own rules -> files -> exported
-symbols -> a short run of each interface in a child process. A part that needs the one before is left out when that one
-fails.
+The order of the checks: archive -> schema -> references -> fmpy's validation and our own rules -> files -> exported
+symbols -> a short run of each interface in a child process. A check is skipped if one that it depends on has failed.
 """
 
 import re
@@ -34,19 +33,19 @@ XML = "modelDescription.xml"
 
 @dataclass(frozen=True)
 class Report:
-    """What a check found: `problems` break a rule, `warnings` are legal but may surprise an importer."""
+    """Result of a check: `problems` violate a rule, `warnings` are valid but may cause difficulties in an importer."""
 
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
 
 def check(file: Path) -> list[str]:
-    """Return the problems of an FMU, each with its place; empty where every rule is kept. A bad file never raises."""
+    """Return the problems of an FMU, each with its location; empty for a valid FMU. No file raises an exception."""
     return examine(file).problems
 
 
 def examine(file: Path) -> Report:
-    """Return problems and warnings of an FMU."""
+    """Return problems and warnings of an FMU; no file raises an exception."""
     report = Report()
     report.problems.extend(_archive(Path(file)))
     if report.problems:
@@ -56,7 +55,7 @@ def examine(file: Path) -> Report:
         try:
             with zipfile.ZipFile(file) as archive:
                 archive.extractall(folder)
-        except OSError as error:  # a file in the place of a folder, a name that is too long, a full disk
+        except OSError as error:  # a file and a folder of the same name, a name that is too long, a full disk
             report.problems.append(f"archive: cannot be unpacked ({error})")
         else:
             _folder(folder, report)
@@ -64,43 +63,43 @@ def examine(file: Path) -> Report:
 
 
 def _archive(file: Path) -> list[str]:
-    """Problems of the zip file itself: none may be left before it is unpacked."""
+    """Return the problems of the zip file, which is unpacked only if there are none."""
     if not file.is_file():
         return [f"{file} does not exist" if not file.exists() else f"{file} is not a file"]
     try:
         with zipfile.ZipFile(file) as archive:
             problems = list(_entries(archive))
             broken = None if problems else archive.testzip()
-    except Exception as error:  # whatever damage makes zipfile, struct, zlib or lzma raise
+    except Exception as error:  # damaged files raise exceptions of zipfile, struct, zlib or lzma
         return [f"archive: cannot be read as a zip file ({error})"]
     if broken is not None:
-        problems.append(f"archive: {broken} is damaged, its checksum does not fit")
+        problems.append(f"archive: {broken} is damaged, its checksum is wrong")
     return problems
 
 
 def _entries(archive: zipfile.ZipFile) -> Iterator[str]:
-    """Yield what is wrong with the entries of the archive."""
+    """Yield the problems of the entries of the archive."""
     names = [info.orig_filename for info in archive.infolist()]
     for name, count in Counter(names).items():
         path = PurePosixPath(name)
         if count > 1:
-            yield f"archive: {name} is in it {count} times"
+            yield f"archive: contains {name} {count} times"
         if "\\" in name:
-            yield f"archive: {name} is written with a backslash, expected /"
+            yield f"archive: {name} contains a backslash, expected /"
         if path.is_absolute() or ".." in path.parts or re.match("[A-Za-z]:", name):
             yield f"archive: {name} points outside the archive"
     for info in archive.infolist():
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            yield f"archive: {info.filename} is neither stored nor deflated, which FMI asks for"
+            yield f"archive: {info.filename} is neither stored nor deflated, as FMI requires"
         if info.flag_bits & 1:
             yield f"archive: {info.filename} is encrypted"
     if XML not in names:
         nested = [name for name in names if name.endswith(f"/{XML}")]
-        yield f"archive: has no {XML} at its top" + (f"; there is {nested[0]}" if nested else "")
+        yield f"archive: has no {XML} at its top level" + (f"; there is {nested[0]}" if nested else "")
 
 
 def _folder(folder: Path, report: Report) -> None:
-    """Check the unpacked FMU."""
+    """Add the problems and warnings of the unpacked FMU to the report."""
     try:
         root = etree.parse(folder / XML, etree.XMLParser(resolve_entities=False)).getroot()
     except etree.XMLSyntaxError as error:
@@ -113,15 +112,15 @@ def _folder(folder: Path, report: Report) -> None:
     try:
         description = read_model_description(folder, validate=False)
     except Exception as error:  # fmpy raises bare exceptions for what it cannot resolve
-        report.problems.extend(f"{XML}: {problem}" for problem in _said(error))
+        report.problems.extend(f"{XML}: {problem}" for problem in _first_lines(error))
         return
-    report.problems.extend(f"{XML}: {problem}" for problem in _described(folder, description))
+    report.problems.extend(f"{XML}: {problem}" for problem in _validation(folder, description))
     report.problems.extend(_sources(folder, root))
     _binaries(folder, description, report)
 
 
 def _schema(root: etree._Element) -> Iterator[str]:
-    """Problems against the XSD of the FMU's version."""
+    """Yield violations of the XML schema of the FMU's version."""
     version = root.get("fmiVersion", "")
     if root.tag != "fmiModelDescription" or not (version == "2.0" or version.startswith("3.")):
         yield f"fmiVersion is {version!r}, expected 2.0 or 3.0"
@@ -134,8 +133,8 @@ def _schema(root: etree._Element) -> Iterator[str]:
             yield f"line {entry.line}: {entry.message}"
 
 
-def _described(folder: Path, description: ModelDescription) -> Iterator[str]:
-    """Problems that fmpy finds, then those of our own rules."""
+def _validation(folder: Path, description: ModelDescription) -> Iterator[str]:
+    """Yield the problems of the model description by fmpy's validation, then those by our own rules."""
     try:
         read_model_description(
             folder,
@@ -144,24 +143,24 @@ def _described(folder: Path, description: ModelDescription) -> Iterator[str]:
             validate_model_structure=True,
         )
     except Exception as error:
-        yield from _said(error)
+        yield from _first_lines(error)
     for rule in RULES:
         yield from rule(description)
 
 
 def _has_plain_names(description: ModelDescription) -> bool:
-    """Whether all names are of the commonest form, so that fmpy's grammar, which takes seconds, need not parse them."""
+    """Return whether all names have the most common form; fmpy's grammar, which takes seconds, is for the others."""
     return all(_PLAIN_NAME.match(variable.name) for variable in description.modelVariables)
 
 
-def _said(error: Exception) -> list[str]:
-    """Return what an exception of fmpy says, each problem on one line: more is a parser's innards."""
+def _first_lines(error: Exception) -> list[str]:
+    """Return the first line of each problem in an exception of fmpy; further lines are internals of its parser."""
     problems = error.problems if isinstance(error, ValidationError) else [str(error) or type(error).__name__]
     return [problem.strip().split("\n")[0] for problem in problems]
 
 
 def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
-    """Every C file that the FMU says it is built from is in it."""
+    """Yield a problem for each C file that the FMU lists for its build but does not contain."""
     names = {file.get("name", "") for file in root.iterfind("*/SourceFiles/File")}
     if root.get("fmiVersion", "").startswith("3"):
         try:
@@ -172,11 +171,11 @@ def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
         names = {name for build in builds for files in build.sourceFileSets for name in files.sourceFiles}
     for name in sorted(names):
         if not (folder / "sources" / name).is_file():
-            yield f"sources: {name} is listed for the build but is not there"
+            yield f"sources: {name} is listed for the build but missing"
 
 
 def _binaries(folder: Path, description: ModelDescription, report: Report) -> None:
-    """Look for this platform's binary of each interface, at its symbols, and run it."""
+    """Check presence and symbols of this platform's binary of each interface, and run it."""
     version = description.fmiMajorVersion
     seen: set[Path] = set()
     runnable: list[str] = []
@@ -193,32 +192,32 @@ def _binaries(folder: Path, description: ModelDescription, report: Report) -> No
         seen.add(library)
         if library.is_file():
             if element.needsExecutionTool:
-                report.warnings.append(f"{interface}: needs the tool it comes from, so it was not run")
+                report.warnings.append(f"{interface}: not run, because it needs an execution tool")
             else:
                 runnable.append(interface)
     report.problems.extend(trial(folder, runnable))
     if not seen:
-        report.warnings.append("neither Model Exchange nor Co-Simulation: nothing was run")
+        report.warnings.append("not run: neither Model Exchange nor Co-Simulation")
 
 
 def _no_binary(folder: Path, library: Path) -> str:
-    """Return that there is no binary for this platform, and which there are."""
+    """Return the message for a missing binary of this platform, with the platforms that the FMU supports."""
     place = library.relative_to(folder).as_posix()
     others = sorted(p.name for p in (folder / "binaries").glob("*") if p.is_dir())
     hint = f"; there are binaries for {', '.join(others)}" if others else ""
     if any((folder / "sources").glob("*.c")):
-        hint += "; it could be compiled from its sources"
+        hint += "; it can be compiled from its sources"
     return f"binaries: {place} is missing{hint}"
 
 
 def _symbols(library: Path, description: ModelDescription, report: Report) -> None:
-    """A binary should define FMI's functions for others and keep the rest to itself; ours must."""
+    """Report exported names that are not functions of FMI: a problem in our own binaries, a warning in others."""
     names = exported(library)
     if names is None:
         return
     stray = sorted(names - all_functions())
     if not stray:
         return
-    text = f"binaries: {library.name} exports {len(stray)} names beside FMI's: {', '.join(stray[:5])}"
+    text = f"binaries: {library.name} exports {len(stray)} names that are not in FMI: {', '.join(stray[:5])}"
     text += ", ..." if len(stray) > 5 else ""
     (report.problems if is_ours(description) else report.warnings).append(text)

@@ -1,4 +1,4 @@
-"""C sources to one shared library that is FMI 2 and FMI 3, Model Exchange and Co-Simulation at once."""
+"""Compilation of the C sources into one shared library for FMI 2 and FMI 3, Model Exchange and Co-Simulation."""
 
 import importlib.util
 import os
@@ -16,17 +16,17 @@ from hfsa.fmus.c_code import RUNTIME, Sources
 from hfsa.fmus.errors import ExportError
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
-"""Never -ffast-math: it would switch off the checks for NaN, and gradual underflow in the whole host process."""
+"""No -ffast-math: it would disable the checks for NaN, and gradual underflow in the whole host process."""
 
 CVODE = "cvode.c"
-"""The file of the runtime that needs SUNDIALS, which only FMUs with that solver have."""
+"""File of the runtime that requires SUNDIALS; part of FMUs with the solver CVODE only."""
 
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-"""Ending of a shared library."""
+"""File extension of shared libraries."""
 
 
 def source_files(sources: Sources) -> dict[str, str]:
-    """Return every file that any C99 compiler needs: generated, runtime and FMI headers, text by name; no folders."""
+    """Return all source files, text by name, without folders: generated code, runtime and FMI headers."""
     runtime = [path for path in RUNTIME.glob("*.[ch]") if path.name != CVODE or sources.needs_cvode]
     paths = [*runtime, *HEADERS.glob("fmi2*.h"), *HEADERS.glob("fmi3*.h")]
     files = {path.name: path.read_text(encoding="utf-8", errors="surrogateescape") for path in paths}
@@ -36,9 +36,11 @@ def source_files(sources: Sources) -> dict[str, str]:
 def compile_library(sources: Sources, folder: Path) -> Path:
     """Compile the sources into `folder` and return the path of the shared library, `<name>.so` on Linux.
 
-    Tries `$CC`, cc, gcc, clang and the compiler of PyPI's ziglang, in this order. Raises `ExportError` with the
-    compiler's messages where it fails, with the commands tried where none is found, and where SUNDIALS is needed and
-    is not there.
+    The compiler is the first of `$CC`, cc, gcc, clang and the one of PyPI's ziglang.
+
+    Raises:
+        ExportError: a failed compilation, with the messages of the compiler; no compiler, with the commands tried; a
+            missing installation of SUNDIALS.
     """
     library = folder / f"{sources.name}{SUFFIX}"
     files = source_files(sources)
@@ -53,7 +55,7 @@ def compile_library(sources: Sources, folder: Path) -> Path:
 def compile_files(
     files: Mapping[str, str], library: Path, flags: Sequence[str] = (), link_flags: Sequence[str] = ()
 ) -> None:
-    """Compile C files, text by name, into a shared library, with more flags; `ExportError` as `compile_library`."""
+    """Compile C files, text by name, into a shared library; errors as in `compile_library`."""
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         for name, text in files.items():
@@ -67,7 +69,7 @@ def compile_files(
 
 
 def compiler() -> list[str]:
-    """Return the command of the first C compiler there is."""
+    """Return the command of the first available C compiler; `ExportError` with the commands tried if there is none."""
     candidates = [shlex.split(os.environ.get("CC", "")), ["cc"], ["gcc"], ["clang"]]
     for command in candidates:
         if command and shutil.which(command[0]):

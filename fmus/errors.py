@@ -1,7 +1,7 @@
-"""The one error of this room."""
+"""The error of this package."""
 
 
 class ExportError(RuntimeError):
-    """A model that could not become an FMU: what was tried, what was found, what would help."""
+    """A failed export; the message names the attempted operation, its result and a remedy."""
 
     exit_code = 3

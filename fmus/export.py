@@ -1,9 +1,8 @@
-"""A model becomes FMU files: code, compile, describe, pack, check.
+"""Export of a model as FMU files: generate, compile, describe, pack, check.
 
     files = export(mass_on_spring(), Path("built"))      # built/MassOnSpring.fmi2.fmu, built/MassOnSpring.fmi3.fmu
 
-A file appears under its name only when it is complete and has passed the check. The same model, compiler and package
-version give the same bytes.
+Files are written atomically, after the check. The same model, compiler and package version give the same bytes.
 """
 
 import contextlib
@@ -29,8 +28,10 @@ _LICENSE = Path(__file__).parent / "runtime" / "LICENSE"
 def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> list[Path]:
     """Write `Name.fmi2.fmu` and `Name.fmi3.fmu` of the model into `folder` and return their paths.
 
-    Raises `ModelError` for a model that is not complete and `ExportError` where code cannot be generated or compiled,
-    the file cannot be written, or the finished FMU breaks a rule.
+    Raises:
+        ModelError: an incomplete model.
+        ExportError: code that cannot be generated or compiled; a file that cannot be written; an FMU that violates a
+            rule of FMI.
     """
     sources = generate(model)
     files = []
@@ -69,7 +70,7 @@ def members(model: Model, sources: Sources, library: bytes, version: Version) ->
 
 
 def pack(file: Path, files: Mapping[str, bytes]) -> None:
-    """Write a zip archive that depends on its contents only: no dates, no owner, a fixed order."""
+    """Write a reproducible zip archive: fixed dates, owner and order."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files, key=lambda name: (name.count("/"), name)):
             entry = zipfile.ZipInfo(name)
@@ -81,9 +82,9 @@ def pack(file: Path, files: Mapping[str, bytes]) -> None:
 
 @contextlib.contextmanager
 def _appearing(file: Path) -> Iterator[Path]:
-    """Give a path beside `file` to write to; it takes the place of `file` at the end, or vanishes with an exception.
+    """Yield a temporary path beside `file`, which replaces `file` at the end; an exception deletes it.
 
-    A symbolic link stays one: what it leads to is replaced.
+    A symbolic link is kept, and its target is replaced. Raises `ExportError` if the file cannot be written.
     """
     real = Path(os.path.realpath(file))
     unfinished = real.with_name(f".{real.name}.{os.getpid()}")

@@ -1,9 +1,8 @@
 """modelDescription.xml of an exported model, for FMI 2 and FMI 3, from one list of variables.
 
-The two versions differ in spelling: FMI 2 counts variables from 1 in `derivative` and ModelStructure, FMI 3 names
-their value references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 writes `<Float64>`. FMI 3 alone lists the
-derivatives of inputs, behind all other variables. The same model and the same version of this package give the same
-bytes: there is no date in them.
+The versions differ in format: in `derivative` and ModelStructure FMI 2 has indices of variables from 1, FMI 3 value
+references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 has `<Float64>`. Only FMI 3 lists the derivatives of
+inputs, after all other variables. The file has no date: the same model and version of this package give the same bytes.
 """
 
 from importlib.metadata import version as package_version
@@ -23,7 +22,7 @@ from hfsa.fmus.compile import source_files
 
 Version = Literal[2, 3]
 
-_FACTS = {
+_ATTRIBUTES = {
     Role.TIME: ("independent", "continuous", None),
     Role.STATE: ("local", "continuous", "exact"),
     Role.DERIVATIVE: ("local", "continuous", "calculated"),
@@ -38,7 +37,7 @@ _FACTS = {
     Role.CONSTANT: ("local", "constant", None),
     Role.TEXT: ("local", "constant", None),
 }
-"""Causality, variability and `initial` by role; `initial` is written where the standard leaves a choice."""
+"""Causality, variability and `initial` by role; `None` if the standard defines `initial`."""
 
 _STRUCTURE = {
     2: {"outputs": "Outputs", "derivatives": "Derivatives", "initial": "InitialUnknowns"},
@@ -47,7 +46,7 @@ _STRUCTURE = {
 
 
 def model_description(model: Model, sources: Sources, version: Version) -> bytes:
-    """Return modelDescription.xml of `model` as UTF-8; `sources` gives variables, token and the C files to list."""
+    """Return modelDescription.xml of `model` as UTF-8, with variables, token and C files from `sources`."""
     root = etree.Element("fmiModelDescription", _head(model, sources.token, version))
     _interfaces(root, sources, version)
     _units(root, sources.listed(version))
@@ -61,7 +60,7 @@ def model_description(model: Model, sources: Sources, version: Version) -> bytes
 
 
 def build_description(sources: Sources) -> bytes:
-    """Return FMI 3's sources/buildDescription.xml: what to compile and link to rebuild the binary."""
+    """Return sources/buildDescription.xml of FMI 3: the files and libraries to rebuild the binary."""
     root = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     build = etree.SubElement(root, "BuildConfiguration", {"modelIdentifier": sources.name})
     files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
@@ -75,12 +74,12 @@ def build_description(sources: Sources) -> bytes:
 
 
 def translation_units(sources: Sources) -> list[str]:
-    """Return the names of the C files that are compiled, in alphabetical order."""
+    """Return the names of the C files to compile, in alphabetical order."""
     return sorted(name for name in source_files(sources) if name.endswith(".c"))
 
 
 def _head(model: Model, token: str, version: Version) -> dict[str, str]:
-    """Return the attributes of the whole."""
+    """Return the attributes of the root element."""
     return {
         "fmiVersion": "2.0" if version == 2 else "3.0",
         "modelName": model.name,
@@ -93,7 +92,7 @@ def _head(model: Model, token: str, version: Version) -> dict[str, str]:
 
 
 def _interfaces(root: etree._Element, sources: Sources, version: Version) -> None:
-    """Model Exchange and Co-Simulation with their capability flags; FMI 2 lists the source files in each."""
+    """Add Model Exchange and Co-Simulation with their capability flags and, in FMI 2, source files."""
     both = {"modelIdentifier": sources.name}
     if version == 2:
         both |= dict.fromkeys(
@@ -129,7 +128,7 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
 
 
 def _units(root: etree._Element, variables: list[Variable]) -> None:
-    """Add the definitions of the units in use."""
+    """Add the definitions of the units of the variables."""
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if v.unit}):
         unit = parse_unit(name)
@@ -141,17 +140,17 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
 
 
 def _log_categories(root: etree._Element) -> None:
-    """Add the categories that messages are logged under."""
+    """Add the log categories."""
     categories = etree.SubElement(root, "LogCategories")
     for name, description in (
-        ("logStatusDiscard", "A step that cannot be completed, and why"),
-        ("logStatusError", "A call that failed, and why"),
+        ("logStatusDiscard", "Reason why a step cannot be completed"),
+        ("logStatusError", "Reason why a call failed"),
     ):
         etree.SubElement(categories, "Category", {"name": name, "description": description})
 
 
 def _model_variables(root: etree._Element, variables: list[Variable], version: Version) -> None:
-    """Add all variables, each derivative with its state."""
+    """Add all variables, derivatives with references to their states."""
     element = etree.SubElement(root, "ModelVariables")
     states = [v for v in variables if v.role is Role.STATE]
     for variable in variables:
@@ -160,8 +159,8 @@ def _model_variables(root: etree._Element, variables: list[Variable], version: V
 
 
 def _variable(parent: etree._Element, variable: Variable, derivative: str | None, version: Version) -> None:
-    """One variable; `derivative` is the address of the state that it is the derivative of."""
-    causality, variability, initial = _FACTS[variable.role]
+    """Add one variable; `derivative` is the reference to its state, for the derivative of a state."""
+    causality, variability, initial = _ATTRIBUTES[variable.role]
     if variable.fixed:
         variability = "fixed"
     common = {
@@ -186,7 +185,7 @@ def _variable(parent: etree._Element, variable: Variable, derivative: str | None
 
 
 def _text(parent: etree._Element, common: dict[str, str], start: str, version: Version) -> None:
-    """Add a variable whose value is a text."""
+    """Add a string variable."""
     if version == 2:
         etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "String", {"start": start})
     else:
@@ -194,7 +193,7 @@ def _text(parent: etree._Element, common: dict[str, str], start: str, version: V
 
 
 def _real(variable: Variable) -> dict[str, str]:
-    """Attributes of a number: unit, bounds, nominal and start; 1 is the standard's own nominal."""
+    """Return the attributes of a number: unit, bounds, nominal and start; nominal 1 is the default of the standard."""
     attributes = {"unit": variable.unit} if variable.unit else {}
     if variable.min is not None:
         attributes["min"] = _number(variable.min)
@@ -208,10 +207,10 @@ def _real(variable: Variable) -> dict[str, str]:
 
 
 def _model_structure(root: etree._Element, sources: Sources, version: Version) -> None:
-    """Outputs, derivatives and initial unknowns with what they depend on.
+    """Add outputs, derivatives and initial unknowns with their dependencies.
 
-    Knowns are time, states and inputs; during initialization parameters and sampled states as well, and there the
-    standard has only the kinds `constant` and `dependent`.
+    Knowns are time, states and inputs, for initial unknowns also parameters and sampled states. For initial unknowns
+    the standard has only the kinds `constant` and `dependent`.
     """
     structure = etree.SubElement(root, "ModelStructure")
     depends = dependencies(sources.functions, sources.variables)
@@ -239,10 +238,10 @@ def _model_structure(root: etree._Element, sources: Sources, version: Version) -
 
 
 def _address(variable: Variable, version: Version) -> str:
-    """How the XML refers to a variable: by its place in the list, from 1, in FMI 2; by its value reference in FMI 3."""
+    """Return the reference to a variable in the XML: its index from 1 in FMI 2, its value reference in FMI 3."""
     return str(variable.reference + 1 if version == 2 else variable.reference)
 
 
 def _number(value: float) -> str:
-    """Return the shortest text that reads back as the same number."""
+    """Return the shortest decimal text of exactly this number."""
     return repr(float(value))

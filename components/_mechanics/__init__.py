@@ -1,4 +1,4 @@
-"""Mechanics that several parts share: screws, modes, rigid bodies; the robot, the stage, sensors and beams.
+"""Mechanics that several parts share: screws, modes and rigid bodies, the SDelta, the 3-RRR stage, sensors and beams.
 
-It knows no part. Read `screws.py` and `rigid_body.py` first.
+No module in this package imports a part. Read `screws.py` and `rigid_body.py` first.
 """

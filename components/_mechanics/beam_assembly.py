@@ -1,9 +1,9 @@
-"""Beams and sheets joined to a stage: in parallel, one module on another, and where they sit; normalised (`_beam`).
+"""Assembly of beams and sheets: positions, modules in parallel and in series; normalised as in `beam.py`.
 
-    T = R D(p)                      displacement of a beam's tip at p, in the beam's frame, by that of the stage
-    K = sum T_i^T K_i T_i           side by side, between the same two bodies
-    C = C_inner + J C_outer J^T     one on the other, J = D(from the outer stage to the inner one)
-    D(p) = [[1, -skew(p)], [0, 1]]  displacement of the point p by that of the reference point
+    T = R D(p)                      from the displacement of the stage to that of a beam's tip at p, in the beam's frame
+    K = sum T_i^T K_i T_i           beams in parallel, between the same two bodies
+    C = C_inner + J C_outer J^T     modules in series, J = D(from the outer stage to the inner one)
+    D(p) = [[1, -skew(p)], [0, 1]]  from the displacement of the reference point to that of the point p
 
 X is the axis of a module, from its base to its stage; the reference point is the centre of the beams' tips.
 
@@ -19,40 +19,40 @@ from hfsa.components._mechanics.beam import of_length
 from hfsa.components._mechanics.screws import GAMMA, shift
 
 _MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-"""Displacements as seen in a mirror across X: translations along X change sign, rotations about Y and Z."""
+"""Reflection of displacements along X: translations along X and rotations about Y and Z change sign."""
 
 
 def at_point(point: Sequence[float] | np.ndarray, rotation: np.ndarray | None = None) -> np.ndarray:
-    """Return R D(p), the displacement of `point` (3,) by that of the reference point, shape (6, 6).
+    """Return R D(p), the matrix from the displacement of the reference point to that of `point` (3,), shape (6, 6).
 
-    The rows of `rotation` (3, 3) are the axes that the displacement of the point is along, by default the same.
+    The rows of `rotation` (3, 3) are the axes of the result, by default those of the input.
     """
     rotation = np.eye(3) if rotation is None else rotation
     return GAMMA @ shift(-rotation @ np.asarray(point, dtype=float), rotation) @ GAMMA
 
 
 def side_by_side(beams: Sequence[np.ndarray], transforms: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the compliance of beams between the same two bodies, from their stiffnesses K_i and T_i, shape (6, 6)."""
+    """Return the compliance of beams in parallel from their stiffnesses K_i and transforms T_i, shape (6, 6)."""
     K = sum(T.T @ K @ T for K, T in zip(beams, transforms, strict=True))
     return np.linalg.inv(K)
 
 
 def one_on_another(inner: np.ndarray, outer: np.ndarray, offset: float) -> np.ndarray:
-    """Return the compliance of a module that stands on another's stage, at its own stage, shape (6, 6).
+    """Return the compliance of an inner module on the stage of an outer one, at the inner stage, shape (6, 6).
 
-    `offset` is how far ahead along X the inner stage is of the outer one.
+    `offset` is the position of the inner stage along X, from the outer one.
     """
     J = at_point((offset, 0.0, 0.0))
     return inner + J @ outer @ J.T
 
 
 def mirrored(C: np.ndarray) -> np.ndarray:
-    """Return the compliance of the module whose base is on the other side along X, shape (6, 6)."""
+    """Return the compliance of a module reflected along X, shape (6, 6)."""
     return _MIRROR @ C @ _MIRROR
 
 
 def unequal(K: np.ndarray, lengths: Sequence[float]) -> list[np.ndarray]:
-    """Return the stiffnesses of beams like that of K, shape (6, 6), of several lengths."""
+    """Return the stiffnesses of beams of different lengths, shape (6, 6) each, from K of one beam."""
     return [of_length(K, length) for length in lengths]
 
 

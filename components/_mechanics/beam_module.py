@@ -1,7 +1,7 @@
-"""A beam module from its arguments: checked, normalised, and in SI units where material and dimensions are given.
+"""Beam modules from their arguments: checks, normalised compliance, and SI units if dimensions are given.
 
     module = compliant_module("tilted", Normalised(radius=0.6, tilt=45.0))
-    module.compliance                                   normalised, (6, 6), order of `_beam`
+    module.compliance                                   normalised, (6, 6), order as in `beam.py`
     module = compliant_module("tilted", AS_PUBLISHED, ALUMINIUM, Dimensions(length=0.05, diameter=2e-3, radius=0.03))
     module.dimensional_stiffness()                      SI, at the stage's reference point
 
@@ -25,7 +25,7 @@ from hfsa.components._mechanics.beam_kinds import KINDS, Geometry
 from hfsa.components._modelling.model import ModelError, one_of
 
 SLENDER = 10.0
-"""Smallest length by thickness of what is a beam or a sheet."""
+"""Smallest ratio of length to thickness of a beam or a sheet."""
 DEFAULTS = {
     "radius": 0.6,
     "outer_radius": 1.0,
@@ -38,7 +38,7 @@ DEFAULTS = {
     "outer_spacing": 2.0,
     "poisson": 0.3,
 }
-"""The source's examples; it has no outer_radius and outer_spacing."""
+"""Default values, those of the source's examples; outer_radius and outer_spacing are not in the source."""
 
 _ELEMENT = {"beam": ("slenderness", "torsion"), "sheet": ("thickness", "width", "poisson")}
 _OUTLINE = {"beam": ("diameter", "side"), "sheet": ("thickness", "width")}
@@ -47,17 +47,17 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Normalised:
-    """What describes a module, by the length of one beam; those of another kind must be left out.
+    """Normalised arguments of a module, lengths divided by that of one beam; arguments of other kinds must be `None`.
 
     Attributes:
-        radius, outer_radius: of the circles of tips.
-        tilt: of the beams against the axis [deg].
+        radius, outer_radius: radii of the circles of tips.
+        tilt: angle of the beams against the axis [deg].
         slenderness, torsion: d = A L^2 / I and delta = G J / EI of a beam.
-        count: beams between two bodies.
-        length_error: of each beam, its length is 1 + e; those on the stage first, then those on the base.
-        thickness, width: of a sheet.
-        spacing, outer_spacing: of opposite sheets.
-        poisson: of a sheet.
+        count: number of beams between two bodies.
+        length_error: relative length error e of each beam, of length 1 + e; beams on the stage first.
+        thickness, width: section of a sheet.
+        spacing, outer_spacing: distances of opposite sheets.
+        poisson: Poisson's ratio of a sheet.
     """
 
     radius: float | None = None
@@ -76,7 +76,7 @@ class Normalised:
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Lengths [m] instead of normalised ones: length, section (diameter, side, or thickness and width), places."""
+    """Dimensions [m] of a module: length and section (diameter, side, or thickness and width) of a beam, positions."""
 
     length: float | None = None
     diameter: float | None = None
@@ -91,7 +91,7 @@ class Dimensions:
 
 @dataclass(frozen=True)
 class Material:
-    """E and G [Pa] and Poisson's ratio; of G and nu either follows from the other. None at all: E 69 GPa, G 26 GPa."""
+    """E and G [Pa] and Poisson's ratio; E and either G or nu define the others. By default E 69 GPa, G 26 GPa."""
 
     E: float | None = None
     G: float | None = None
@@ -99,21 +99,23 @@ class Material:
 
 
 ALUMINIUM = Material()
-"""What nothing else is said of."""
+"""The default material."""
 AS_PUBLISHED = Normalised()
-"""Nothing differs from `DEFAULTS`."""
+"""Arguments equal to `DEFAULTS`."""
 NORMALISED = Dimensions()
-"""None: the module has a normalised compliance only."""
+"""No dimensions: the module has a normalised compliance only."""
 
 
 class _Elastic(NamedTuple):
+    """Elastic constants E, G [Pa] and nu of a material."""
+
     E: float
     G: float
     nu: float
 
 
 class _Section(NamedTuple):
-    """Of a beam: d by (L / T)^2, delta by G / E, and I by T^4 of its thickness T."""
+    """Coefficients of a beam's section of thickness T: d / (L / T)^2, delta / (G / E) and I / T^4."""
 
     slenderness: float
     torsion: float
@@ -124,38 +126,44 @@ _SECTIONS = {"diameter": _Section(16.0, 2.0, math.pi / 64), "side": _Section(12.
 
 
 class Size(NamedTuple):
-    """What brings a normalised module to SI: L [m], and EI of one beam or E' I of one sheet [N.m2]."""
+    """Scales from normalised to SI units: L [m], and EI of one beam or E' I of one sheet [N.m2]."""
 
     length: float
     rigidity: float
 
 
 class Module(NamedTuple):
-    """A module at the reference point of its stage.
+    """Compliance of a module at the reference point of its stage.
 
     Attributes:
-        compliance: normalised, shape (6, 6).
-        size: of one beam; none of a module without dimensions.
+        compliance: normalised compliance, shape (6, 6).
+        size: length and rigidity of one beam; `None` for a module without dimensions.
     """
 
     compliance: np.ndarray
     size: Size | None
 
     def dimensional_compliance(self) -> np.ndarray:
-        """Return what loads [N, N.m] do to the stage [m, rad], shape (6, 6); `ModelError` without dimensions."""
+        """Return the compliance in SI units, from loads [N, N.m] to displacements [m, rad], shape (6, 6).
+
+        Raises `ModelError` for a module without dimensions.
+        """
         length, rigidity = self._size()
         scale = np.array([length] * 3 + [1.0] * 3)
         return length / rigidity * np.outer(scale, scale) * self.compliance
 
     def dimensional_stiffness(self) -> np.ndarray:
-        """Return the loads [N, N.m] by displacements of the stage [m, rad], shape (6, 6); errors as above."""
+        """Return the stiffness in SI units, from displacements [m, rad] to loads [N, N.m], shape (6, 6).
+
+        Raises `ModelError` for a module without dimensions.
+        """
         length, rigidity = self._size()
         scale = np.array([1 / length] * 3 + [1.0] * 3)
         K = np.linalg.inv(self.compliance)
         return rigidity / length * np.outer(scale, scale) * (K + K.T) / 2
 
     def _size(self) -> Size:
-        """The dimensions; `ModelError` where the module has none."""
+        """Return length and rigidity of one beam; `ModelError` for a module without dimensions."""
         if self.size is None:
             raise ModelError(
                 "a beam module without dimensions.length has no stiffness in SI units, only a normalised one"
@@ -169,7 +177,7 @@ def compliant_module(
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
 ) -> Module:
-    """Return a module; what is left out is as in `DEFAULTS`, but the section where there is a length.
+    """Return a module; missing values are those of `DEFAULTS`, except the section, which `dimensions.length` requires.
 
     A quantity is given either normalised or as a dimension. `material` is for modules with `dimensions.length`.
 
@@ -197,42 +205,42 @@ def compliant_module(
 
 
 def without_rounding(C: np.ndarray) -> np.ndarray:
-    """Return a positive definite matrix without entries that are nothing but rounding beside their diagonal ones."""
+    """Return a positive definite matrix with entries at rounding level, relative to their diagonal ones, set to 0."""
     size = np.sqrt(np.diag(C))
     return np.where(np.abs(C) < _ROUNDING * np.outer(size, size), 0.0, C)
 
 
-# What is given --------------------------------------------------------------------------------------------------------
+# Arguments ------------------------------------------------------------------------------------------------------------
 
 
-def _stated(fields: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that are not none."""
+def _given(fields: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that are not `None`."""
     return {name: value for name, value in asdict(fields).items() if value is not None}
 
 
 def _check_names(kind: str, given: Normalised, dimensions: Dimensions) -> None:
-    """Refuse what the kind does not have, and what is given twice."""
+    """Raise `ModelError` for arguments of another kind and for quantities given twice."""
     chosen = KINDS[kind]
     own = (*chosen.arguments, *_ELEMENT[chosen.element], "length_error")
-    for name in _stated(given):
+    for name in _given(given):
         if name not in own:
             raise ModelError(f"beam module: {kind} has no {name}; it has {', '.join(own)}")
     lengths = ("length", *_OUTLINE[chosen.element], *[n for n in chosen.arguments if hasattr(dimensions, n)])
-    for name in _stated(dimensions):
+    for name in _given(dimensions):
         if name not in lengths:
             raise ModelError(f"beam module: {kind} has no dimensions.{name}; it has {', '.join(lengths)}")
-        if name in _stated(given):
+        if name in _given(given):
             raise ModelError(
                 f"beam module: {name} is given twice, normalised and as dimensions.{name}; give one of them"
             )
 
 
 def _values(kind: str, given: Normalised, material: Material, dimensions: Dimensions) -> dict[str, float]:
-    """Return all normalised numbers by the names of `DEFAULTS`."""
-    stated = {name: _finite(name, value) for name, value in _stated(given).items() if name in DEFAULTS}
-    lengths = {name: _above_zero(f"dimensions.{name}", value, "m") for name, value in _stated(dimensions).items()}
+    """Return the normalised values of all arguments in `DEFAULTS`, by name."""
+    stated = {name: _finite(name, value) for name, value in _given(given).items() if name in DEFAULTS}
+    lengths = {name: _above_zero(f"dimensions.{name}", value, "m") for name, value in _given(dimensions).items()}
     if "length" not in lengths:
-        if unused := [f"dimensions.{name}" for name in lengths] + [f"material.{name}" for name in _stated(material)]:
+        if unused := [f"dimensions.{name}" for name in lengths] + [f"material.{name}" for name in _given(material)]:
             raise ModelError(f"beam module: {unused[0]} is given without dimensions.length, the length of a beam [m]")
         return DEFAULTS | stated
     length = lengths.pop("length")
@@ -242,7 +250,7 @@ def _values(kind: str, given: Normalised, material: Material, dimensions: Dimens
         return DEFAULTS | {"poisson": elastic.nu} | stated
     if "slenderness" in stated or len(sections := lengths.keys() & _SECTIONS) != 1:
         raise ModelError(
-            f"beam module: {kind} with dimensions.length takes its slenderness from its section, expected one of "
+            f"beam module: the slenderness of {kind} with dimensions.length follows from its section, expected one of "
             f"dimensions.diameter and dimensions.side [m] and no slenderness"
         )
     (name,) = sections
@@ -252,40 +260,40 @@ def _values(kind: str, given: Normalised, material: Material, dimensions: Dimens
 
 
 def _size(kind: str, values: Mapping[str, float], material: Material, dimensions: Dimensions) -> Size | None:
-    """Return the size of one beam or sheet of checked dimensions, if there are any."""
+    """Return the size of one beam or sheet from checked dimensions; `None` without `dimensions.length`."""
     length, E = dimensions.length, _elastic(material).E
     if length is None:
         return None
     if KINDS[kind].element == "sheet":
         t, u = values["thickness"] * length, values["width"] * length
         return Size(length, E * u * t**3 / 12 / (1 - values["poisson"] ** 2))
-    (thick,) = {name: value for name, value in _stated(dimensions).items() if name in _SECTIONS}.items()
+    (thick,) = {name: value for name, value in _given(dimensions).items() if name in _SECTIONS}.items()
     return Size(length, E * _SECTIONS[thick[0]].moment * thick[1] ** 4)
 
 
 def _elastic(material: Material) -> _Elastic:
-    """Return the constants of a material, the missing one of G and nu from the other two."""
-    stated = {name: _above_zero(f"material.{name}", value, "") for name, value in _stated(material).items()}
+    """Return the constants of a material; the missing one of G and nu follows from the other two."""
+    stated = {name: _above_zero(f"material.{name}", value, "") for name, value in _given(material).items()}
     if not stated:
         stated = {"E": 69e9, "G": 26e9}
     if "E" not in stated or len(stated) == 1:
-        raise ModelError(f"beam module: of a material {', '.join(stated)} is given, expected E and one of G and nu")
+        raise ModelError(f"beam module: material has {', '.join(stated)}, expected E and one of G and nu")
     E = stated["E"]
     G = stated.get("G", E / (2 * (1 + stated.get("nu", 0.0))))
     return _Elastic(E, G, stated.get("nu", E / (2 * G) - 1))
 
 
 def _count(kind: str, count: int | None) -> int:
-    """Return the number of beams between two bodies, the kind's own unless said; `ModelError` for fewer than three."""
+    """Return the number of beams between two bodies, by default that of the kind; `ModelError` for fewer than three."""
     if count is None:
         return KINDS[kind].count
     if count < 3:
-        raise ModelError(f"beam module: count is {count}, expected three beams or more; two are a hinge")
+        raise ModelError(f"beam module: count is {count}, expected three beams or more; two beams form a hinge")
     return count
 
 
 def _check_places(kind: str, values: Mapping[str, float]) -> None:
-    """Refuse beams that are nowhere, or cannot be where they are said to be."""
+    """Raise `ModelError` for positions of beams that are not possible."""
     names = KINDS[kind].arguments
     for name in names:
         if name in DEFAULTS and name != "tilt":
@@ -302,7 +310,7 @@ def _check_places(kind: str, values: Mapping[str, float]) -> None:
 
 
 def _lengths(kind: str, errors: tuple[float, ...] | None, count: int) -> list[float]:
-    """Return the length of each beam by L."""
+    """Return the length of each beam, divided by L."""
     if errors is None:
         return [1.0] * count
     if len(errors) != count:
@@ -320,7 +328,7 @@ def _lengths(kind: str, errors: tuple[float, ...] | None, count: int) -> list[fl
 
 
 def _element(kind: str, values: Mapping[str, float], shortest: float) -> np.ndarray:
-    """Return the stiffness of one beam or sheet, shape (6, 6), unless the shortest is none."""
+    """Return the stiffness of one beam or sheet, shape (6, 6); `ModelError` if the shortest is not slender."""
     chosen = KINDS[kind].element
     if chosen == "beam":
         d, least = values["slenderness"] * shortest**2, _SECTIONS["side"].slenderness * SLENDER**2

@@ -1,7 +1,7 @@
-"""A beam module as a spring in SI units: beams of the usual size, and where what it carries leaves their linear range.
+"""A beam module as a spring in SI units: default sizes of beams, and the outputs that monitor the linear range.
 
-`displacement` is the largest entry of a displacement of the stage's reference point, (x, y, z, thx, thy, thz), with
-translations by the length of a beam; beams are linear up to a tenth.
+`displacement` is the largest entry of the displacement (x, y, z, thx, thy, thz) of the stage's reference point, with
+translations divided by the length of a beam; beams are linear up to 0.1.
 """
 
 from dataclasses import replace
@@ -13,9 +13,9 @@ from hfsa.components._mechanics.beam_module import Dimensions, Material, Module,
 from hfsa.components._modelling.model import Model, one_of
 
 LENGTH, DIAMETER = 0.05, 2e-3
-"""Of a beam, unless said otherwise [m]."""
+"""Default length and diameter of a beam [m]."""
 DAMPING_RATIO = 0.01
-"""Of the platform's modes, unless said otherwise: assumed."""
+"""Default damping ratio of the platform's modes (assumed)."""
 SMALL = 0.1
 """Largest normalised displacement of linear beams."""
 
@@ -29,9 +29,9 @@ def spring(
     material: Material,
     dimensions: Dimensions,
 ) -> Module:
-    """Return a module with dimensions, its beams of the usual length and diameter where nothing is said of them.
+    """Return a module with dimensions, by default with beams of length `LENGTH` and diameter `DIAMETER`.
 
-    `ModelError` as of `compliant_module`; of an unknown kind with `label`.
+    Raises `ModelError` as `compliant_module`; the message for an unknown kind begins with `label`.
     """
     one_of(kind, KINDS, f"{label}: kind")
     if dimensions.length is None:
@@ -43,8 +43,9 @@ def spring(
 
 
 def displacement_outputs(m: Model, module: Module, q: ca.SX) -> None:
-    """Declare `displacement` and `displacement_warning` of a module of dimensions; q is a column of six."""
+    """Declare the outputs `displacement` and `displacement_warning` of a module with dimensions; q is (6, 1)."""
     assert module.size is not None
     largest = ca.mmax(ca.fabs(ca.vertcat(q[:3] / module.size.length, q[3:])))
-    m.output("displacement", largest, "1", "Largest displacement, translations by the length of a beam", nominal=1e-3)
-    m.output("displacement_warning", largest > SMALL, "1", "1 where it is above 0.1 and the beams are not linear")
+    text = "Largest displacement, translations divided by the length of a beam"
+    m.output("displacement", largest, "1", text, nominal=1e-3)
+    m.output("displacement_warning", largest > SMALL, "1", "1 while displacement is above 0.1, beyond the linear range")

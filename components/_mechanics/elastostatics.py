@@ -1,8 +1,8 @@
-"""What a stiffness matrix says about a body on springs: eigenscrews, compliant axes and their root mean squares.
+"""Invariants of the stiffness matrix of a body on springs: eigenscrews, compliant axes and their root mean squares.
 
-K is symmetric and positive definite, shape (6, 6), in blocks [[K11, K12], [K12^T, K22]], rotation first. Its own
-eigenvalues depend on the reference point and mix units; those of GAMMA K, of K22 and of the inverse of the first block
-of K^-1 do not.
+K is symmetric and positive definite, shape (6, 6), in blocks [[K11, K12], [K12^T, K22]], rotation first. The
+eigenvalues of K depend on the reference point and mix units; those of GAMMA K, of K22 and of the inverse of the first
+block of K^-1 do not.
 """
 
 from typing import NamedTuple
@@ -37,8 +37,8 @@ class Eigenscrews(NamedTuple):
 def eigenscrews(K: np.ndarray) -> Eigenscrews:
     """Return the solutions of GAMMA K k = mu k (eq 3.35).
 
-    They come from the symmetric K^1/2 GAMMA K^1/2, so that they are real and reciprocal even where mu repeats. K is
-    the sum of mu / (2 pitch) (GAMMA k)(GAMMA k)^T over them (eq 3.37, where GAMMA is missing).
+    They are computed from the symmetric K^1/2 GAMMA K^1/2 and so are real and reciprocal even for repeated mu. K is
+    their sum of mu / (2 pitch) (GAMMA k)(GAMMA k)^T (eq 3.37, where GAMMA is missing).
     """
     root, inverse_root = roots(K)
     mu, Y = np.linalg.eigh(root @ GAMMA @ root)
@@ -48,7 +48,7 @@ def eigenscrews(K: np.ndarray) -> Eigenscrews:
 
 
 def wrench_compliant_axes(K: np.ndarray) -> Compliant:
-    """Return the axes along which a force moves the body in its own direction only, [N/m].
+    """Return the axes along which a force moves the body only parallel to itself, stiffnesses in [N/m].
 
     K22 e = alpha e with the screws [e; K12 e / alpha].
     """
@@ -57,7 +57,7 @@ def wrench_compliant_axes(K: np.ndarray) -> Compliant:
 
 
 def twist_compliant_axes(K: np.ndarray) -> Compliant:
-    """Return the axes about which a moment turns the body about its own direction only, [N.m/rad].
+    """Return the axes about which a moment rotates the body only about itself, stiffnesses in [N.m/rad].
 
     With C = K^-1, C11 e = e / beta with the screws [e; beta C12^T e].
     """
@@ -68,7 +68,7 @@ def twist_compliant_axes(K: np.ndarray) -> Compliant:
 
 
 def rms(values: np.ndarray) -> float:
-    """Return the root mean square."""
+    """Return the root mean square of values."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 

@@ -1,20 +1,21 @@
-"""Mobility of an elastic joint: how many freedoms its compliance has, of which type, and where their axes lie.
+"""Mobility of an elastic joint: number, types and axes of the freedoms of its compliance.
 
-C is symmetric and positive definite, shape (6, 6), displacements (translation, rotation) by loads (force, moment), made
-dimensionless with a stated length and stiffness.
+C is symmetric and positive definite, shape (6, 6), from loads (force, moment) to displacements (translation, rotation),
+dimensionless by a given length and stiffness.
 
     1. centre of compliance r: (tr(C_rr) 1 - C_rr) r = v with skew(v) = C_tr - C_tr^T; there C_tr is symmetric
     2. eigenvalues of C there, in descending order, and their eigenvectors (v; w)
-    3. cut at the largest ratio of neighbours: the freedoms are those before it; there are none to speak of if it is
-       below 10
+    3. cut at the largest ratio of neighbouring eigenvalues: the freedoms are the eigenvectors before it; below a ratio
+       of 10 their number is undefined
     4. each freedom has the pitch v.w / w.w, the axis through w x v / w.w from the centre, and is a translation T if
        |w| < 0.1 |v|, else a rotation R if |pitch| < 0.1, else a helix H
 
-Nothing of it depends on the axes or the reference point that C is given for: the centre belongs to the body, and a
-turn of the axes turns the eigenvectors. It does depend on the length, which weighs rotation against translation.
+The result does not depend on the axes or the reference point of C: the centre is fixed in the body, and the
+eigenvectors rotate with the axes. It depends on the normalising length, which weighs rotation against translation.
 
-Of freedoms that are equally compliant every mixture is an eigenvector. They are told apart by how much they rotate,
-then by pitch, both independent of axes, and then by the axes of C, so that those of a symmetric joint lie along them.
+For equal eigenvalues every linear combination of their eigenvectors is one. The basis is chosen by the amount of
+rotation, then by pitch, both independent of axes, and then by the axes of C, so the freedoms of a symmetric joint lie
+along them.
 """
 
 from typing import Literal, NamedTuple
@@ -27,26 +28,26 @@ from hfsa.components._mechanics.screws import GAMMA
 CLEAR = 10.0
 """Smallest ratio of neighbouring eigenvalues that separates freedoms from constraints."""
 NO_ROTATION = 0.1
-"""Of a translation, the largest rotation by translation."""
+"""Largest ratio of rotation to translation of a translation."""
 NO_PITCH = 0.1
 """Largest pitch of a rotation."""
 
 _EQUAL = 1e-6
-_TELL_APART = (
+_FORMS = (
     np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]),
     GAMMA / 2,
     np.diag([3.0, 2.0, 1.0, 3.0, 2.0, 1.0]),
 )
-"""Forms of an eigenvector x: x^T F x is w.w, v.w, and a weight of the axes."""
+"""Quadratic forms F that choose a basis of equal eigenvalues: x^T F x is w.w, v.w, and a weight of the axes."""
 
 
 class Freedom(NamedTuple):
-    """One freedom; lengths by the one that C is normalised with.
+    """One freedom; lengths are divided by the normalising length of C.
 
     Attributes:
         type: R, T or H.
-        pitch: translation along the axis by rotation; none of a T.
-        point: the point of the axis that is closest to the centre of compliance, shape (3,); none of a T.
+        pitch: translation along the axis per rotation; `None` for a T.
+        point: point of the axis closest to the centre of compliance, shape (3,); `None` for a T.
         direction: unit vector of the axis or of the translation, shape (3,); its largest entry is positive.
     """
 
@@ -57,13 +58,13 @@ class Freedom(NamedTuple):
 
 
 class Mobility(NamedTuple):
-    """What a compliance can and cannot do.
+    """Mobility of a compliance.
 
     Attributes:
         center: centre of compliance, shape (3,).
-        eigenvalues: of C there, in descending order, shape (6,).
-        separation: the largest ratio of neighbours among them.
-        freedoms: the eigenvectors before the cut, the most compliant first, whether or not the cut is a clear one.
+        eigenvalues: eigenvalues of C there, in descending order, shape (6,).
+        separation: largest ratio of neighbouring eigenvalues.
+        freedoms: eigenvectors before the cut, the most compliant first, also for a separation below 10.
     """
 
     center: np.ndarray
@@ -73,12 +74,12 @@ class Mobility(NamedTuple):
 
     @property
     def is_clear(self) -> bool:
-        """Whether the separation is at least 10; otherwise the joint has no number of freedoms."""
+        """Whether the separation is at least 10; otherwise the number of freedoms is undefined."""
         return self.separation >= CLEAR
 
 
 def mobility(C: np.ndarray) -> Mobility:
-    """Return the freedoms of a compliance, shape (6, 6), given at any reference point along any axes."""
+    """Return the mobility of a compliance, shape (6, 6), at any reference point and along any axes."""
     center = center_of_compliance(C)
     to_center = at_point(center)
     there = to_center @ C @ to_center.T
@@ -87,12 +88,12 @@ def mobility(C: np.ndarray) -> Mobility:
     ratios = values[:-1] / values[1:]
     cut = int(np.argmax(ratios)) + 1
     equal = _groups(np.log(values))
-    kept = np.hstack([_told_apart(vectors[:, group], _TELL_APART) for group in equal])[:, :cut]
-    return Mobility(center, values, float(ratios[cut - 1]), [_freedom(x, center) for x in kept.T])
+    basis = np.hstack([_canonical(vectors[:, group], _FORMS) for group in equal])[:, :cut]
+    return Mobility(center, values, float(ratios[cut - 1]), [_freedom(x, center) for x in basis.T])
 
 
 def center_of_compliance(C: np.ndarray) -> np.ndarray:
-    """Return the point where C_tr is symmetric, from the reference point, shape (3,)."""
+    """Return the point at which C_tr is symmetric, from the reference point, shape (3,)."""
     C_rr = C[3:, 3:]
     difference = C[:3, 3:] - C[:3, 3:].T
     v = np.array([difference[2, 1], difference[0, 2], difference[1, 0]])
@@ -110,25 +111,25 @@ def _freedom(x: np.ndarray, center: np.ndarray) -> Freedom:
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
-    """Return the vector at length one, its largest entry positive; of equal ones the first."""
+    """Return the vector at length one, with its largest entry positive, the first of equal ones."""
     size = np.abs(vector)
     largest = int(np.argmax(size > (1 - _EQUAL) * size.max()))
     return vector / (np.linalg.norm(vector) * np.sign(vector[largest]))
 
 
-def _told_apart(vectors: np.ndarray, forms: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return other orthonormal columns of the same span, eigenvectors of the forms one after the other.
+def _canonical(vectors: np.ndarray, forms: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Return the orthonormal basis of the same span in which the quadratic forms are diagonal, the largest first.
 
-    Those equal in the first form are told apart by the second, and so on, the largest first.
+    The second form separates vectors with equal values of the first, and so on.
     """
     if not forms or vectors.shape[1] == 1:
         return vectors
     values, mixture = np.linalg.eigh(vectors.T @ forms[0] @ vectors)
     values, vectors = values[::-1], vectors @ mixture[:, ::-1]
-    return np.hstack([_told_apart(vectors[:, group], forms[1:]) for group in _groups(values)])
+    return np.hstack([_canonical(vectors[:, group], forms[1:]) for group in _groups(values)])
 
 
 def _groups(values: np.ndarray) -> list[slice]:
-    """Return where values in descending order are the same."""
+    """Return the slices of equal values in a descending sequence."""
     ends = [i for i in range(1, len(values)) if values[i - 1] - values[i] > _EQUAL]
     return [slice(first, last) for first, last in zip([0, *ends], [*ends, len(values)], strict=True)]

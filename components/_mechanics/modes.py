@@ -15,7 +15,7 @@ class Modes(NamedTuple):
 
 
 def modes(M: np.ndarray, K: np.ndarray) -> Modes:
-    """Return the modes; `ModelError` with the offending eigenvalue unless M and K are positive definite."""
+    """Return the modes of M and K, shape (n, n); `ModelError` with the eigenvalue unless both are positive definite."""
     roots(K)
     _, inverse_root = roots(M, "mass")
     squares, V = np.linalg.eigh(inverse_root @ K @ inverse_root)
@@ -25,14 +25,14 @@ def modes(M: np.ndarray, K: np.ndarray) -> Modes:
 def frequency_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     """Return (M^-1/2 K M^-1/2)^1/2 [rad/s] (eq 4.8); its eigenvalues are the natural frequencies (eq 4.11).
 
-    For a rigid body it has a meaning at the centre of mass only, where M is block diagonal: elsewhere the roots add
-    rotations to translations.
+    For a rigid body it is meaningful at the centre of mass only, where M is block diagonal; elsewhere the matrix roots
+    add rotations to translations.
     """
     _, inverse_root = roots(M, "mass")
     return roots(inverse_root @ K @ inverse_root)[0]
 
 
 def modal_damping(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """Return the matrix D of damping ratio 1 in every mode, D = M H diag(2 omega) H^T M; D is linear in the ratio."""
+    """Return the matrix for damping ratio 1 in every mode, D = M H diag(2 omega) H^T M; D is linear in the ratio."""
     omega, H = modes(M, K)
     return M @ H * (2 * omega) @ H.T @ M

@@ -1,9 +1,9 @@
-"""A PZT stack: its static line, what a mechanism feels of it, and the stack Tokin AE0505D16, the default.
+"""Data sheet of a PZT stack: static force-elongation line, capacitance, tip mass and damping; default Tokin AE0505D16.
 
     F = alpha V - k l,   k = F0 / s0,   alpha = F0 / Vmax     (eq 5.9)
 
-What is not said of a stack is that of a stack of the Tokin's ceramic in another size, its cross-section in proportion
-to F0, its length to s0, its layers as thick as Vmax asks for:
+Values that are not given are scaled from the Tokin, for the same ceramic in another size: cross-section in proportion
+to F0, length to s0, layer thickness to Vmax.
 
     C_T ~ F0 s0 / Vmax^2 (one coupling factor),   m ~ F0 s0 (one density),   c = sqrt(k m) / Q_m (one quality)
 
@@ -17,48 +17,48 @@ from hfsa.components._modelling.errors import ModelError
 from hfsa.components._modelling.follows import follows
 
 BLOCKING_FORCE = 833.0
-"""F0, at `FULL_VOLTAGE` [N]."""
+"""F0, blocking force at `FULL_VOLTAGE` [N]."""
 FREE_STROKE = 16e-6
-"""s0, at `FULL_VOLTAGE` [m]."""
+"""s0, free stroke at `FULL_VOLTAGE` [m]."""
 FULL_VOLTAGE = 150.0
-"""Vmax; a stack takes 0 to this [V]."""
+"""Vmax, largest admissible voltage; the smallest is 0 [V]."""
 STROKE_IN_USE = 12e-6
-"""Elongation over which the source states the stage's range [m]."""
+"""Elongation for which the source gives the range of the stage [m]."""
 
 SIZE = (5e-3, 5e-3, 20e-3)
 """Width, depth and length [m] (given)."""
 DENSITY = 7700.0
-"""[kg/m3] (typical)."""
+"""Density of the ceramic [kg/m3] (typical)."""
 CAPACITANCE = 1.4e-6
-"""C_T, of the free stack at low frequency [F] (typical)."""
+"""C_T, capacitance of the free stack at low frequency [F] (typical)."""
 QUALITY = 25.0
 """Q_m, mechanical quality factor (typical)."""
 
 PULL_FROM_ROUNDING = 1e-6 * BLOCKING_FORCE
-"""Pull [N] that rounding and a solver's tolerance may show in a stack at rest: not yet a lost contact."""
+"""Pulling force [N] above which contact is lost; larger than rounding and solver error of a stack at rest."""
 
 _TIP_MASS = DENSITY * math.prod(SIZE) / 3
 _DEFAULTS_SIZE = BLOCKING_FORCE * FREE_STROKE
 _CONSISTENT = 1e-9
-"""Relative difference that rounding may make between a force and its stiffness by stroke."""
+"""Relative tolerance of the identity blocking force = stiffness * stroke."""
 
 
 @dataclass(frozen=True)
 class Stack:
-    """One stack by its data sheet; by default the Tokin, and what is left out as the module says.
+    """Data sheet of one stack; missing values are scaled from the Tokin.
 
     Attributes:
-        blocking_force: F0, at the full voltage [N]; stiffness by stroke.
-        stroke: s0, of the free stack at the full voltage [m].
-        stiffness: k, blocking force by stroke [N/m].
-        full_voltage: Vmax [V]; a stack takes 0 to this.
-        capacitance: C_T, of the free stack at low frequency [F].
-        tip_mass: that moves with the tip, a third of the stack's [kg].
-        damping: c [N.s/m].
+        blocking_force: F0, force of the blocked stack at the full voltage, stiffness * stroke [N].
+        stroke: s0, elongation of the free stack at the full voltage [m].
+        stiffness: k, blocking_force / stroke [N/m].
+        full_voltage: Vmax, largest admissible voltage; the smallest is 0 [V].
+        capacitance: C_T, capacitance of the free stack at low frequency [F].
+        tip_mass: effective mass at the tip, a third of the stack's mass [kg].
+        damping: c, damping along the stack [N.s/m].
 
     Raises:
-        ModelError: a number that is not above 0 (a damping below 0) or not finite; force, stroke and stiffness that do
-            not belong together; a capacitance that the motion of the free stack alone exceeds.
+        ModelError: a number that is not finite or not above 0 (damping: below 0); inconsistent blocking force, stroke
+            and stiffness; a capacitance that gives a clamped capacitance of 0 or less.
     """
 
     blocking_force: float = follows("stiffness")
@@ -78,7 +78,7 @@ class Stack:
         self._check("blocking_force", "stiffness")
         if not math.isclose(self.blocking_force, self.stiffness * self.stroke, rel_tol=_CONSISTENT):
             raise ModelError(
-                f"stack: blocking_force {self.blocking_force:g} N is not stiffness {self.stiffness:g} N/m by stroke "
+                f"stack: blocking_force {self.blocking_force:g} N is not stiffness {self.stiffness:g} N/m times stroke "
                 f"{self.stroke:g} m; leave one of the three out"
             )
         size = self.blocking_force * self.stroke / _DEFAULTS_SIZE
@@ -94,25 +94,25 @@ class Stack:
         if not self.clamped_capacitance > 0:
             least = self.capacitance - self.clamped_capacitance
             raise ModelError(
-                f"stack: capacitance is {self.capacitance:g} F, expected more than {least:g} F, blocking_force by "
-                "stroke over the square of full_voltage: that much the motion of the free stack takes alone"
+                f"stack: capacitance is {self.capacitance:g} F, expected more than {least:g} F, the share of the "
+                "motion of the free stack, blocking_force times stroke over the square of full_voltage"
             )
 
     @property
     def coupling(self) -> float:
-        """Force per volt alpha [N/V = C/m]."""
+        """alpha, force per volt [N/V = C/m]."""
         return self.blocking_force / self.full_voltage
 
     @property
     def clamped_capacitance(self) -> float:
-        """C_S, of the stack whose elongation is held [F]."""
+        """C_S, capacitance at constant elongation [F]."""
         return self.capacitance - self.coupling**2 / self.stiffness
 
     def _set(self, name: str, value: float) -> None:
         object.__setattr__(self, name, value)
 
     def _check(self, *names: str) -> None:
-        """Raise `ModelError` for a field that is not above 0 or not finite."""
+        """Raise `ModelError` if one of the fields is not finite or not above 0."""
         for name in names:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -120,4 +120,4 @@ class Stack:
 
 
 TOKIN = Stack()
-"""Tokin AE0505D16."""
+"""The stack Tokin AE0505D16."""

@@ -1,9 +1,10 @@
-"""A rigid body in small motion: its mass matrix, and its pose, twist, acceleration and wrench as ports.
+"""A rigid body in small motion: its mass matrix, and the ports for its pose, twist, acceleration and wrench.
 
     M = [[m 1, -m skew(c)], [m skew(c), J - m skew(c)^2]]
 
-at a reference point of the body, with its mass m, inertia J about its mass centre and c, from the reference point to
-there. Columns of six are translations before rotations, forces before torques; as ports they are two vectors of three.
+is the mass matrix at a reference point, with the mass m, the inertia J about the mass centre and the vector c from the
+reference point to the mass centre. Columns of six have translations before rotations and forces before torques; as
+ports they are two vectors of three.
 """
 
 from collections.abc import Callable
@@ -19,21 +20,21 @@ from hfsa.components._modelling.model import Model, ModelError
 Triple = tuple[float, float, float]
 
 
-class Six(NamedTuple):
-    """What a column of six is: names, units and sizes of its two halves.
+class SixVector(NamedTuple):
+    """Names, units and nominal values of the two halves of a column of six.
 
-    The sizes are those of micrometre motion at hundreds of hertz, some centimetres from the axis.
+    The nominal values are those of micrometre motion at hundreds of hertz, some centimetres from the axis.
     """
 
     names: tuple[str, str]
     units: tuple[str, str]
-    sizes: tuple[float, float]
+    nominals: tuple[float, float]
 
 
-POSE = Six(("position", "rotation"), ("m", "rad"), (1e-6, 1e-5))
-TWIST = Six(("velocity", "angular_velocity"), ("m/s", "rad/s"), (1e-3, 1e-2))
-ACCELERATION = Six(("acceleration", "angular_acceleration"), ("m/s2", "rad/s2"), (1.0, 10.0))
-WRENCH = Six(("force", "torque"), ("N", "N.m"), (0.1, 1e-2))
+POSE = SixVector(("position", "rotation"), ("m", "rad"), (1e-6, 1e-5))
+TWIST = SixVector(("velocity", "angular_velocity"), ("m/s", "rad/s"), (1e-3, 1e-2))
+ACCELERATION = SixVector(("acceleration", "angular_acceleration"), ("m/s2", "rad/s2"), (1.0, 10.0))
+WRENCH = SixVector(("force", "torque"), ("N", "N.m"), (0.1, 1e-2))
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,9 @@ class Body:
     """A rigid body; by default a disc of 0.1 kg and 30 mm radius, its axis along X, its centre the reference point.
 
     Attributes:
-        mass: [kg].
-        inertia: about its mass centre, Jxx, Jyy, Jzz [kg.m2].
-        center: of mass, from the reference point [m].
+        mass: mass [kg].
+        inertia: moments of inertia about the mass centre, Jxx, Jyy, Jzz [kg.m2].
+        center: mass centre from the reference point [m].
     """
 
     mass: float = 0.1
@@ -52,7 +53,7 @@ class Body:
 
 
 DISC = Body()
-"""The default."""
+"""The default body, a disc."""
 
 
 def mass_matrix(body: Body, label: str) -> np.ndarray:
@@ -69,20 +70,23 @@ def mass_matrix(body: Body, label: str) -> np.ndarray:
     return M + 0.0  # no zero is negative
 
 
-def declared(declare: Callable[..., ca.SX], terminal: str, six: Six, text: str) -> ca.SX:
-    """Declare a column of six at a terminal by `Model.input` or `Model.state`; `text` says whose and where."""
-    halves = zip(six.names, six.units, six.sizes, strict=True)
+def declare_vector(declare: Callable[..., ca.SX], terminal: str, six: SixVector, text: str) -> ca.SX:
+    """Declare a column of six at a terminal by `Model.input` or `Model.state` and return its symbols, shape (6, 1).
+
+    `text` completes the descriptions: name of the body and reference point.
+    """
+    halves = zip(six.names, six.units, six.nominals, strict=True)
     return ca.vertcat(
-        *[declare(f"{terminal}.{name}[1..3]", unit, _sentence(name, text), nominal=size) for name, unit, size in halves]
+        *[declare(f"{terminal}.{name}[1..3]", unit, _description(name, text), nominal=n) for name, unit, n in halves]
     )
 
 
-def put_out(m: Model, terminal: str, six: Six, column: ca.SX, text: str) -> None:
-    """Declare a column of six as outputs of a terminal; `text` as in `declared`."""
-    for i, (name, unit, size) in enumerate(zip(six.names, six.units, six.sizes, strict=True)):
+def output_vector(m: Model, terminal: str, six: SixVector, column: ca.SX, text: str) -> None:
+    """Declare a column of six as outputs at a terminal; `text` as in `declare_vector`."""
+    for i, (name, unit, nominal) in enumerate(zip(six.names, six.units, six.nominals, strict=True)):
         half = column[3 * i : 3 * i + 3]
-        m.output(f"{terminal}.{name}[1..3]", half, unit, _sentence(name, text), nominal=size)
+        m.output(f"{terminal}.{name}[1..3]", half, unit, _description(name, text), nominal=nominal)
 
 
-def _sentence(name: str, text: str) -> str:
+def _description(name: str, text: str) -> str:
     return f"{name.replace('_', ' ').capitalize()} {text}"

@@ -1,23 +1,23 @@
-"""Dynamics of the 3-RRR stage: energies at two levels of fidelity, and the equations of motion that follow from them.
+"""Dynamics of the 3-RRR stage: equations of motion from the energies at two levels of fidelity.
 
-With coordinates p, the energies T(p, p') and P(p), and I_b(p, p') the momentum that a moving base feels,
+With coordinates p, the energies T(p, p') and P(p), and the linear momentum I_b(p, p') of the moving links,
 
     M p'' + c(p, p') + dP/dp + G a_b = generalized forces,    M = d2T/dp'2,   G^T = dI_b/dp'
 
     exact               p = pose. Every link keeps its length.
-    constant_jacobian   p = elongations, pose = J0 p. A coupler's ends move as J0 and the crank say; its turn is the
-                        sine (u0 x u) / L_BC^2, and its speed of turning |v_C - v_B| / L_BC.
+    constant_jacobian   p = elongations, pose = J0 p. The ends of a coupler move by J0 and by the crank; its rotation is
+                        the sine (u0 x u) / L_BC^2, its angular speed |v_C - v_B| / L_BC.
 
-The energies are short over pose and elongations together, z(p), and Lagrange's equations over z carry over to p:
+The energies are simple functions of pose and elongations together, z(p). Lagrange's equations over z transform to p by
 
     z' = Z p',   M = Z^T M_z Z,   c = Z^T (M_z Z' p' + M_z' z' - dT/dz),   dP/dp = Z^T dP/dz
 
 In `exact` both ends of a coupler u have the same velocity along it, so its crank r turns with u v_C / (r x u). Couplers
-are uniform rods, M_bc / 6 (v_B^2 + v_B v_C + v_C^2) by the velocities of their ends. Summed over three corners
-120 degrees apart, v_C^2 is 3 (v^2 + R^2 yaw'^2) and v_C is 3 v. Hinges store K_b phi^2 / 2.
+are uniform rods of kinetic energy M_bc / 6 (v_B^2 + v_B v_C + v_C^2), v_B and v_C the velocities of their ends. The sum
+over three corners 120 degrees apart of v_C^2 is 3 (v^2 + R^2 yaw'^2), that of v_C is 3 v. A hinge stores K_b phi^2 / 2.
 
-Source: thesis of 2000 on the 3-RRR stage, ch. 4 and tables D.2, D.3. I_bc is M_bc L_BC^2 / 12: the table prints /3, the
-source's own numbers were made with /12. The source drops the yaw inside P, an error of first order; it is kept here.
+Source: thesis of 2000 on the 3-RRR stage, ch. 4 and tables D.2, D.3. I_bc is M_bc L_BC^2 / 12: the table prints /3, but
+the numbers of the source agree with /12. The source omits the yaw inside P, an error of first order; P here has it.
 """
 
 from typing import NamedTuple
@@ -29,19 +29,19 @@ from hfsa.components._mechanics import rrr_hinge as hinge
 from hfsa.components._mechanics.rrr_kinematics import Links, coupler_motion, coupler_turns, elongations, rotated
 
 PLATFORM_MASS = 0.1323
-"""M_e [kg] (table D.2)."""
+"""M_e, mass of the platform [kg] (table D.2)."""
 PLATFORM_INERTIA = 9.622e-6
-"""I_e [kg.m2] (table D.2)."""
+"""I_e, inertia of the platform about its centre [kg.m2] (table D.2)."""
 CRANK_MASS = 0.01416
-"""M_ab, its centre halfway between A and B [kg] (table D.2)."""
+"""M_ab, mass of a crank, with its centre halfway between A and B [kg] (table D.2)."""
 CRANK_INERTIA = 1.483e-6
-"""I_ab, about A [kg.m2] (table D.2)."""
+"""I_ab, inertia of a crank about A [kg.m2] (table D.2)."""
 COUPLER_MASS = 7.628e-3
-"""M_bc [kg] (table D.2)."""
+"""M_bc, mass of a coupler [kg] (table D.2)."""
 
 
 class Mechanism(NamedTuple):
-    """Kinematics and energies of the stage over coordinates p and rates p'.
+    """Kinematics and energies of the stage as functions of coordinates p and rates p'.
 
     Attributes:
         coordinates: p, symbols (3, 1).
@@ -50,7 +50,7 @@ class Mechanism(NamedTuple):
         part_rates: z', symbols (6, 1).
         placement: z(p), shape (6, 1).
         motion: z'(z, p'), linear in p', shape (6, 1).
-        bends: angles of the hinges A_i, B_i, C_i from rest over z, shape (9, 1) [rad].
+        bends: angles of the hinges A_i, B_i, C_i from rest as functions of z, shape (9, 1) [rad].
         kinetic: T(z, z') [J].
         momentum: I_b(z, z'), shape (2, 1) [kg.m/s].
     """
@@ -67,31 +67,31 @@ class Mechanism(NamedTuple):
 
     @property
     def pose(self) -> ca.SX:
-        """x, y, yaw from rest over p, shape (3, 1) [m, m, rad]."""
+        """x, y, yaw from rest as functions of p, shape (3, 1) [m, m, rad]."""
         return self.placement[:3]
 
     @property
     def elongation(self) -> ca.SX:
-        """Elongations of the stacks over p, shape (3, 1) [m]."""
+        """Elongations of the stacks as functions of p, shape (3, 1) [m]."""
         return self.placement[3:]
 
     @property
     def hinges(self) -> ca.SX:
-        """Angles of the hinges from rest over p, shape (9, 1) [rad]."""
-        return self.placed(self.bends)[0]
+        """Angles of the hinges from rest as functions of p, shape (9, 1) [rad]."""
+        return self.over_coordinates(self.bends)[0]
 
     def rate(self, expression: ca.SX) -> ca.SX:
-        """Return the time derivative of an expression of p at the rates."""
+        """Return the time derivative of an expression of p at the rates p'."""
         return ca.jtimes(expression, self.coordinates, self.rates)
 
-    def placed(self, *expressions: ca.SX) -> list[ca.SX]:
+    def over_coordinates(self, *expressions: ca.SX) -> list[ca.SX]:
         """Return expressions of z and z' as expressions of p and p'."""
         moving = ca.substitute(list(expressions), [self.part_rates], [self.motion])
         return ca.substitute(moving, [self.parts], [self.placement])
 
 
 class Terms(NamedTuple):
-    """Terms of the equations of motion over p and p', and the map from p' to pose and elongations.
+    """Terms of the equations of motion as functions of p and p', and the map from p' to pose and elongations.
 
     Attributes:
         mass: M, shape (3, 3).
@@ -99,7 +99,7 @@ class Terms(NamedTuple):
         elastic: dP/dp, shape (3, 1).
         base: G, shape (3, 2).
         slope: Z, from p' to the rates of x, y, yaw and the elongations, shape (6, 3).
-        bending: Z' p', shape (6, 1).
+        bias: Z' p', the acceleration of pose and elongations at p'' = 0, shape (6, 1).
     """
 
     mass: ca.SX
@@ -107,11 +107,11 @@ class Terms(NamedTuple):
     elastic: ca.SX
     base: ca.SX
     slope: ca.SX
-    bending: ca.SX
+    bias: ca.SX
 
 
 def exact(geometry: Links, pose: ca.SX, rates: ca.SX) -> Mechanism:
-    """Return the mechanism whose links keep their lengths, over the symbols of its pose and the pose's rates."""
+    """Return the mechanism with rigid links, as functions of the symbols of its pose and the rates of the pose."""
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     crank, corners = -z[3:] / geometry.arm, _turned(geometry.corners, z[[2, 2, 2]])
     arms, change = _turned(geometry.cranks, crank), coupler_motion(geometry, z[:3], crank)
@@ -132,7 +132,7 @@ def exact(geometry: Links, pose: ca.SX, rates: ca.SX) -> Mechanism:
 
 
 def constant_jacobian(geometry: Links, elongation: ca.SX, rates: ca.SX) -> Mechanism:
-    """Return the mechanism whose pose is J0 times the elongations, over the symbols of these and of their rates."""
+    """Return the mechanism with pose = J0 elongations, as functions of the symbols of these and of their rates."""
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     J0, crank = ca.DM(geometry.jacobian), -z[3:] / geometry.arm
     change = coupler_motion(geometry, z[:3], crank)
@@ -158,31 +158,34 @@ def terms(mechanism: Mechanism) -> Terms:
     velocity = ca.jtimes(momenta, z, z_rate) - ca.gradient(mechanism.kinetic, z)
     elastic = ca.gradient(_energy(mechanism.bends), z)
     slope = ca.jacobian(mechanism.motion, mechanism.rates)
-    bending = ca.jtimes(mechanism.motion, z, z_rate)
+    bias = ca.jtimes(mechanism.motion, z, z_rate)
     return Terms(
-        *mechanism.placed(
+        *mechanism.over_coordinates(
             ca.tril2symm(ca.tril(slope.T @ mass @ slope)),
-            slope.T @ (mass @ bending + velocity),
+            slope.T @ (mass @ bias + velocity),
             slope.T @ elastic,
             slope.T @ ca.jacobian(mechanism.momentum, z_rate).T,
             slope,
-            bending,
+            bias,
         )
     )
 
 
 def potential(mechanism: Mechanism) -> ca.SX:
-    """Return the energy P of the nine hinges over p [J]."""
+    """Return the energy P of the nine hinges as a function of p [J]."""
     return _energy(mechanism.hinges)
 
 
 def _energy(bends: ca.SX) -> ca.SX:
-    """Energy of hinges that are bent by angles [J]."""
+    """Return the energy of hinges at angles from rest [J]."""
     return hinge.STIFFNESS / 2 * ca.sumsqr(bends)
 
 
 def _inertial(geometry: Links, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """T and I_b over the rates of pose and elongations; `arms` A_i B_i and `corners` from the centre, shape (2, 3)."""
+    """Return T and I_b as functions of the rates of pose and elongations.
+
+    `arms` are the A_i B_i, `corners` the C_i from the centre of the platform, shape (2, 3) each.
+    """
     velocity, spin, cranking = z_rate[:2], z_rate[2], -z_rate[3:] / geometry.arm
     at_B = _across(arms) * ca.repmat(cranking.T, 2, 1)
     at_C = _corner_velocities(corners, z_rate[:3])
@@ -195,20 +198,20 @@ def _inertial(geometry: Links, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tu
 
 
 def _corner_velocities(corners: ca.SX, twist: ca.SX) -> ca.SX:
-    """Velocities of the C_i, columns of shape (2, 3) [m/s]."""
+    """Return the velocities of the C_i, columns of shape (2, 3) [m/s]."""
     return ca.repmat(twist[:2], 1, 3) + _across(corners) * twist[2]
 
 
 def _turned(vectors: np.ndarray, angles: ca.SX) -> ca.SX:
-    """Constant vectors (3, 2), each turned by its angle, columns of shape (2, 3)."""
+    """Return constant vectors (3, 2), each rotated by its angle, columns of shape (2, 3)."""
     return ca.horzcat(*[rotated(vector, angles[i]) for i, vector in enumerate(vectors)])
 
 
 def _across(vectors: ca.SX) -> ca.SX:
-    """Columns (2, n) turned by 90 degrees."""
+    """Return columns (2, n) rotated by 90 degrees."""
     return ca.vertcat(-vectors[1, :], vectors[0, :])
 
 
 def _cross(first: ca.SX | np.ndarray, second: ca.SX) -> ca.SX:
-    """The plane's cross product of two vectors of shape (2,)."""
+    """Return the cross product of two vectors of the plane, shape (2,)."""
     return first[0] * second[1] - first[1] * second[0]

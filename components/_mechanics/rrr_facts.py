@@ -1,4 +1,4 @@
-"""Facts on which the parts around one 3-RRR stage and its stacks must agree."""
+"""Shared facts of the parts around one 3-RRR stage and its stacks."""
 
 from hfsa.components._modelling.facts import Fact
 

@@ -1,4 +1,4 @@
-"""Kinematics of the planar 3-RRR stage: three cranks, turned by stacks, carry a platform on three couplers.
+"""Kinematics of the planar 3-RRR stage: three cranks, driven by stacks, carry a platform on three couplers.
 
 Frame: origin at the centre of the platform at rest, X through C2, counter-clockwise positive. Leg i = 1, 2, 3 lies at
 the polar angle o_i = 120, 0, -120 degrees: fixed hinge A_i, crank A_i B_i, coupler B_i C_i, corner C_i of the platform.
@@ -6,10 +6,10 @@ Stack i pushes on an arm R0 of its crank and turns it clockwise, by dtheta_i = -
 
     C_i = (x, y) + Rot(yaw) C_i0,   B_i = A_i + Rot(dtheta_i) (B_i0 - A_i),   |C_i - B_i| = L_BC
 
-gives l(q) in closed form, and about rest q ~ J0 l. Every stack turns the platform clockwise: the last row of J0 is
+give l(q) in closed form, and about rest q ~ J0 l. Every stack turns the platform clockwise: the last row of J0 is
 negative.
 
-Source: thesis of 2000 on the 3-RRR stage, whose equation numbers are cited; the constraint is written anew here,
+Source: thesis of 2000 on the 3-RRR stage, whose equation numbers are cited. The constraint is derived anew here,
 because its expansion in (2.14) to (2.16) is wrong.
 """
 
@@ -25,14 +25,14 @@ from hfsa.components._modelling.model import ModelError, one_of
 
 Kinematics = Literal["nominal", "calibrated", "measured"]
 LinkSet = Literal["nominal", "calibrated"]
-"""Parameter sets with links; `measured` is a Jacobian alone."""
+"""Parameter sets with link dimensions; `measured` is a Jacobian only."""
 
 OFFSETS = 2 * np.pi * np.array([1, 0, -1]) / 3
 """o_i: polar angles of the legs, shape (3,) [rad]."""
 
 _ITERATIONS = 20
 _CONVERGED = 1e-14
-"""Newton's last step, relative to the size of the coordinates [m, rad]."""
+"""Largest last step of Newton's method, relative to the largest coordinate [m, rad]."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ class Links:
 NOMINAL = Links(17.720e-3, 11e-3, 29.546e-3, 1.1733, 0.81569)
 """Dimensions as designed (eq 2.1)."""
 CALIBRATED = Links(16.3333e-3, 10.7105e-3, 31.2969e-3, 1.0951, 0.3366)
-"""Dimensions that fit the measured pose at l = (12, 0, 12) um (sec. 2.5); over 0 to 12 um up to 11.06 um off, at
-l = (0, 12, 12) um."""
+"""Dimensions fitted to the measured pose at l = (12, 0, 12) um (sec. 2.5); the largest error over 0 to 12 um is
+11.06 um, at l = (0, 12, 12) um."""
 
 _MEASURED = np.array(
     [
@@ -111,21 +111,21 @@ _MEASURED = np.array(
         [-32.69206385, -28.30203574, -20.19743117],
     ]
 )
-"""J in the axes of the measurement [m/m, m/m, rad/m] (app. A)."""
+"""Measured Jacobian J in the axes of the measurement [m/m, m/m, rad/m] (app. A)."""
 
 
 class Legs(NamedTuple):
-    """Turns of the links from rest at a pose, columns of three [rad]: `crank` dtheta_i, `coupler` dalpha_i."""
+    """Rotations of the links from rest at a pose, columns of three [rad]: `crank` dtheta_i, `coupler` dalpha_i."""
 
     crank: ca.SX
     coupler: ca.SX
 
 
 def links(kinematics: str) -> Links:
-    """Return the links of a parameter set; `ModelError` for `measured`, which is a Jacobian without links."""
+    """Return the links of a parameter set; `ModelError` for `measured`, which has no link dimensions."""
     if kinematics == "measured":
         raise ModelError(
-            "rrr_stage: kinematics 'measured' is a Jacobian without links and has level jacobian only; "
+            "rrr_stage: kinematics 'measured' is a Jacobian without link dimensions and valid at level jacobian only; "
             "the other levels take nominal or calibrated"
         )
     sets = {"nominal": NOMINAL, "calibrated": CALIBRATED}
@@ -133,7 +133,7 @@ def links(kinematics: str) -> Links:
 
 
 def jacobian(kinematics: str) -> np.ndarray:
-    """Return J0 of a parameter set, shape (3, 3); the measured one turned by psi - 60 deg into the stage's axes."""
+    """Return J0 of a parameter set, shape (3, 3); the measured one is rotated by psi - 60 deg into the stage's axes."""
     if kinematics != "measured":
         return links(kinematics).jacobian
     turn = NOMINAL.psi - np.pi / 3
@@ -150,9 +150,9 @@ def corner_motion(geometry: Links, pose: ca.SX) -> ca.SX:
 
 
 def legs(geometry: Links, pose: ca.SX) -> Legs:
-    """Return the turns of cranks and couplers at a pose (3, 1); not a number where a leg cannot reach.
+    """Return the rotations of cranks and couplers at a pose (3, 1); NaN for an unreachable pose.
 
-    Every difference from rest is formed before it is added to anything, so that the turns at rest are exactly zero.
+    Every quantity is computed as its change from rest, so the rotations at rest are exactly zero.
     """
     moved = corner_motion(geometry, pose)
     diagonals = geometry.corners - geometry.base_hinges
@@ -161,23 +161,23 @@ def legs(geometry: Links, pose: ca.SX) -> Legs:
 
 
 def coupler_motion(geometry: Links, pose: ca.SX, crank: ca.SX) -> ca.SX:
-    """Return the changes of the B_i C_i from rest at a pose and turns of the cranks, columns of shape (2, 3) [m]."""
+    """Return the changes of the vectors B_i C_i at a pose and rotations of the cranks, columns of shape (2, 3) [m]."""
     at_B = ca.horzcat(*[_swing(rest, crank[i]) for i, rest in enumerate(geometry.cranks)])
     return corner_motion(geometry, pose) - at_B
 
 
 def coupler_turns(geometry: Links, change: ca.SX) -> ca.SX:
-    """Return the turns dalpha_i of the couplers from the changes of the B_i C_i, shape (3, 1) [rad]."""
+    """Return the rotations dalpha_i of the couplers from the changes of the vectors B_i C_i, shape (3, 1) [rad]."""
     return ca.vertcat(*[_turn(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
 
 
 def elongations(geometry: Links, pose: ca.SX) -> ca.SX:
-    """Return the elongations l_i that a pose (3, 1) demands, shape (3, 1) [m]."""
+    """Return the elongations l_i at a pose (3, 1), shape (3, 1) [m]: inverse kinematics."""
     return -geometry.arm * legs(geometry, pose).crank
 
 
 def forward(geometry: Links, elongation: Sequence[float]) -> np.ndarray:
-    """Return the pose at these elongations [m], shape (3,) [m, m, rad]; `ModelError` if no pose has them."""
+    """Return the pose, shape (3,) [m, m, rad], at elongations [m]; `ModelError` if there is none."""
     pose = ca.SX.sym("pose", 3)
     wanted = np.asarray(elongation, dtype=float)
     residual = elongations(geometry, pose) - ca.DM(wanted)
@@ -186,7 +186,10 @@ def forward(geometry: Links, elongation: Sequence[float]) -> np.ndarray:
 
 
 def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) -> np.ndarray:
-    """Return the root of `residual` (n, 1) in `unknowns` (n, 1) near `start` (n,); `ModelError` `failure` if none."""
+    """Return the root of `residual` (n, 1) in `unknowns` (n, 1) near `start` (n,), shape (n,), by Newton's method.
+
+    Raises `ModelError` with the message `failure` if the iteration does not converge.
+    """
     step = ca.Function("step", [unknowns], [ca.solve(ca.jacobian(residual, unknowns), residual)])
     value = np.asarray(start, dtype=float)
     for _ in range(_ITERATIONS):
@@ -200,22 +203,25 @@ def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) ->
 
 
 def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
-    """Return a constant vector (2,) turned by an angle, shape (2, 1); at zero it is the vector to the last bit."""
+    """Return a constant vector (2,) rotated by an angle, shape (2, 1); exactly the vector at angle zero."""
     return ca.DM(vector) + _swing(vector, angle)
 
 
 def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
-    """Change of a constant vector (2,) that turns by an angle, shape (2, 1); at zero it is zero to the last bit."""
+    """Return the change of a constant vector (2,) rotated by an angle, shape (2, 1); exactly zero at angle zero."""
     return _cosine_less_one(angle) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
 
 
 def _cosine_less_one(angle: ca.SX) -> ca.SX:
-    """cos(angle) - 1 with all digits, however small the angle."""
+    """Return cos(angle) - 1, accurate to all digits for small angles."""
     return -2 * ca.sin(angle / 2) ** 2
 
 
 def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
-    """Turn of a crank whose A C vector goes from `rest` (2,) to `rest + moved`: turn of A C less growth of angle A."""
+    """Return the rotation of a crank when its vector A C changes from `rest` (2,) to `rest + moved`.
+
+    It is the rotation of A C minus the change of the angle at A.
+    """
     crank, coupler = geometry.crank, geometry.coupler
     length = np.linalg.norm(rest)
     growth = 2 * ca.dot(ca.DM(rest), moved) + ca.sumsqr(moved)
@@ -231,16 +237,16 @@ def _crank(geometry: Links, rest: np.ndarray, moved: ca.SX) -> ca.SX:
 
 
 def _turn(rest: np.ndarray, moved: ca.SX) -> ca.SX:
-    """Angle from `rest` (2,) to `rest + moved`."""
+    """Return the angle from `rest` (2,) to `rest + moved`."""
     across = rest[0] * moved[1] - rest[1] * moved[0]
     return ca.atan2(across, rest @ rest + ca.dot(ca.DM(rest), moved))
 
 
 def _directions(angles: np.ndarray) -> np.ndarray:
-    """Unit vectors at angles, (n, 2)."""
+    """Return the unit vectors at polar angles, shape (n, 2)."""
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def _rotation(angle: float) -> np.ndarray:
-    """Rotation by an angle, (2, 2)."""
+    """Return the matrix of a rotation by an angle, shape (2, 2)."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

@@ -1,7 +1,7 @@
 """Screws: displacements [rotation; translation], twists and wrenches [moment; force] as columns of six, rotation first.
 
-A displacement or twist belongs to a reference point, the moment of a wrench too; work is wrench . displacement. Between
-two points S and C of a body:
+Displacements, twists and wrenches refer to a reference point; work is wrench . displacement. For two points S and C of
+a body:
 
     x_S = X x_C,  w_C = X^T w_S,  K_C = X^T K_S X,  M_C = X^T M_S X,    X = shift(C - S)
 """
@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 GAMMA = np.kron([[0.0, 1.0], [1.0, 0.0]], np.eye(3))
-"""Swaps the two halves of a screw, shape (6, 6)."""
+"""Matrix that swaps the two halves of a screw, shape (6, 6)."""
 
 _TERMS = 16
 _LOGARITHM_TERMS = 40
@@ -23,7 +23,7 @@ class Axis(NamedTuple):
 
     Attributes:
         direction: unit vector, shape (3,).
-        point: the point of the axis that is closest to the reference point, shape (3,) [m]; zero for a translation.
+        point: point of the axis closest to the reference point, shape (3,) [m]; zero for a translation.
         pitch: translation per rotation [m]; infinite for a pure translation.
     """
 
@@ -39,19 +39,20 @@ def skew(a: np.ndarray) -> np.ndarray:
 
 
 def shift(offset: np.ndarray, rotation: np.ndarray | None = None) -> np.ndarray:
-    """Return the matrix that takes the screws of a new frame to the old one, `x_old = X @ x_new`, shape (6, 6).
+    """Return the matrix that transforms screws from a new frame to the old one, `x_old = X @ x_new`, shape (6, 6).
 
-    `offset` (3,) is the new origin in old coordinates [m], `rotation` (3, 3) the new frame's attitude in the old one,
-    by default the same.
+    `offset` (3,) is the new origin in old coordinates [m], `rotation` (3, 3) the attitude of the new frame in the old
+    one, by default the identity.
     """
     rotation = np.eye(3) if rotation is None else rotation
     return np.block([[rotation, np.zeros((3, 3))], [skew(offset) @ rotation, rotation]])
 
 
 def unit_screw(screw: np.ndarray, length: float) -> np.ndarray:
-    """Return the screw, shape (6,), scaled to unit rotation, or to unit translation where it has no rotation.
+    """Return a screw, shape (6,), scaled to unit rotation, or to unit translation if it is a pure translation.
 
-    It has none if its rotation times `length` [m] is below 1e-9 of its translation. Its largest entry is positive.
+    It is a pure translation if its rotation times `length` [m] is below 1e-9 of its translation. The largest entry of
+    the result is positive.
     """
     turn, slide = np.linalg.norm(screw[:3]), np.linalg.norm(screw[3:])
     size = turn if turn * length > 1e-9 * slide else slide
@@ -78,11 +79,11 @@ def exponential(vector: ca.SX) -> ca.SX:
 
 
 def expm1(vector: ca.SX) -> ca.SX:
-    """Return the rotation matrix of a rotation vector less 1, shape (3, 1) [rad] to (3, 3).
+    """Return the rotation matrix of a rotation vector minus the identity, shape (3, 1) [rad] to (3, 3).
 
-    sin(a)/a W + (1 - cos(a))/a^2 W^2 with W = skew(vector), a = |vector|: all digits of a rotation however small. The
-    two factors are power series in a^2: no branch and no division at zero, so that derivatives of every order are exact
-    there. Sixteen terms leave nothing but rounding error up to half a turn.
+    sin(a)/a W + (1 - cos(a))/a^2 W^2 with W = skew(vector), a = |vector|; accurate to all digits for small rotations.
+    The two factors are power series in a^2, without a branch or division at zero, so derivatives of every order are
+    exact there. With sixteen terms the truncation error is below rounding up to half a turn.
     """
     W, square = ca.skew(vector), ca.sumsqr(vector)
     first, second = 1, 1
@@ -93,10 +94,10 @@ def expm1(vector: ca.SX) -> ca.SX:
 
 
 def log1p(change: ca.SX) -> ca.SX:
-    """Return the rotation vector of a rotation matrix that is 1 + `change`, shape (3, 3) to (3, 1) [rad].
+    """Return the rotation vector of the rotation matrix 1 + `change`, shape (3, 3) to (3, 1) [rad].
 
-    phi / sin(phi) times the skew part, as a power series in y = sin(phi / 2)^2: smooth at zero as `expm1` is, and with
-    all digits of a rotation however small. Nothing but rounding error is left up to 75 degrees, 1e-7 rad at 110.
+    phi / sin(phi) times the skew part, as a power series in y = sin(phi / 2)^2: smooth at zero and accurate to all
+    digits for small rotations, as `expm1`. The truncation error is below rounding up to 75 degrees, 1e-7 rad at 110.
     """
     part = ca.vertcat(change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]) / 2
     y, factor = -ca.trace(change) / 4, 1

@@ -1,4 +1,4 @@
-"""Facts on which the parts around one SDelta robot must agree."""
+"""Shared facts of the parts around one SDelta robot."""
 
 from hfsa.components._modelling.facts import Fact
 

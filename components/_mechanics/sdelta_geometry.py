@@ -1,20 +1,20 @@
 """Geometry of the SDelta robot: dimensions, postures, and the inverse kinematics of its three limbs.
 
-World frame: origin at the centroid of the base triangle B1 B2 B3, X along B1 -> B2, Z up. Limb j belongs to the side
-B_j -> B_j+1. Its tube slides by u_j along that side, the C axis e_c, from the middle m_j, and turns by phi_j about it,
-zero where the limb points horizontally inwards. The limb reaches S_j, a corner of the platform, at distance l_j:
+World frame: origin at the centroid of the base triangle B1 B2 B3, X along B1 -> B2, Z up. Limb j is on the side
+B_j -> B_j+1. Its tube slides by u_j along that side, the C axis e_c, from the middle m_j, and turns by phi_j about it;
+phi_j is zero if the limb points horizontally inwards. The limb ends at S_j, a corner of the platform, at distance l_j:
 
     S_j = a + Q s_j,    u_j = e_c . (S_j - m_j),    l_j (cos(phi_j) i_j + sin(phi_j) Z) = S_j - m_j - u_j e_c
 
-with i_j = Z x e_c, Q the attitude of the platform and a the position of S, the centroid of its joints. The platform's
-triangle stands upside down against the base: each of its corners faces the middle of a side.
+with i_j = Z x e_c, Q the attitude of the platform and a the position of S, the centroid of its joints. The triangle of
+the platform is rotated by half a turn against the base: each of its corners faces the middle of a side.
 
-From a posture Q_0, a_0 on, where the reach r = S_j - m_j has the parts r_i along i_j and r_z along Z, a rotation R and
-a displacement d of S move a joint by s, and slide and turn its tube by
+From a posture Q_0, a_0, where r = S_j - m_j has the components r_i along i_j and r_z along Z, a rotation R and a
+displacement d of S move a joint by s, and slide and turn its tube by
 
     s = d + (R - 1) Q_0 s_j,    du_j = e_c . s,    dphi_j = atan2(r_i s_z - r_z s_i, r_i^2 + r_z^2 + r_i s_i + r_z s_z)
 
-in which nothing small is the difference of two large numbers.
+without a small difference of two large numbers.
 """
 
 from dataclasses import dataclass
@@ -51,11 +51,11 @@ _ROTATION_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Posture:
-    """Where the platform stands.
+    """Attitude and position of the platform.
 
     Attributes:
         rotation: angles of intrinsic rotations about z, x, y in degrees, Q = Rz Rx Ry. A rotation matrix (3, 3) is
-            accepted too and kept as its angles.
+            accepted and converted to its angles.
         position: position of S, the centroid of the platform's joints, in the world frame [m].
 
     Raises:
@@ -99,7 +99,7 @@ class Limbs(NamedTuple):
 
 
 def angles(Q: np.ndarray) -> np.ndarray:
-    """Return the angles of intrinsic rotations about z, x, y [deg] of a rotation matrix; `ModelError` if it is none."""
+    """Return the angles of intrinsic rotations about z, x, y [deg] of a rotation matrix; `ModelError` for any other."""
     residual = np.abs(Q.T @ Q - np.eye(3)).max()
     if not residual <= _ROTATION_TOLERANCE:
         raise ModelError(
@@ -119,11 +119,11 @@ def limbs_at(Q: np.ndarray, a: np.ndarray) -> Limbs:
 
 
 def tube_motion(Q: np.ndarray, a: np.ndarray, turn: ca.SX, move: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Return by how much the tubes slide [m] and turn [rad], columns of three, where the platform leaves a pose.
+    """Return slides [m] and angles [rad] of the tubes, columns of three, for a motion of the platform from a pose.
 
-    The pose is the attitude `Q` (3, 3) and the position `a` of S (3,). From there the platform turns by R, `turn` being
-    R - 1 (3, 3), and S moves by `move` (3, 1). The result has all digits of a motion however small; a tube turns by
-    less than half a turn.
+    The pose is the attitude `Q` (3, 3) and the position `a` of S (3,). From there the platform rotates by R, with
+    `turn` = R - 1 (3, 3), and S moves by `move` (3, 1). The result is accurate to all digits for small motions; a tube
+    turns by less than half a turn.
     """
     slide, angle = [], []
     for j, arm in enumerate(JOINTS @ Q.T):

@@ -1,6 +1,6 @@
 """Inertia of the SDelta's moving platform with its payload.
 
-The thesis prints the sum of the platform and a steel cube of 3 kg; the platform alone follows by taking the cube off.
+The thesis prints the inertia of the platform with a steel cube of 3 kg; subtracting the cube gives the platform alone.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from hfsa.components._modelling.model import ModelError
 _CUBE_MASS = 3.0
 _CUBE_EDGE = 0.072
 _CUBE_HEIGHT = 0.04225
-"""Centre of the cube above S: half its edge on a plate of 12.5 mm (inferred from eq 4.31) [m]."""
+"""Height of the cube's centre above S: half its edge plus a plate of 12.5 mm (inferred from eq 4.31) [m]."""
 
 _TOTAL_MASS = 4.4857
 """Platform and cube [kg] (eq 4.31)."""
@@ -25,10 +25,10 @@ _TOTAL_INERTIA = (0.0089432, 0.0089432, 0.0117172)
 
 
 class Inertia(NamedTuple):
-    """A rigid body in the platform's axes.
+    """Inertia of a rigid body in the platform's axes.
 
     Attributes:
-        mass: [kg].
+        mass: mass [kg].
         center: centre of mass from S, shape (3,) [m].
         tensor: moments of inertia about the centre of mass, shape (3, 3) [kg.m2].
     """
@@ -38,7 +38,7 @@ class Inertia(NamedTuple):
     tensor: np.ndarray
 
     def about(self, point: np.ndarray) -> np.ndarray:
-        """Return the moments of inertia about a point given from S, shape (3, 3) [kg.m2]."""
+        """Return the inertia tensor about a point, given from S, shape (3, 3) [kg.m2]."""
         arm = skew(self.center - point)
         return self.tensor - self.mass * arm @ arm
 
@@ -51,18 +51,20 @@ class Inertia(NamedTuple):
 
 @dataclass(frozen=True)
 class Payload:
-    """What the platform carries; by default the thesis' steel cube of 3 kg.
+    """Payload of the platform; by default the thesis' steel cube of 3 kg.
 
-    Where only the mass is given, it is a steel cube of that mass, in the middle of the platform as the thesis' is:
-    center and inertia follow from the mass unless they are given too.
+    A payload given by its mass alone is a steel cube of that mass in the middle of the platform: center and inertia
+    are computed from the mass unless they are given.
 
     Attributes:
-        mass: [kg]; 0 for the platform alone.
-        center: centre of mass from S in the platform's axes [m]; that of the cube.
-        inertia: moments of inertia about the payload's centre of mass, along the platform's axes [kg.m2]; the cube's.
+        mass: mass [kg]; 0 for the platform alone.
+        center: centre of mass from S in the platform's axes [m]; by default that of the cube.
+        inertia: moments of inertia about the payload's centre of mass, along the platform's axes [kg.m2]; by default
+            those of the cube.
 
     Raises:
-        ModelError: a negative mass or inertia, an inertia no body can have, or values that are not finite.
+        ModelError: a negative mass or inertia; moments of inertia that violate the triangle inequality; values that are
+            not finite.
     """
 
     mass: float = _CUBE_MASS
@@ -94,11 +96,11 @@ class Payload:
 
 
 CUBE = Payload()
-"""The thesis' specimen: a steel cube of 72 mm in the middle of the platform."""
+"""The specimen of the thesis: a steel cube of 72 mm in the middle of the platform."""
 
 
 def with_payload(payload: Payload) -> Inertia:
-    """Return the platform and its payload as one rigid body."""
+    """Return the inertia of the platform with its payload."""
     bodies = (_platform(), payload.body)
     mass = sum(body.mass for body in bodies)
     center = sum((body.mass * body.center for body in bodies), np.zeros(3)) / mass
@@ -106,7 +108,7 @@ def with_payload(payload: Payload) -> Inertia:
 
 
 def _platform() -> Inertia:
-    """Return the platform alone: its centre of mass is S."""
+    """Return the inertia of the platform alone; its centre of mass is S."""
     total = Inertia(_TOTAL_MASS, np.array([0.0, 0.0, _TOTAL_HEIGHT]), np.diag(_TOTAL_INERTIA))
     S = np.zeros(3)
     return Inertia(_TOTAL_MASS - _CUBE_MASS, S, total.about(S) - CUBE.body.about(S))

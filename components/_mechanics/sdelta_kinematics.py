@@ -3,9 +3,9 @@
     N dx = L dq,    dq = [du_1, dphi_1, ... du_3, dphi_3],    L = diag(1, l_1, 1, l_2, 1, l_3)
     dq = J_L dtheta,    dx = T dtheta,    T = N^-1 L J_L
 
-Row by row, N dx is the displacement of the joint S_j along the C axis e_c and along e_n = e_c x e_l, across the limb.
-The rows are [p x e; e] with p = S_j minus the reference point (eq 3.17, where the sign of p x e is misprinted). Motors
-are ordered L1, R1, L2, R2, L3, R3; the difference of a pair slides its tube, their sum turns it.
+The entries of N dx are the displacements of the joint S_j along the C axis e_c and along e_n = e_c x e_l, across the
+limb. The rows of N are [p x e; e] with p = S_j minus the reference point (eq 3.17, where the sign of p x e is
+misprinted). Motors are ordered L1, R1, L2, R2, L3, R3; the difference of a pair slides its tube, their sum turns it.
 """
 
 from dataclasses import dataclass
@@ -45,9 +45,9 @@ HOME = limbs_at(SYMMETRIC.matrix, np.array(SYMMETRIC.position))
 """Limbs at the symmetric posture, where all motor angles are zero."""
 
 CONDITION_LIMIT = 1e4
-"""Largest `Kinematics.condition_number` of a posture that counts as regular."""
+"""Largest `Kinematics.condition_number` of a regular posture."""
 
-# Makes lengths of rotations, so that matrices of mixed units have a condition number.
+# Lengths that convert rotations to displacements, so that matrices of mixed units have a condition number.
 _LENGTHS = np.repeat([PLATFORM_RADIUS, 1.0], 3)
 _ORIGIN = np.zeros(3)
 
@@ -68,7 +68,7 @@ class Kinematics:
 
     @classmethod
     def at(cls, posture: Posture) -> "Kinematics":
-        """Return the kinematics at a posture; `ModelError` with the condition number where it is singular."""
+        """Return the kinematics at a posture; `ModelError` with the condition number at a singular one."""
         return cls.of(posture.matrix, np.array(posture.position))
 
     @classmethod
@@ -98,18 +98,18 @@ class Kinematics:
         return N
 
     def tubes_to_pose(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
-        """Return N^-1 L, tubes [u_1, phi_1, ...] to the pose of the reference point S + `offset`, shape (6, 6)."""
+        """Return N^-1 L, from tubes [u_1, phi_1, ...] to the pose of the reference point S + `offset`, shape (6, 6)."""
         return np.linalg.solve(self.rows(offset), np.diag(self.lever))
 
     def jacobian(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
-        """Return T, motor angles to the pose of the reference point S + `offset`, shape (6, 6)."""
+        """Return T, from motor angles to the pose of the reference point S + `offset`, shape (6, 6)."""
         return self.tubes_to_pose(offset) @ DRIVES_MATRIX
 
     @property
     def condition_number(self) -> float:
         """Condition number of L^-1 N at S, with rotations of platform and tubes weighted by the platform's radius.
 
-        Infinite where the platform can move while the tubes stand still, and where a limb has no length.
+        It is infinite if the platform can move while the tubes are locked, and for a limb of length zero.
         """
         if self.limbs.length.min() == 0:
             return np.inf
@@ -122,28 +122,28 @@ class Kinematics:
         return np.linalg.solve(DRIVES_MATRIX, _pairs(self.limbs.slide - HOME.slide, self.limbs.angle - HOME.angle))
 
 
-def show_tubes(m: Model, kinematics: Kinematics) -> None:
-    """Declare the constants of a part whose `drive[j]` count from the posture: where the tubes are there."""
+def declare_tube_constants(m: Model, kinematics: Kinematics) -> None:
+    """Declare the positions of the tubes at the posture as constants of a part whose `drive[j]` count from it."""
     limbs = kinematics.limbs
     m.constant("drive[1..3].slide_at_posture", limbs.slide.tolist(), "m", "Slide of the tube at the posture")
     m.constant("drive[1..3].angle_at_posture", limbs.angle.tolist(), "rad", "Angle of the tube at the posture")
 
 
-def show_motors(m: Model, kinematics: Kinematics, terminal: str) -> None:
-    """Declare the constants of a part whose motors `terminal[i]` count from the posture: their angles there."""
+def declare_motor_constants(m: Model, kinematics: Kinematics, terminal: str) -> None:
+    """Declare the motor angles at the posture as constants of a part whose `terminal[i]` count from it."""
     angles_there = kinematics.motor_angles.tolist()
     m.constant(f"{terminal}[1..6].angle_at_posture", angles_there, "rad", "Motor angle at the posture, 0 if symmetric")
 
 
 def by_drive(slide: ca.SX | np.ndarray, angle: ca.SX | np.ndarray) -> ca.SX:
-    """Return the column [slide_1, angle_1, slide_2, ...], shape (6, 1), of two columns of three."""
+    """Return the column [slide_1, angle_1, slide_2, ...], shape (6, 1), from two columns of three."""
     return ca.vec(ca.horzcat(ca.SX(slide), ca.SX(angle)).T)
 
 
 def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[np.ndarray, np.ndarray]:
     """Return attitude (3, 3) and position of S (3,) of the rigid robot at motor angles (6,) [rad].
 
-    Newton's method from the posture `start`; `ModelError` where it meets a singular posture or does not converge.
+    Newton's method from the posture `start`; `ModelError` at a singular posture or without convergence.
     """
     wanted = DRIVES_MATRIX @ np.asarray(motors, dtype=float)
     now = Kinematics.at(start)
@@ -151,20 +151,20 @@ def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[n
         missing = wanted - DRIVES_MATRIX @ now.motor_angles
         step = now.tubes_to_pose() @ missing
         size = np.abs(step * _LENGTHS).max()
-        # A step beyond the platform's own size says nothing but its direction.
+        # Limit the step to the size of the platform, beyond which the linearisation is invalid.
         step /= max(1.0, 2 * size / PLATFORM_RADIUS)
         now = Kinematics.of(numbers(exponential(ca.SX(step[:3]))) @ now.Q, now.position + step[3:])
-        # Convergence is quadratic: after a step this small, the error left is rounding.
+        # Convergence is quadratic: after a step this small, the remaining error is rounding.
         if size < 1e-10:
             return now.Q, now.position
     raise ModelError(f"direct kinematics: no pose found for the motor angles {_text(motors)} rad")
 
 
 def _pairs(slide: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Two numbers of each drive, one drive after the other, (6,)."""
+    """Return slide and angle of each drive, one drive after the other, shape (6,)."""
     return np.column_stack([slide, angle]).ravel()
 
 
 def _text(values: np.ndarray) -> str:
-    """A column of numbers as a message shows it."""
+    """Return a column of numbers as text for a message."""
     return f"({', '.join(f'{value + 0.0:.9g}' for value in values)})"

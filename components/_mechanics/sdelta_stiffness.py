@@ -1,6 +1,6 @@
-"""Stiffness of the SDelta robot: rods that bend at their tips, and the shafts of the C-drives that twist.
+"""Stiffness of the SDelta robot: bending of the rods at their tips, and torsion of the shafts of the C-drives.
 
-The shafts' twists psi and the rods' tip deflections gamma, q = [psi; gamma], give way in series,
+The twists psi of the shafts and the tip deflections gamma of the rods, q = [psi; gamma], are springs in series,
 
     N dx = D_J q,  D_J = [L J_L, 1],    K_q = diag(k_s 1, k_r 1)                                  (eqs 3.18, 3.20)
     K_D = (D_J K_q^-1 D_J^T)^-1, diagonal,    K = N^T K_D N                                              (eq 3.27)
@@ -37,11 +37,11 @@ _DRIVE = _SHAFT * _COUPLING / (_SHAFT + _COUPLING)
 
 @dataclass(frozen=True)
 class Springs:
-    """What gives way in the robot.
+    """Stiffnesses of the elastic elements of the robot.
 
     Attributes:
         rod: tip stiffness k_r of each rod, in either direction [N/m].
-        shaft: torsional stiffness k_s of each motor shaft with its coupling [N.m/rad]; infinite where it is rigid.
+        shaft: torsional stiffness k_s of each motor shaft with its coupling [N.m/rad]; infinite for a rigid one.
 
     Raises:
         ModelError: a stiffness that is not positive.
@@ -69,9 +69,9 @@ PRESETS: dict[str, Springs] = {
     "ch4": Springs(_ROD_BEAM),
     "ch4_full": Springs(_ROD_BEAM, _DRIVE),
 }
-"""Sets of stiffnesses of the thesis: chapter 3 with and without the shafts, chapter 4, and that one with the shafts.
+"""Sets of stiffnesses in the thesis: chapter 3 with and without the shafts, chapter 4 without and with the shafts.
 
-Chapter 4 does not say that it takes the rods alone, as beams; its matrices do (eqs 4.34, 4.47).
+Chapter 4 includes the rods alone, as beams; this is inferred from its matrices (eqs 4.34, 4.47).
 """
 
 
@@ -89,8 +89,8 @@ def stiffness(kinematics: Kinematics, springs: Springs, offset: np.ndarray) -> n
 def spring_forces(kinematics: Kinematics, springs: Springs, offset: np.ndarray) -> np.ndarray:
     """Return the torques of the shafts and the forces at the rod tips per displacement of S + `offset`, shape (12, 6).
 
-    G = D_J^T (D_J K_q^-1 D_J^T)^-1 N; the deflections of least energy are K_q^-1 G, which gives the stiffness a second
-    time, as K = G^T K_q^-1 G (eq 3.24).
+    G = D_J^T (D_J K_q^-1 D_J^T)^-1 N. The deflections of minimum energy are K_q^-1 G, from which the stiffness follows
+    independently as K = G^T K_q^-1 G (eq 3.24).
     """
     D_J = _paths(kinematics)
     return D_J.T @ np.linalg.solve(D_J * springs.compliance @ D_J.T, kinematics.rows(offset))

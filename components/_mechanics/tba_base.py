@@ -1,12 +1,12 @@
-"""What a moving base does to the accelerometer on it: the specific force in the sensor's axes.
+"""Specific force on an accelerometer on a moving base, in the sensor's axes.
 
     f = S^T (a + w' x p + w x (w x p) + 2 w x (S q') - g),   S = R(theta) Q,   p = R(theta) r + S q
 
 a is the acceleration of the base's reference point, w and w' its angular velocity and acceleration, theta its rotation
-vector, all along world axes; g = (0, 0, -gravity); q the sensor's own displacement, along its axes. The mounting owns
-Q, from the sensor's axes to the world's while theta = 0, and r, from the reference point to the sensor.
+vector, all along world axes; g = (0, 0, -gravity); q the displacement of the proof mass along the sensor's axes. The
+mounting defines Q, from the sensor's axes to the world's at theta = 0, and r, from the reference point to the sensor.
 
-To first order in what the base does, with the sensor at rest in its frame:
+To first order in the motion of the base, with the proof mass at rest in the sensor:
 
     f = Q^T (a + w' x r + theta x g - g)
 """
@@ -23,18 +23,18 @@ Triple = tuple[float, float, float]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 _ROUNDING = 1e-6
-"""How far the columns of a mounting matrix may be from unit length and right angles."""
+"""Largest error of unit lengths and right angles in the columns of a mounting matrix."""
 _SMALL = 1e-3
-"""Below this angle [rad] a rotation is taken from its series, exact to the last bit."""
+"""Angle [rad] below which a rotation is computed from its series, exact to the last bit."""
 
 
 @dataclass(frozen=True)
 class Mounting:
-    """How the sensor sits on its base.
+    """Attitude and position of the sensor on its base.
 
     Attributes:
         rotation: Q by rows, from the sensor's axes to the world's at the base's posture; its columns are the sensor's
-            x, y and z. Rounding below 1e-6 is taken out.
+            x, y and z. Rounding errors below 1e-6 are removed.
         lever: r, from the base's reference point to the sensor, world axes at the posture [m].
     """
 
@@ -42,13 +42,13 @@ class Mounting:
     lever: Triple = (0.0, 0.0, 0.0)
 
     def matrix(self, owner: str) -> np.ndarray:
-        """Return Q, shape (3, 3); `ModelError`, beginning with `owner`, unless it is a rotation."""
+        """Return Q, shape (3, 3); `ModelError`, beginning with `owner`, unless it is a rotation matrix."""
         Q = np.array(self.rotation, dtype=float).reshape(3, 3)
         off = np.abs(Q.T @ Q - np.eye(3)).max()
         if not off <= _ROUNDING:
             raise ModelError(
-                f"{owner}: mounting.rotation is no rotation: its columns, the sensor's axes, are off unit length or "
-                f"right angles by {off:.3g}, expected below {_ROUNDING:g}{_nearest(Q)}"
+                f"{owner}: mounting.rotation is no rotation: its columns, the sensor's axes, deviate from unit length "
+                f"or right angles by {off:.3g}, expected below {_ROUNDING:g}{_nearest(Q)}"
             )
         if np.linalg.det(Q) < 0:
             raise ModelError(
@@ -84,7 +84,7 @@ def base_inputs(m: Model) -> Base:
     )
 
 
-def first_order(base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX) -> ca.SX:
+def linear_specific_force(base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX) -> ca.SX:
     """Return f to first order, sensor axes, shape (3, 1) [m/s2]."""
     g = ca.vertcat(0, 0, -gravity)
     return ca.DM(Q.T) @ (
@@ -92,8 +92,8 @@ def first_order(base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX) -> c
     )
 
 
-def in_full(base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX, position: ca.SX, rate: ca.SX) -> ca.SX:
-    """Return f, sensor axes, shape (3, 1) [m/s2], at a displacement and rate along these axes, each (3, 1)."""
+def specific_force(base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX, position: ca.SX, rate: ca.SX) -> ca.SX:
+    """Return f, shape (3, 1) [m/s2], at a displacement and rate of the proof mass, (3, 1) each, all in sensor axes."""
     turned = _rotation(base.rotation)
     axes, w = turned @ ca.DM(Q), base.angular_velocity
     at = turned @ ca.DM(arm) + axes @ position
@@ -113,7 +113,7 @@ def _rotation(vector: ca.SX) -> ca.SX:
 
 
 def _nearest(Q: np.ndarray) -> str:
-    """What a message says of the nearest rotation, where there is one."""
+    """Return the part of a message with the nearest rotation matrix, empty if Q is not finite."""
     if not np.all(np.isfinite(Q)):
         return ""
     U, _, V = np.linalg.svd(Q)

@@ -1,4 +1,4 @@
-"""The triangular biaxial accelerometer by its dimensions: masses, stiffnesses and natural frequencies at home.
+"""Design formulas of the triangular biaxial accelerometer: masses, stiffnesses and natural frequencies at home.
 
     h = sqrt(6) (s - a) / 12                                                   length of a link, two to each limb
     k_in  = E w tm^3 / l                                                       a leg on its two feet
@@ -6,15 +6,16 @@
     k_out = 1 / (2 / k_xft - 1 / k_xlt)                                        rule `minus`; `plus`: springs in series
     M_in  = m_pm + 3/2 m_bar + 9/2 m_leg + 6 I_legz / h^2                      K_in  = 6 k_in / h^2       (eq 92)
     M_out = m_pm + 3/4 m_bar + 15/4 m_leg + 3 (I_legx + I_legy) / h^2 + 3/2 I_barx / h^2,  K_out = 6 k_out / h^2
-    Gamma = m_pm + 3/2 m_bar + 6 m_leg                                         what a moving base drives
+    Gamma = m_pm + 3/2 m_bar + 6 m_leg                                         mass driven by a moving base
 
-Every function takes numbers as well as CasADi expressions, so that sensitivities are exact and an optimiser can use
-the same formulas: `symbols()` is a `Shape` of symbols, `formulas(shape)` what follows from it.
+Every function accepts numbers and CasADi expressions, for exact sensitivities and for an optimiser. `symbols()` returns
+a `Shape` of symbols, `formulas(shape)` evaluates the formulas.
 
 Source: technical report of 2016 on the accelerometer, eqs 89 to 93, tables 1 to 3. Corrected here: the last member of
 (90) lacks a factor 2 in k_in, has 12 E for G / 12 in k_out, and drops the polar terms w^2 + t^2; table 2 prints b =
 4000 um but computes with b + c; table 3 prints s = 24.96 for 249.6 mm and E = 1.275e11 for 1.275e9 Pa. The rule `minus`
-is the source's and gives its K_out; two springs in series would add, 32 % softer. Gamma is not in the source.
+is that of the source and reproduces its K_out; two springs in series, rule `plus`, are 32 % softer. Gamma is not in the
+source.
 """
 
 import math
@@ -41,9 +42,9 @@ class Shape(NamedTuple):
         b: length of a bar.
         c: width of a leg across its corner; c / sqrt(2) is its thickness.
         d: width of a bar.
-        tm: thickness of a foot, the flexure at a leg's end.
+        tm: thickness of a foot, the flexure at each end of a leg.
         l: length of a foot.
-        w: thickness of the whole, out of plane.
+        w: thickness of the sensor out of the plane.
         E: Young's modulus [Pa].
         nu: Poisson's ratio.
         rho: density [kg/m3].
@@ -71,9 +72,9 @@ class Design(NamedTuple):
     """A published design.
 
     Attributes:
-        shape: its dimensions and material.
-        damping_ratio: in the plane and out of it (assumed).
-        stiffness: K along x, y, z by finite elements [N/m], where the formulas are not good enough.
+        shape: dimensions and material.
+        damping_ratio: damping ratios in the plane and out of it (assumed).
+        stiffness: K along x, y, z by finite elements [N/m]; `None` for that of the formulas.
     """
 
     shape: Shape
@@ -82,7 +83,7 @@ class Design(NamedTuple):
 
 
 def _silicon(*micrometres: float) -> Shape:
-    """Return a shape in silicon of dimensions in the order of `Shape` [um]."""
+    """Return the shape of a silicon sensor from its dimensions [um], in the order of `Shape`."""
     return Shape(*[1e-6 * x for x in micrometres], E=1.618e11, nu=0.222, rho=2330.0)
 
 
@@ -100,11 +101,11 @@ DESIGNS: Mapping[str, Design] = {
         (0.03, 0.03),
     ),
 }
-"""Designs of tables 1, 2 and 3."""
+"""Published designs, of tables 1, 2 and 3."""
 
 
 class Bodies(NamedTuple):
-    """Masses [kg], moments of inertia [kg.m2] of a leg about its own axes and of a bar about x, link length [m]."""
+    """Masses [kg], moments of inertia [kg.m2] of a leg about its own axes and of a bar about x, and link length [m]."""
 
     proof_mass: Number
     bar: Number
@@ -117,13 +118,13 @@ class Bodies(NamedTuple):
 
 
 class Formulas(NamedTuple):
-    """What follows from a shape.
+    """Results of the design formulas of a shape.
 
     Attributes:
         bodies: masses, moments of inertia and the length of a link.
-        k_in, k_out: stiffness of a leg with its two feet, bending in the plane and twisting [N.m/rad].
-        M_in, M_out: generalized masses, in the plane and out of it [kg].
-        K_in, K_out: stiffnesses [N/m].
+        k_in, k_out: stiffness of a leg with its two feet, in bending in the plane and in torsion [N.m/rad].
+        M_in, M_out: generalized masses in the plane and out of it [kg].
+        K_in, K_out: stiffnesses in the plane and out of it [N/m].
         driven_mass: Gamma [kg].
     """
 
@@ -138,7 +139,7 @@ class Formulas(NamedTuple):
 
     @property
     def f_in(self) -> Number:
-        """Natural frequency in the plane, twofold [Hz]."""
+        """Natural frequency of both modes in the plane [Hz]."""
         return (self.K_in / self.M_in) ** 0.5 / (2 * math.pi)
 
     @property
@@ -153,9 +154,9 @@ def symbols() -> Shape:
 
 
 def formulas(shape: Shape, rule: str = "minus") -> Formulas:
-    """Return what follows from a shape; `rule` joins the twists of feet and leg to k_out."""
+    """Return masses, stiffnesses and frequencies of a shape; `rule` combines the torsion of feet and leg to k_out."""
     bodies = _bodies(shape)
-    k_in, k_out = shape.E * shape.w * shape.tm**3 / shape.l, _twist(shape, rule)
+    k_in, k_out = shape.E * shape.w * shape.tm**3 / shape.l, _leg_torsion(shape, rule)
     _, bar, leg, bar_x, leg_x, leg_y, leg_z, h = bodies
     return Formulas(
         bodies,
@@ -179,21 +180,21 @@ def coriolis(bodies: Bodies) -> tuple[Number, Number]:
     return c1, scale * (bodies.bar + bodies.leg) / (8 * h) + scale * bodies.leg_z / (2 * h**3)
 
 
-def twists(shape: Shape) -> tuple[Number, Number]:
-    """Return k_xft of a foot and k_xlt of a leg [N.m/rad]."""
+def torsional_stiffnesses(shape: Shape) -> tuple[Number, Number]:
+    """Return the torsional stiffnesses k_xft of a foot and k_xlt of a leg [N.m/rad]."""
     modulus, across = shape.E / (2 * (1 + shape.nu)), shape.c / math.sqrt(2)
     foot = modulus * shape.w * shape.tm * (shape.w**2 + shape.tm**2) / (12 * shape.l)
     return foot, modulus * shape.w * across * (shape.w**2 + across**2) / (12 * shape.e)
 
 
-def possible(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
-    """Return a shape of numbers that can be built.
+def checked_shape(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
+    """Return a shape of numbers after a check that it is feasible.
 
     Args:
-        shape: what to check.
+        shape: shape to check.
         rule: as in `formulas`.
-        usual: shape of the published design, named in messages as what would be right.
-        owner: who asks, the beginning of messages.
+        usual: shape of the published design, for messages.
+        owner: name of the part, the beginning of messages.
 
     Raises:
         ModelError: a length, modulus or density not above 0, a Poisson's ratio outside -1 to 0.5, a frame that is not
@@ -212,7 +213,7 @@ def possible(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
             f"{owner}: dimensions.s is {shape.s:g} m, but the frame must be larger than the proof mass, whose side "
             f"dimensions.a is {shape.a:g} m; the design has s = {usual.s:g}, a = {usual.a:g}"
         )
-    if _twist(shape, rule) <= 0:
+    if _leg_torsion(shape, rule) <= 0:
         raise ModelError(
             f"{owner}: the legs twist more easily than their feet, for which k_out_rule=minus gives a negative "
             "stiffness; take k_out_rule=plus, thinner or longer feet (tm, l), or thicker or shorter legs (c, e)"
@@ -221,7 +222,7 @@ def possible(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
 
 
 def _bodies(shape: Shape) -> Bodies:
-    """Cuboids of the source (eq 89), the proof mass an equilateral triangle."""
+    """Return the bodies of the sensor: cuboids as in the source (eq 89), the proof mass an equilateral triangle."""
     a, s, e, b, c, d, _, _, w, _, _, rho = shape
     bar, leg = rho * b * d * w, rho * e * c * w / math.sqrt(2)
     return Bodies(
@@ -236,8 +237,8 @@ def _bodies(shape: Shape) -> Bodies:
     )
 
 
-def _twist(shape: Shape, rule: str) -> Number:
-    """k_out [N.m/rad]."""
+def _leg_torsion(shape: Shape, rule: str) -> Number:
+    """Return k_out, the torsional stiffness of a leg with its feet [N.m/rad]."""
     one_of(rule, ("minus", "plus"), "tba_accelerometer: k_out_rule")
-    foot, leg = twists(shape)
+    foot, leg = torsional_stiffnesses(shape)
     return 1 / (2 / foot + (-1 / leg if rule == "minus" else 1 / leg))

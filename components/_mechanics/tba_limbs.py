@@ -1,23 +1,24 @@
-"""Mechanics of the triangular accelerometer's sixteen bodies by twist-shaping matrices, away from home too.
+"""Mechanics of the triangular accelerometer's sixteen bodies by twist-shaping matrices, for large displacements.
 
-The proof mass is carried without rotation by three limbs, 120 degrees apart. In its own frame limb i is a chain of two
-links of length h at angles a1, a2, tilted by b:
+Three limbs, 120 degrees apart, carry the proof mass without rotation. In its own frame limb i is a chain of two links
+of length h at angles a1, a2, tilted by b:
 
     x_i = h (cos a1 + cos a2),  y_i = h (sin a1 + sin a2) - sqrt(2) h,  z = h (sin a1 + sin a2) sin b
     (a1', a2', b') = R Q_i^T q',    t = (omega; v) = T(f, g, p, r) (a1', a2', b')
 
-Q_i turns limb i's frame into the sensor's. A body's twist t takes the shares f, g of the links' motion and p, r of
-their rotation: bar 1, 0, 0, 0; lower legs 1/2, 0, 1, 0; upper legs 1, 1/2, 0, 1. With T_k = T R Q_i^T of every body,
+Q_i transforms from the frame of limb i to that of the sensor. The twist t of a body has the shares f, g of the links'
+motion and p, r of their rotation: bar 1, 0, 0, 0; lower legs 1/2, 0, 1, 0; upper legs 1, 1/2, 0, 1. With
+T_k = T R Q_i^T of every body,
 
     M = sum T_k^T M_k T_k,    c = M' q' - 1/2 d(q'^T M q')/dq,    Gamma^T = sum m_k T_k,v,    n = dV/dq
     V = sum over limbs [k_in ((a1 - 3 pi/4)^2 + (a2 - pi/4)^2) + 2 k_out b^2]
 
-Every leg keeps the axes of inertia that it has at home, and (b', 0, a') for its angular velocity, as in the source. c
-follows from the kinetic energy (Lagrange) and n from V, so that energy is kept exactly.
+As in the source, every leg keeps its axes of inertia at home and has the angular velocity (b', 0, a'). c follows from
+the kinetic energy (Lagrange) and n from V, so the equations conserve energy exactly.
 
-Source: technical report of 2016 on the accelerometer, secs 2 and 3. Its own velocity terms, by Kane, are c and those of
-a gyroscope, T_k^T (omega x I omega): they vanish at home and do no work, but belong to axes of inertia that turn, and
-are left out. Not in the source: the closed inverse, V, and Gamma away from home.
+Source: technical report of 2016 on the accelerometer, secs 2 and 3. Its velocity terms, by Kane's method, are c plus
+the gyroscopic terms T_k^T (omega x I omega). These vanish at home, do no work and are valid for axes of inertia that
+rotate with the body; they are omitted here. Not in the source: the inverse in closed form, V, and Gamma away from home.
 """
 
 import math
@@ -29,26 +30,26 @@ from hfsa.components._mechanics.tba_design import Bodies
 
 
 def _turn(angle: float) -> ca.DM:
-    """Rotation about Z, shape (3, 3)."""
+    """Return the matrix of a rotation about Z, shape (3, 3)."""
     c, s = math.cos(angle), math.sin(angle)
     return ca.DM([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
 _TURNS = (_turn(0), _turn(2 * math.pi / 3), _turn(-2 * math.pi / 3))
-"""Q_i."""
+"""Q_i, from the frames of the limbs to that of the sensor."""
 _LOWER, _UPPER = _turn(math.pi / 4), _turn(-math.pi / 4)
-"""From the axes of a lower and of an upper leg to the limb's frame."""
+"""Rotations from the axes of a lower and of an upper leg to the limb's frame."""
 _HOME = ca.DM([3 * math.pi / 4, math.pi / 4, 0])
 """a1, a2, b at home [rad]."""
 
 
 class Terms(NamedTuple):
-    """Terms of the equations of motion over displacement q and rate q' of the proof mass.
+    """Terms of the equations of motion, functions of displacement q and rate q' of the proof mass.
 
     Attributes:
         mass: M, shape (3, 3).
         velocity: c, shape (3, 1).
-        driven: Gamma^T, momentum of all bodies by q', shape (3, 3).
+        driven: Gamma^T, matrix from q' to the momentum of all bodies, shape (3, 3).
         elastic: n, shape (3, 1).
     """
 
@@ -59,9 +60,9 @@ class Terms(NamedTuple):
 
 
 def terms(bodies: Bodies, k_in: float, k_out: float, position: ca.SX, rate: ca.SX) -> Terms:
-    """Return the terms over the symbols of position and rate of the proof mass, each (3, 1) [m], [m/s].
+    """Return the terms as functions of the symbols of position and rate of the proof mass, each (3, 1) [m], [m/s].
 
-    `k_in`, `k_out` [N.m/rad] are those of one leg, bending in the plane and twisting.
+    `k_in`, `k_out` [N.m/rad] are the stiffnesses of one leg in bending in the plane and in torsion.
     """
     limb = _limb_terms(bodies, k_in, k_out)
     mass, velocity, driven, elastic = (ca.SX.zeros(3, n) for n in (3, 1, 3, 1))
@@ -76,7 +77,7 @@ def terms(bodies: Bodies, k_in: float, k_out: float, position: ca.SX, rate: ca.S
 
 
 def potential(link: float, k_in: float, k_out: float, position: ca.SX) -> ca.SX:
-    """Return V at a displacement of the proof mass [J]; `link` is h [m]."""
+    """Return V [J] at a displacement of the proof mass, shape (3, 1) [m]; `link` is h [m]."""
     energy = ca.SX(0)
     for turn in _TURNS:
         lower, upper, tilt = ca.vertsplit(_bends(link, turn.T @ position))
@@ -94,9 +95,10 @@ def cross_axis(link: float) -> float:
 
 
 def _limb_terms(bodies: Bodies, k_in: float, k_out: float) -> ca.Function:
-    """(position, rate) -> terms of one limb, all in its own frame: Lagrange over (a1, a2, b), carried over.
+    """Return the function (position, rate) -> terms of one limb in its own frame.
 
-    With z' = R v, the limb's M is R^T I R and its c is R^T (I R' v + I' z' - 1/2 d(z'^T I z')/dz).
+    They follow from Lagrange's equations over z = (a1, a2, b). With z' = R v, the limb's M is R^T I R and its c is
+    R^T (I R' v + I' z' - 1/2 d(z'^T I z')/dz).
     """
     position, v, z, z_rate = (ca.SX.sym(name, 3) for name in ("p", "v", "z", "z_rate"))
     inertia, momentum = _inertia(bodies, z)
@@ -114,20 +116,20 @@ def _limb_terms(bodies: Bodies, k_in: float, k_out: float) -> ca.Function:
 
 
 def _bends(h: float, position: ca.SX) -> ca.SX:
-    """(a1, a2, b) less those of home [rad] at a displacement in the limb's frame, in closed form.
+    """Return (a1, a2, b) minus the angles at home [rad] at a displacement in the limb's frame, in closed form.
 
-    Near home too it is right to the last bit: no small angle is left over by two large ones.
+    The result is accurate to the last bit near home too: no small angle is the difference of two large ones.
     """
     x, y, z = ca.vertsplit(position)
     Y = y + math.sqrt(2) * h
-    # a1 and a2 lie at phi +- acos(u): phi - pi/2, and the sine of acos(u) - pi/4.
+    # a1 and a2 are phi +- acos(u): `turning` is phi - pi/2, `sine` the sine of acos(u) - pi/4.
     turning, u = -ca.atan2(x, Y), ca.sqrt(x**2 + Y**2) / (2 * h)
     sine = -(x**2 + y**2 + 2 * math.sqrt(2) * h * y) / (2 * math.sqrt(2) * h**2 * (u + ca.sqrt(1 - u**2)))
     return ca.vertcat(turning + ca.asin(sine), turning - ca.asin(sine), ca.asin(z / Y))
 
 
 def _rates(h: float, z: ca.SX) -> ca.SX:
-    """R, from the proof mass's velocity in the limb's frame to (a1', a2', b'), shape (3, 3)."""
+    """Return R, from the proof mass's velocity in the limb's frame to (a1', a2', b'), shape (3, 3)."""
     (c1, c2, cb), (s1, s2, sb) = (ca.vertsplit(function(z)) for function in (ca.cos, ca.sin))
     apart, reach = h * ca.sin(z[0] - z[1]), h * cb * (s1 + s2)
     return ca.vertcat(
@@ -138,7 +140,7 @@ def _rates(h: float, z: ca.SX) -> ca.SX:
 
 
 def _inertia(bodies: Bodies, z: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Inertia of a limb's five bodies over (a1', a2', b') and their momentum by them, each (3, 3)."""
+    """Return inertia and momentum of a limb's five bodies, matrices on (a1', a2', b'), shape (3, 3) each."""
     leg = ca.diag(ca.DM([bodies.leg_x, bodies.leg_y, bodies.leg_z]))
     members = (
         (bodies.bar, ca.diag(ca.DM([bodies.bar_x, 0, 0])), _shaping(bodies.link, z, 1, 0, 0, 0)),
@@ -154,7 +156,7 @@ def _inertia(bodies: Bodies, z: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 
 def _shaping(h: float, z: ca.SX, f: float, g: float, p: float, r: float) -> ca.SX:
-    """T, from (a1', a2', b') to the twist (omega; v) of a body, shape (6, 3)."""
+    """Return T, from (a1', a2', b') to the twist (omega; v) of a body, shape (6, 3)."""
     (c1, c2, cb), (s1, s2, sb) = (ca.vertsplit(function(z)) for function in (ca.cos, ca.sin))
     return ca.vertcat(
         ca.horzcat(0, 0, 1),

@@ -1,14 +1,14 @@
-"""The design study of the triangular biaxial accelerometer: f3/f1 by its dimensions, as the formulas at home have it.
+"""Design study of the triangular biaxial accelerometer: f3/f1 as a function of its dimensions, by the design formulas.
 
     f3/f1 = f_out / f_in = sqrt(K_out M_in / (K_in M_out))
 
-With the rule `minus`, k_out = 1 / (2 / k_xft - 1 / k_xlt) has a pole where a leg twists as easily as its two feet
-together: f3/f1 has no largest value, and an optimiser goes there. With `plus` there is no pole. An optimum is therefore
-kept to what the published designs have in common (assumed): with `minus`, legs no softer in twist than one foot, k_xlt
->= k_xft; and a leg that fits in its link with both feet, e + 2 l <= h.
+With the rule `minus`, k_out = 1 / (2 / k_xft - 1 / k_xlt) has a pole where a leg is as soft in torsion as its two feet
+in series: f3/f1 is unbounded, and an optimiser converges to the pole. The rule `plus` has no pole. An optimisation is
+therefore constrained to properties of all published designs (assumed): with `minus`, legs no softer in torsion than one
+foot, k_xlt >= k_xft; a leg that fits in its link with both feet, e + 2 l <= h.
 
 Source: technical report of 2016 on the accelerometer, sections on sensitivity and optimisation, table 2. Its bounds and
-its requirements on the dimensions are not known.
+requirements on the dimensions are not known.
 """
 
 import math
@@ -26,17 +26,17 @@ _DESCRIPTIONS = {
     "d": "Width of a bar",
     "tm": "Thickness of a foot",
     "l": "Length of a foot",
-    "w": "Thickness of the whole",
+    "w": "Thickness of the sensor",
 }
 _OTHER_FEET = {"tm": 15.2e-6, "l": 59.5e-6}
-"""With which the formulas give table 2 its stiffness by finite elements [m]."""
+"""Dimensions of feet for which the formulas reproduce the finite-element stiffness of table 2 [m]."""
 
 
 def design_study(shape: Shape, rule: str, title: str) -> Study:
-    """Return the study of a shape of numbers that can be built, of its dimensions in its material."""
+    """Return the study of the dimensions of a feasible shape, its material constant."""
     p = Shape(*designs.symbols()[: len(DIMENSIONS)], *shape[len(DIMENSIONS) :])
     found = designs.formulas(p, rule)
-    foot, leg = designs.twists(p)
+    foot, leg = designs.torsional_stiffnesses(p)
     conditions = {f"{name} above 0": getattr(p, name) / getattr(shape, name) for name in DIMENSIONS}
     conditions["a frame larger than the proof mass (s > a)"] = 1 - p.a / p.s
     requirements = {
@@ -61,7 +61,7 @@ def design_study(shape: Shape, rule: str, title: str) -> Study:
 
 
 def _references(rule: str) -> dict[str, dict[str, float]]:
-    """Return the responses of the printed optimum, by the formulas and by the stiffness of its finite elements."""
+    """Return the responses of the printed optimum, with the stiffness of the formulas and of finite elements."""
     design = DESIGNS["optimum"]
     assert design.stiffness is not None
     printed = designs.formulas(design.shape, rule)
@@ -75,25 +75,25 @@ def _references(rule: str) -> dict[str, dict[str, float]]:
 
 
 def _responses(found: designs.Formulas) -> dict[str, float]:
-    """Return what a study asks of a design, by name."""
+    """Return the responses of a design by name."""
     values = {"frequency_ratio": found.f_out / found.f_in, "f_in": found.f_in, "f_out": found.f_out}
     assert all(map(math.isfinite, values.values()))
     return values
 
 
 def _remarks(rule: str) -> list[str]:
-    """Return what a reader of an optimum must know."""
+    """Return the remarks on an optimum under a rule."""
     remarks = [
         "The source's bounds and requirements on its dimensions are not known; the bounds here are a choice. "
-        "An optimum is kept to legs that fit in their links with both feet (assumed; so are those of all tables).",
-        "The printed optimum does not follow from the printed formulas: 2.90 is printed for f3/f1 and rests on finite "
-        "elements alone. Feet with tm = 15.2 um, l = 59.5 um would give the formulas that stiffness, but contradict "
-        "the text, which has 30 and 94.051 um.",
+        "An optimum is constrained to legs that fit in their links with both feet (assumed; true for all tables).",
+        "The printed optimum does not follow from the printed formulas: the printed f3/f1 of 2.90 is based on finite "
+        "elements alone. With feet of tm = 15.2 um, l = 59.5 um the formulas would reproduce that stiffness, but the "
+        "text gives 30 and 94.051 um.",
     ]
     if rule == "minus":
         remarks.append(
-            "With k_out_rule=minus, the source's, f3/f1 has no largest value: it grows without bound as k_xlt falls to "
-            "k_xft / 2. An optimum is kept to k_xlt >= k_xft (assumed). With k_out_rule=plus, springs in series, there "
-            "is no such pole."
+            "With k_out_rule=minus, the rule of the source, f3/f1 is unbounded: it has a pole at k_xlt = k_xft / 2. An "
+            "optimum is constrained to k_xlt >= k_xft (assumed). With k_out_rule=plus, springs in series, there is no "
+            "pole."
         )
     return remarks

@@ -1,4 +1,4 @@
-"""What models are made of: quantities, equations, levels, composition, derivatives, and how parts are found.
+"""The modelling framework: quantities, equations, composition, linearisation, design studies and the registry of parts.
 
 Read `model.py`, then `parts.py`. Parts take `Model` and `ModelError` from `hfsa.components`.
 """

@@ -1,17 +1,17 @@
-"""What cannot be in a model, said with the nearest right answer."""
+"""Errors of model definitions, with the nearest valid alternative."""
 
 import difflib
 from collections.abc import Iterable
 
 
 class ModelError(ValueError):
-    """A quantity, an equation or an argument of a model that cannot be; the message names it."""
+    """An invalid quantity, equation or argument of a model; the message names it."""
 
     exit_code = 2
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""
+    """Return `; did you mean a, b?` with the names most similar to `name`, or the first names if none is similar."""
     names = list(names)
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     if near:
@@ -19,8 +19,11 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
 
 
-def one_of(name: str, names: Iterable[str], what: str) -> str:
-    """Return `name`; `ModelError` that says `what` it is, with the nearest names, unless it is one of `names`."""
+def one_of(name: str, names: Iterable[str], subject: str) -> str:
+    """Return `name`, or raise `ModelError` with the nearest of `names` if it is not one of them.
+
+    The message begins with `subject`, such as `sdelta: level`.
+    """
     if name not in (names := list(names)):
-        raise ModelError(f"{what} is {name!r}{nearest(name, names)}")
+        raise ModelError(f"{subject} is {name!r}{nearest(name, names)}")
     return name

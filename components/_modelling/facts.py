@@ -1,11 +1,11 @@
-"""Facts that several parts of a system know: what must agree, and where a part has it.
+"""Shared facts: values that must be equal in all parts of a system, and the argument or variable of each part.
 
-    PAYLOAD = Fact("payload of the SDelta")                                    # beside what the parts share
+    PAYLOAD = Fact("payload of the SDelta")                                    # in the mechanics that the parts share
 
     FACTS = {PAYLOAD: Known("payload"), DAMPING: Known("damping_ratio", levels=("elastic",))}      # in a part's file
 
-A part declares as `FACTS`, beside its function, what it knows of facts that have one value in a system. What differs on
-purpose, such as the model that a controller is built on, is none.
+A part declares the shared facts that it uses as `FACTS`, beside its function. A value that may differ on purpose, such
+as the model of a model-based controller, is not a shared fact.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Fact:
-    """What has one value in a system although several parts know it.
+    """A value that is the same in all parts of a system that use it.
 
     Attributes:
-        name: as messages say it.
-        unit: of a number, if it has one.
-        terminal: of the ports by which two parts share it; without, all parts share it that are wired together.
+        name: name in messages.
+        unit: unit of a number, empty for other values.
+        terminal: terminal whose connection makes two parts share the fact; empty if any connection does.
     """
 
     name: str
@@ -28,15 +28,15 @@ class Fact:
 
 @dataclass(frozen=True)
 class Known:
-    """Where a part has a fact: under a name that its model or its analysis has, or both.
+    """The argument or variable of a part that holds a fact, in its model, its analysis or both.
 
     Attributes:
-        name: of an argument, also of a dataclass as a whole, or of a variable with a start value.
-        per: another such name; the fact is the quotient.
-        plus: another such name; the fact is the sum.
-        levels: at which the part makes use of it; all without.
-        results: of the part's analysis that follow from it; all without.
-        unfed: an input without which the part makes use of it; fed, the input takes its place.
+        name: name of an argument, a dataclass included, or of a variable with a start value.
+        per: name of a divisor; the fact is the quotient `name` / `per`.
+        plus: name of a summand; the fact is the sum `name` + `plus`.
+        levels: levels at which the part uses the fact; empty for all.
+        results: results of the analysis that depend on the fact; empty for all.
+        unfed: input that replaces the fact when it is connected.
     """
 
     name: str

@@ -1,12 +1,12 @@
-"""Fields of a dataclass argument that follow from others: new values of these leave the old ones of those behind.
+"""Dependent fields of a dataclass argument: a field that is computed from others unless it is set itself.
 
     @dataclass(frozen=True)
     class Payload:
         mass: float = 3.0
-        inertia: Triple = follows("mass")          # __post_init__ puts the cube's of that mass in the place of None
+        inertia: Triple = follows("mass")          # __post_init__ replaces None by the inertia of a cube of that mass
 
-A part whose default is `Payload()` and that is given `payload.mass` alone must not keep the inertia of the default's
-mass: `changed` lets whatever follows from a field that is given follow again.
+If a caller changes `payload.mass` of the default `Payload()`, the inertia of the default mass is no longer valid.
+`changed` therefore recomputes every dependent field whose origin is given.
 """
 
 import dataclasses
@@ -19,12 +19,12 @@ T = TypeVar("T")
 
 
 def follows(*fields: str) -> Any:
-    """Declare a field that follows from others of these names where it is not given itself, `None` until then."""
+    """Declare a dependent field, `None` until `__post_init__` computes it from the fields with these names."""
     return dataclasses.field(default=None, metadata={_FROM: fields})
 
 
 def changed(instance: T, given: Mapping[str, Any]) -> T:
-    """Return a dataclass instance with the given fields; what follows from one of them, and is not given, follows."""
+    """Return a copy of a dataclass instance with the given fields; fields that depend on them are recomputed."""
     assert dataclasses.is_dataclass(instance)
     fields = {field.name: set(field.metadata.get(_FROM, ())) for field in dataclasses.fields(instance)}
     fresh = {name: None for name, origins in fields.items() if name not in given and origins & given.keys()}

@@ -1,9 +1,9 @@
-"""A model's equations as CasADi functions: what code generation and linearisation both start from.
+"""CasADi functions of the equations of a model, for code generation and linearisation.
 
-All functions take the same five columns first: time t, continuous states x, sampled states z, inputs u, parameters p,
-each in the order of declaration. With a mass-matrix form, `M(t,x,z,u,p) a = h(t,x,z,u,p)` is solved by LDL^T inside the
-functions, and its derivatives follow from the implicit function theorem, d a = M^-1 (dh - dM a), never from an explicit
-inverse.
+The first five arguments of all functions are the columns time t, continuous states x, sampled states z, inputs u and
+parameters p, each in the order of declaration. A mass-matrix equation M(t,x,z,u,p) a = h(t,x,z,u,p) is solved inside
+the functions by LDL^T factorisation. Its derivatives follow from the implicit function theorem,
+d a = M^-1 (dh - dM a), without an explicit inverse.
 """
 
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ from hfsa.components._modelling.model import Kind, Model
 
 @dataclass(frozen=True)
 class Functions:
-    """The functions of one model; all results are columns but `jacobian`.
+    """The functions of one model; all results except `jacobian` are columns.
 
     Attributes:
         rhs: (t, x, z, u, p) -> der(x).
         out: (t, x, z, u, p) -> outputs.
         tick: (t, x, z, u, p) -> next(z), sampled outputs.
         jacobian: (t, x, z, u, p) -> d der(x) / dx, sparse.
-        fwd: (t, x, z, u, p, dt, dx, dz, du, dp) -> derivatives of der(x), outputs, next(z), sampled
-            outputs in that direction.
-        adj: (t, x, z, u, p, and weights of der(x), outputs, next(z), sampled outputs) -> weighted gradients
+        fwd: (t, x, z, u, p, dt, dx, dz, du, dp) -> directional derivatives of der(x), outputs, next(z), sampled
+            outputs.
+        adj: (t, x, z, u, p, and weights of der(x), outputs, next(z), sampled outputs) -> gradients of the weighted sum
             with respect to t, x, z, u, p.
-        is_linear: whether der(x) is affine in x and u, with coefficients that only parameters change.
+        is_linear: whether der(x) is affine in x and u, with coefficients that depend on parameters only.
     """
 
     rhs: ca.Function
@@ -47,7 +47,7 @@ RESULTS = ("der", "out", "next", "held")
 
 
 def functions(model: Model) -> Functions:
-    """Return the functions of a complete model; raises `ModelError` where `Model.check` does."""
+    """Return the functions of a complete model; raise `ModelError` for an incomplete one, as `Model.check`."""
     model.check()
     v = [
         model.time,
@@ -68,7 +68,7 @@ def functions(model: Model) -> Functions:
 
 
 def _explicit(_: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
-    """All functions from SX expressions, common subexpressions removed."""
+    """Return all functions as SX functions, common subexpressions removed."""
     der, out, nxt, held = results
     seeds, weights = _like(v, "d"), _like(results, "w")
     forward = [ca.jtimes(r, ca.vertcat(*v), ca.vertcat(*seeds)) for r in results]
@@ -84,9 +84,9 @@ def _explicit(_: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Functio
 
 
 def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
-    """SX kernels of M and h, of the results and of the residual h - M a, joined by LDL^T solves.
+    """Return all functions as MX functions: SX kernels of M, h, results and residual h - M a, joined by LDL^T solves.
 
-    C computes a kernel as a whole: what is wanted together, as M and h, shares one, and nothing else is in it.
+    The generated C evaluates a kernel as a whole, so a kernel contains only expressions that are needed together.
     """
     M = ca.diagcat(*[motion.mass for motion in model.motions])
     h = ca.vertcat(*[motion.force for motion in model.motions])
@@ -139,7 +139,7 @@ def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Fun
 
 
 def _is_linear(model: Model, v: list[ca.SX], der: ca.SX) -> bool:
-    """Whether der = A(p) x + B(p) u + c(z, p); a mass matrix must then depend on parameters only."""
+    """Return whether der = A(p) x + B(p) u + c(z, p), with a mass matrix that depends on parameters only."""
     t, x, z, u, _ = v
     moving = ca.vertcat(t, x, z, u)
     a = ca.vertcat(ca.SX(0, 1), *[motion.acceleration for motion in model.motions])
@@ -153,7 +153,7 @@ def _is_linear(model: Model, v: list[ca.SX], der: ca.SX) -> bool:
 
 
 def _function(name: str, arguments: list, results: list, result_names: tuple[str, ...]) -> ca.Function:
-    """Return a CasADi function by its labels; what expressions of SX share is worked out once."""
+    """Return a CasADi function with labelled results; SX expressions share common subexpressions."""
     if isinstance(arguments[0], ca.SX):
         results = ca.cse([ca.SX(r) for r in results])
     labels = [f"i{k}" for k in range(len(arguments))]
@@ -161,12 +161,12 @@ def _function(name: str, arguments: list, results: list, result_names: tuple[str
 
 
 def _like(columns: list[ca.SX], prefix: str) -> list[ca.SX]:
-    """Return new symbols of the shapes of columns."""
+    """Return new symbols with the shapes of columns."""
     return [ca.SX.sym(f"{prefix}{k}", column.shape[0]) for k, column in enumerate(columns)]
 
 
 def _split(stacked: ca.SX, parts: list[ca.SX]) -> list[ca.SX]:
-    """Return the parts of columns that were stacked."""
+    """Return the blocks of a stacked column, with the lengths of `parts`."""
     offsets = [0]
     for part in parts:
         offsets.append(offsets[-1] + part.shape[0])

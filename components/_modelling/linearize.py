@@ -1,10 +1,10 @@
-"""A model at one point as a `control.StateSpace`, from exact derivatives.
+"""Linearisation of a model at one point as a `control.StateSpace`, by exact derivatives.
 
     der(x) = A dx + B du,  dy = C dx + D du            continuous models
     next(z) = A dz + B du, held = C dz + D du          sampled models: the tick map, with its sample time
 
-Signals keep their names, with `/` where the quantity has a dot: `mass/position`, because `control` keeps the dot for
-`system.signal` and refuses it inside a name.
+Signal names are the names of the quantities with `/` for the dot, `mass/position`, because `control` reserves the dot
+for `system.signal`.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 def linearize(model: Model, values: Mapping[str, float] | None = None, *, time: float = 0.0) -> StateSpace:
-    """Return the model's linearisation, signals named as its quantities (`/` for the dot).
+    """Return the linearisation of a model at its start values or the given `values`.
 
     Args:
-        model: a complete model, continuous or sampled; one with both kinds of states has no single state space.
+        model: a complete model, continuous or sampled; a model with both kinds of states has no single state space.
         values: parameters, inputs and states that differ from their start values, by name.
         time: value of the independent variable [s].
 
@@ -39,7 +39,7 @@ def linearize(model: Model, values: Mapping[str, float] | None = None, *, time: 
         _ = model[name]
     sampled = bool(model.of(Kind.SAMPLED_STATE, Kind.SAMPLED_OUTPUT))
     if sampled and model.of(Kind.STATE):
-        raise ModelError(f"{model.name} has continuous and sampled states; linearise its parts, they meet at the ticks")
+        raise ModelError(f"{model.name} has continuous and sampled states; linearise its members separately")
     point = [
         time,
         *[_values(model, kind, values) for kind in (Kind.STATE, Kind.SAMPLED_STATE, Kind.INPUT, Kind.PARAMETER)],
@@ -63,17 +63,17 @@ def linearize(model: Model, values: Mapping[str, float] | None = None, *, time: 
 
 
 def _labels(model: Model, kind: Kind) -> list[str]:
-    """Return the names of a kind as `control` takes them: without dots."""
+    """Return the names of the quantities of a kind, with `/` for the dot."""
     return [q.name.replace(".", "/") for q in model.of(kind)]
 
 
 def _values(model: Model, kind: Kind, values: Mapping[str, float]) -> np.ndarray:
-    """Return the values of a kind, its start values where none is given, (n,)."""
+    """Return the values of the quantities of a kind, by default their start values, shape (n,)."""
     return np.array([values.get(q.name, q.start) for q in model.of(kind)], dtype=float)
 
 
 def _columns(model: Model, point: list, kind: Kind, sampled: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of (der, out) or (next, held) with respect to all quantities of one kind."""
+    """Return the Jacobians of (der, out) or (next, held) with respect to all quantities of one kind."""
     fwd = functions(model).fwd
     seeds = [np.zeros(np.size(v)) for v in point]
     where = {Kind.STATE: 1, Kind.SAMPLED_STATE: 2, Kind.INPUT: 3}[kind]

@@ -1,6 +1,6 @@
-"""A model: named quantities and the equations between them.
+"""Models: named quantities and the equations between them.
 
-The order of calls, as a part's function makes them:
+The function of a part calls the methods in this order:
 
     m = Model("MassOnSpring", "Mass on a damped spring, driven at its base")
     k = m.parameter("stiffness", 1e4, "N/m", "Spring stiffness", min=0)        # a CasADi symbol
@@ -9,12 +9,12 @@ The order of calls, as a part's function makes them:
     m.der[x] = ...                                                             # explicit form, or
     a = m.motion(v, mass=M, force=h)                                           # M der(v) = h, mass-matrix form
     m.output("position", x, "m", "Measured displacement")
-    m.constant("rest.length", 0.05, "m", "Length of the spring at rest")       # what the FMU shows, and nobody sets
+    m.constant("rest.length", 0.05, "m", "Length of the spring at rest")       # a read-only variable of the FMU
 
-A sampled model declares `m.sample_time(1e-3)`, `m.sampled_state(...)`, `m.next[z] = ...` and `m.sampled_output(...)`:
-at each tick the outputs are evaluated first, from the states and inputs before the tick, and held until the next tick.
+A sampled model calls `m.sample_time(1e-3)`, `m.sampled_state(...)`, `m.next[z] = ...` and `m.sampled_output(...)`. At
+each tick the sampled outputs are evaluated from the states and inputs before the tick, and held until the next tick.
 
-A range in a name, `drive[1..3].slide`, declares one quantity per member and stands for a column vector of symbols.
+A name with a range, `drive[1..3].slide`, declares one quantity per member; its symbol is a column vector.
 """
 
 import re
@@ -54,12 +54,12 @@ class Model:
         next: `m.next[z] = expression`, the value of a sampled state after a tick.
         solver: solver of the exported Co-Simulation FMU, one of `SOLVERS`; `None` chooses `exact` for a linear
             time-invariant model and `rosenbrock` for any other.
-        information: structural arguments the model was built with, shown in the FMU as constants (numbers and strings).
+        information: structural arguments of the model, numbers or strings; constants of the FMU.
     """
 
     def __init__(self, name: str, description: str):
         if not re.match(r"^[A-Za-z_]\w*$", name):
-            raise ModelError(f"model name {name!r} is not an identifier; FMUs are named in CamelCase, e.g. 'PztStack'")
+            raise ModelError(f"model name {name!r} is not an identifier; names of FMUs are CamelCase, e.g. 'PztStack'")
         self.name = name
         self.description = description
         self.time = ca.SX.sym("time")
@@ -84,11 +84,11 @@ class Model:
         nominal: float | None = None,
         fixed: bool = False,
     ) -> ca.SX:
-        """Declare a tunable (or `fixed`) parameter; returns its symbol, or a column for a range in `name`."""
+        """Declare a tunable (or `fixed`) parameter and return its symbol; a range in `name` gives a column."""
         return self._symbols(name, Kind.PARAMETER, unit, description, start, nominal, min, max, fixed=fixed)
 
     def constant(self, name: str, value: float | Sequence[float], unit: str, description: str) -> None:
-        """Declare what the part knows and nobody sets, for the FMU to show; a range in `name` takes a value each."""
+        """Declare a constant, a read-only variable of the FMU; a range in `name` takes one value per member."""
         members = expand(name)
         for member, number in zip(members, _column(name, value, len(members)), strict=True):
             self._add(Quantity(member, Kind.CONSTANT, unit, description, number, 1.0, None, None, ca.SX(number)))
@@ -104,7 +104,7 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> ca.SX:
-        """Declare an input; returns its symbol, or a column for a range in `name`."""
+        """Declare an input and return its symbol; a range in `name` gives a column."""
         return self._symbols(name, Kind.INPUT, unit, description, start, nominal, min, max)
 
     def state(
@@ -118,14 +118,14 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> ca.SX:
-        """Declare a continuous state; returns its symbol, or a column for a range in `name`.
+        """Declare a continuous state and return its symbol; a range in `name` gives a column.
 
-        `nominal` scales the solver's tolerance: the size the state has in use, not its bound.
+        `nominal` is the typical magnitude of the state, not its bound; it scales the tolerance of the solver.
         """
         return self._symbols(name, Kind.STATE, unit, description, start, nominal, min, max)
 
     def sample_time(self, start: float) -> ca.SX:
-        """Declare the fixed parameter `sample_time` [s]; ticks are at experiment start + n * sample_time."""
+        """Declare the fixed parameter `sample_time` [s] and return its symbol; ticks are at start + n * sample_time."""
         return self.parameter("sample_time", start, "s", "Time between two ticks", min=1e-12, nominal=start, fixed=True)
 
     def sampled_state(
@@ -139,7 +139,7 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> ca.SX:
-        """Declare a state that changes only at ticks; needs a `sample_time`."""
+        """Declare a state that changes at ticks only and return its symbol; `ModelError` without a `sample_time`."""
         self._require_sampling(name)
         return self._symbols(name, Kind.SAMPLED_STATE, unit, description, start, nominal, min, max)
 
@@ -154,7 +154,7 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> None:
-        """Declare an output, evaluated whenever it is read; a range in `name` takes a column."""
+        """Declare an output, evaluated at every read; a range in `name` takes a column of expressions."""
         self._expressions(name, Kind.OUTPUT, expression, unit, description, 0.0, nominal, min, max)
 
     def sampled_output(
@@ -169,15 +169,18 @@ class Model:
         max: float | None = None,
         nominal: float | None = None,
     ) -> None:
-        """Declare an output evaluated at ticks, before the states change, and held; `start` until the first tick."""
+        """Declare an output evaluated at ticks, before the states change, and held between them.
+
+        Its value before the first tick is `start`. Raises `ModelError` without a `sample_time`.
+        """
         self._require_sampling(name)
         self._expressions(name, Kind.SAMPLED_OUTPUT, expression, unit, description, start, nominal, min, max)
 
     def motion(self, rate: ca.SX, *, mass: ca.SX | ca.DM, force: ca.SX) -> ca.SX:
-        """State the equation `mass @ der(rate) = force` and return the symbols of der(rate), shape (n, 1).
+        """Add the equation `mass @ der(rate) = force` and return the symbols of der(rate), shape (n, 1).
 
-        `rate` is a column of n states, `mass` (n, n) symmetric positive definite, `force` (n, 1). The accelerations may
-        be used in outputs and other equations, not in `mass` or `force`.
+        `rate` is a column of n states, `mass` is (n, n), symmetric and positive definite, `force` is (n, 1). Outputs
+        and other equations may use the accelerations, `mass` and `force` may not. Raises `ModelError` for other shapes.
         """
         names = self._names_of(rate, Kind.STATE, "motion")
         n, label = len(names), ", ".join(names)
@@ -194,7 +197,7 @@ class Model:
     # Reading --------------------------------------------------------------------------------------------------------
 
     def __getitem__(self, name: str) -> Quantity:
-        """Return the quantity of that name; `ModelError` with the nearest names if there is none."""
+        """Return the quantity with a name; `ModelError` with the nearest names if there is none."""
         try:
             return self._quantities[name]
         except KeyError:
@@ -211,7 +214,7 @@ class Model:
         return [q for q in self if q.kind in kinds]
 
     def symbols(self, *kinds: Kind) -> ca.SX:
-        """Return the symbols of these kinds as one column, shape (n, 1)."""
+        """Return the symbols of the quantities of these kinds as one column, shape (n, 1)."""
         return ca.vertcat(ca.SX(0, 1), *[q.expression for q in self.of(*kinds)])
 
     @property
@@ -220,19 +223,19 @@ class Model:
         return "sample_time" in self
 
     def set_start(self, name: str, start: float) -> None:
-        """Give a parameter, input or state another start value, within its bounds."""
+        """Change the start value of a parameter, input or state; `ModelError` outside its bounds or for other kinds."""
         quantity = self[name]
         if quantity.kind is Kind.OUTPUT:
-            raise ModelError(f"{self.name}: {name} is an output; its value follows from the others and has no start")
+            raise ModelError(f"{self.name}: {name} is an output; it is calculated and has no start value")
         if quantity.kind is Kind.CONSTANT:
-            raise ModelError(f"{self.name}: {name} is a constant; it follows from the structural arguments")
+            raise ModelError(f"{self.name}: {name} is a constant, determined by the structural arguments")
         self._quantities[name] = replace(quantity, start=float(start))
 
     def substitute(self, symbols: ca.SX, expressions: ca.SX) -> None:
-        """Put expressions in the place of symbols, columns of one length, wherever states and outputs use them."""
+        """Replace symbols by expressions, columns of the same length, in all equations and outputs."""
 
         def new(expression: ca.SX) -> ca.SX:
-            """An expression with the symbols replaced."""
+            """Return an expression with the symbols replaced."""
             return ca.substitute(expression, symbols, expressions)
 
         for equations in (self.der, self.next):
@@ -242,7 +245,7 @@ class Model:
             self._quantities[q.name] = replace(q, expression=new(q.expression))
 
     def check(self) -> None:
-        """Raise `ModelError` unless every state has its equation and every equation uses only this model's symbols."""
+        """Raise `ModelError` unless every state has an equation and every equation uses symbols of this model only."""
         for equations in (self.der, self.next):
             for quantity in self.of(equations.kind):
                 if quantity.name not in equations:
@@ -264,7 +267,7 @@ class Model:
     # Frame ----------------------------------------------------------------------------------------------------------
 
     def _symbols(self, name, kind, unit, description, start, nominal, min, max, *, fixed=False) -> ca.SX:
-        """Declare quantities that are symbols, one per member of a range; returns their column."""
+        """Declare quantities represented by symbols, one per member of a range; return their column."""
         members = expand(name)
         symbols = [ca.SX.sym(member) for member in members]
         for member, symbol, value in zip(members, symbols, _column(name, start, len(members)), strict=True):
@@ -274,7 +277,7 @@ class Model:
         return ca.vertcat(*symbols)
 
     def _expressions(self, name, kind, expression, unit, description, start, nominal, min, max) -> None:
-        """Declare outputs, one per member of a range."""
+        """Declare quantities defined by expressions, one per member of a range."""
         members = expand(name)
         column = ca.SX(expression)
         if column.shape != (len(members), 1):
@@ -285,7 +288,7 @@ class Model:
             self._add(Quantity(member, kind, unit, description, starts[i], nominal_i, min, max, column[i]))
 
     def _add(self, quantity: Quantity) -> None:
-        """Add a quantity; `ModelError` for a name or unit that is not spelt so, or a name that is there already."""
+        """Add a quantity; `ModelError` for an invalid name or unit, or a name in use."""
         if not _NAME.match(quantity.name):
             raise ModelError(
                 f"{self.name}: name {quantity.name!r} is not of the form terminal.member[1] with 1-based indices"
@@ -306,7 +309,7 @@ class Model:
             )
 
     def _names_of(self, symbols: ca.SX, kind: Kind, word: str) -> tuple[str, ...]:
-        """Return the names of a column of symbols, each of which must be a quantity of `kind` of this model."""
+        """Return the names of a column of symbols; `ModelError` for one that is not a quantity of `kind` here."""
         column = ca.SX(symbols)
         names = []
         for element in [column[i] for i in range(column.numel())]:
@@ -318,7 +321,7 @@ class Model:
         return tuple(names)
 
     def _check_symbols(self, where: str, expression: ca.SX, allowed: Iterable[ca.SX]) -> None:
-        """Raise `ModelError` for an expression that uses other symbols than those allowed."""
+        """Raise `ModelError` if an expression uses a symbol that is not allowed."""
         free = ca.symvar(ca.SX(expression))
         known = {s.element_hash() for column in allowed for s in ca.symvar(column)}
         for symbol in free:
@@ -329,7 +332,7 @@ class Model:
 
 
 class Equations(dict[str, ca.SX]):
-    """Equations of all states of one kind, by name; written with the state's symbol as key."""
+    """Equations of all states of one kind, by name; an assignment takes the symbol of the state as key."""
 
     def __init__(self, model: Model, kind: Kind):
         super().__init__()
@@ -350,7 +353,7 @@ class Equations(dict[str, ca.SX]):
 
 
 def _column(name: str, value: float | Sequence[float], size: int) -> list[float]:
-    """Return the start values of a range, one number for all or a number each, (size,)."""
+    """Return the start values of a range, shape (size,), from one number for all members or one per member."""
     values = [float(value)] * size if isinstance(value, int | float) else [float(v) for v in value]
     if len(values) != size:
         raise ModelError(f"{name} has {len(values)} start values, expected {size}")
@@ -358,5 +361,5 @@ def _column(name: str, value: float | Sequence[float], size: int) -> list[float]
 
 
 def _nominal(nominal: float | None, start: float) -> float:
-    """Return the nominal, by default the size of the start value."""
+    """Return the nominal value, by default the magnitude of the start value, or 1 if that is 0."""
     return nominal if nominal is not None else (abs(start) or 1.0)

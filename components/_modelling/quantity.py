@@ -1,4 +1,4 @@
-"""The scalar quantities of a model, and names that stand for several of them."""
+"""The scalar quantities of a model, and names with a range that declare several of them."""
 
 import math
 import re
@@ -13,7 +13,7 @@ _RANGE = re.compile(r"\[1\.\.([1-9]\d*)\]")
 
 
 class Kind(StrEnum):
-    """What a quantity is to its model."""
+    """The kind of a quantity in its model."""
 
     PARAMETER = "parameter"
     INPUT = "input"
@@ -26,11 +26,13 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """A scalar quantity of a model: each fact once, in FMI words.
+    """A scalar quantity of a model, with the attributes of an FMI variable.
 
-    `expression` is the CasADi symbol of a parameter, input or state, and what an output or a constant equals. `fixed`
-    parameters can be set only before initialization, the others at any communication point. `ModelError` for a start
-    that is not finite or outside its bounds, or a nominal that is not positive.
+    `expression` is the CasADi symbol of a parameter, input or state, and the value of an output or constant. `fixed`
+    parameters can be set only before initialization, the others at any communication point.
+
+    Raises:
+        ModelError: a start value that is not finite or outside its bounds; a nominal value that is not positive.
     """
 
     name: str
@@ -46,9 +48,9 @@ class Quantity:
 
     def __post_init__(self):
         if not math.isfinite(self.start):
-            raise ModelError(f"{self.name} starts at {self.start}, expected a finite number")
+            raise ModelError(f"{self.name} has start value {self.start}, expected a finite number")
         if not (self.nominal > 0 and math.isfinite(self.nominal)):
-            raise ModelError(f"{self.name} has nominal {self.nominal}, expected a positive number")
+            raise ModelError(f"{self.name} has nominal value {self.nominal}, expected a positive number")
         low = -math.inf if self.min is None else self.min
         high = math.inf if self.max is None else self.max
         if not low <= self.start <= high:
@@ -56,7 +58,7 @@ class Quantity:
 
 
 def expand(name: str) -> list[str]:
-    """Return the members of a name with a range: `drive[1..3].slide` -> [`drive[1].slide`, ...]; other names alone."""
+    """Return the member names of a range, `drive[1..3].slide` -> [`drive[1].slide`, ...]; [`name`] without a range."""
     match = _RANGE.search(name)
     if match is None:
         return [name]

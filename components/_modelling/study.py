@@ -1,12 +1,12 @@
-"""A design study: how responses follow from dimensions; their slopes, maps over two of them, and the best of them.
+"""Design studies: responses as functions of dimensions, with sensitivities, maps over two dimensions, and optimisation.
 
     study = parts["tba_accelerometer"].design_study(design="mems")
     slopes(study, "frequency_ratio")                        # d ln r / d ln p, by exact derivatives
-    response_map(study, {"tm": None, "l": (1e-4, 3e-4)})    # over two dimensions, of which one has the usual range
+    response_map(study, {"tm": None, "l": (1e-4, 3e-4)})    # over two dimensions, the first over its default range
     optimum(study, bounds(study, 0.2))                      # maximises the first response, with IPOPT
 
-A part offers one by a function `study` beside `analyze`, which takes structural arguments of its own and returns a
-`Study`: CasADi symbols with their present values, and what follows from them as expressions.
+A part offers a design study by a function `study` beside `analyze`. It takes structural arguments of its own and
+returns a `Study`: dimensions as CasADi symbols with their present values, and responses as expressions of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,16 +22,20 @@ from hfsa.components._modelling.model import ModelError, nearest
 Range = tuple[float, float]
 """Lowest and highest value, in the variable's unit."""
 
-_USUAL = (0.5, 2.0)
+_DEFAULT_RANGE = (0.5, 2.0)
+"""Default range of a map, relative to the present value."""
 _MARGIN = 1e-3
-"""At which an optimum keeps conditions, since at 0 nothing can be built."""
+"""Lower limit of the conditions in an optimisation; a design with a condition at 0 is infeasible."""
 _AT_BOUND = 1e-6
+"""Distance below which a value is at its bound, relative to the range, and a constraint is active."""
 _STARTS = 16
-_SAME = 1e-6
+"""Number of random initial guesses."""
+_AGREEMENT = 1e-6
+"""Relative difference of two objective values that count as equal."""
 
 
 class Variable(NamedTuple):
-    """A dimension that is free: its symbol, present value, unit and description."""
+    """A free dimension: symbol, present value, unit and description."""
 
     symbol: ca.SX
     value: float
@@ -40,7 +44,7 @@ class Variable(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What follows from the dimensions: an expression of their symbols, its unit and description."""
+    """A function of the dimensions: expression of their symbols, unit and description."""
 
     expression: ca.SX
     unit: str
@@ -49,16 +53,16 @@ class Response(NamedTuple):
 
 @dataclass(frozen=True)
 class Study:
-    """Dimensions and what follows from them.
+    """Dimensions, responses and constraints of a design.
 
     Attributes:
-        title: what is studied.
+        title: name of the design in messages and figures.
         variables: free dimensions by name.
-        responses: by name; the first is the one that an optimum has at its largest.
-        conditions: expressions that are above 0, where 1 is large, for dimensions that can be built, by what they say.
-        requirements: expressions that an optimum keeps at 0 or above, by what they say.
-        references: responses of other designs by what they are, to judge an optimum by.
-        remarks: what a reader of an optimum must know.
+        responses: functions of the dimensions by name; the first is the objective to maximise.
+        conditions: expressions by description, above 0 for feasible dimensions, scaled to the order of 1.
+        requirements: expressions by description, constrained to 0 or above in an optimisation.
+        references: responses of other designs by description, for comparison with an optimum.
+        remarks: notes for the reader of an optimum.
     """
 
     title: str
@@ -71,27 +75,27 @@ class Study:
 
     @property
     def symbols(self) -> ca.SX:
-        """Symbols of all variables, shape (variables, 1)."""
+        """The symbols of all variables, shape (variables, 1)."""
         return ca.vertcat(*[variable.symbol for variable in self.variables.values()])
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """Present values of all variables, shape (variables,)."""
+        """The present values of all variables, shape (variables,)."""
         return np.array([variable.value for variable in self.variables.values()])
 
     @property
     def objective(self) -> str:
-        """Name of the response that an optimum has at its largest."""
+        """The name of the response to maximise."""
         return next(iter(self.responses))
 
     def check(self, names: Sequence[str]) -> None:
-        """Check that variables exist; `ModelError` with the nearest names for one that does not."""
+        """Raise `ModelError` with the nearest names if there is no variable with one of `names`."""
         for name in names:
             if name not in self.variables:
                 raise ModelError(f"{self.title} has no dimension {name!r}{nearest(name, self.variables)}")
 
     def at(self, points: ArrayLike) -> dict[str, NDArray[np.float64]]:
-        """Return the responses, each of shape (points,), NaN where a condition is not met.
+        """Return the responses at points by name, each of shape (points,); NaN at infeasible points.
 
         Args:
             points: values of all variables, shape (variables, points).
@@ -101,17 +105,17 @@ class Study:
         return {name: np.where(impossible, np.nan, row) for name, row in zip(self.responses, found, strict=True)}
 
     def margins(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return the expressions of the conditions, shape (conditions, points)."""
+        """Return the values of the conditions at points, shape (conditions, points)."""
         return _evaluated(self.symbols, list(self.conditions.values()), points)
 
 
 class ResponseMap(NamedTuple):
-    """Responses over two variables.
+    """Responses over a grid of two variables.
 
     Attributes:
-        study: whose responses.
-        axes: values of the two variables by name, ascending, the present one among them where it is in the range.
-        responses: by name, shape (values of the first, of the second); NaN where nothing can be built.
+        study: study of the responses.
+        axes: ascending values of the two variables by name, with the present value if it is within the range.
+        responses: responses by name, shape (values of the first, values of the second); NaN at infeasible points.
     """
 
     study: Study
@@ -120,16 +124,19 @@ class ResponseMap(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """The best that IPOPT ended with.
+    """The best solution that IPOPT found from several initial guesses.
 
     Attributes:
-        study: whose first response is maximised.
-        bounds: of every variable.
-        values: of every variable; responses: at these.
-        at_bound: `lower`, `upper`, `held` (both) or nothing, for every variable.
-        active: requirements, and conditions, that are only just met.
-        status: IPOPT's word; `is_converged` whether it is a maximum.
-        starts: places IPOPT began at; `agreeing`: from how many it came to this response.
+        study: study whose objective is maximised.
+        bounds: bounds of every variable.
+        values: value of every variable.
+        responses: responses at these values.
+        at_bound: `lower`, `upper`, `held` (both) or empty, for every variable.
+        active: descriptions of the active requirements and conditions.
+        status: return status of IPOPT.
+        is_converged: whether IPOPT converged to a maximum.
+        starts: number of initial guesses.
+        agreeing: number of initial guesses that led to the same objective.
     """
 
     study: Study
@@ -145,7 +152,7 @@ class Optimum(NamedTuple):
 
 
 def slopes(study: Study, response: str, point: ArrayLike | None = None) -> dict[str, float]:
-    """Return d ln(response) / d ln(p) for every variable p, by exact derivatives, at a point or the present values."""
+    """Return d ln(response) / d ln(p) for every variable p by exact derivatives, by default at the present values."""
     expression, x = study.responses[response].expression, study.symbols
     relative = ca.gradient(expression, x) * x / expression
     (found,) = _evaluated(x, [relative], study.values if point is None else point)[None]
@@ -153,15 +160,15 @@ def slopes(study: Study, response: str, point: ArrayLike | None = None) -> dict[
 
 
 def response_map(study: Study, ranges: Mapping[str, Range | None], points: int = 101) -> ResponseMap:
-    """Return the responses over two variables, the others as they are.
+    """Return the responses over two variables, all others at their present values.
 
     Args:
-        study: whose responses.
-        ranges: of the two variables by name; none for half to twice the present value.
-        points: values of each variable, evenly spaced; the present one is added.
+        study: study of the responses.
+        ranges: ranges of the two variables by name; `None` for half to twice the present value.
+        points: number of evenly spaced values per variable; the present value is added.
 
     Raises:
-        ModelError: not two variables, an unknown one, an empty range, or one where nothing can be built.
+        ModelError: not two variables; an unknown variable; an empty range; ranges without a feasible point.
     """
     if len(ranges) != 2:
         raise ModelError(f"a map has two dimensions, not {len(ranges)}: {', '.join(ranges) or 'none'}")
@@ -178,15 +185,15 @@ def response_map(study: Study, ranges: Mapping[str, Range | None], points: int =
         spans = " and ".join(f"{name} from {axis[0]:g} to {axis[-1]:g}" for name, axis in axes.items())
         reason = f"never {' nor '.join(texts)}" if texts else f"never all of: {'; '.join(study.conditions)}"
         present = ", ".join(f"{name} = {study.variables[name].value:g}" for name in axes)
-        raise ModelError(f"{study.title}: nothing with {spans} can be built: {reason}; the design has {present}")
+        raise ModelError(f"{study.title}: no feasible design with {spans}: {reason}; the design has {present}")
     return ResponseMap(study, axes, {name: values.reshape(grid[0].shape) for name, values in found.items()})
 
 
 def bounds(study: Study, share: float, given: Mapping[str, Range] | None = None) -> dict[str, Range]:
-    """Return bounds of all variables: those given, and for the others the present value by `share` to either side.
+    """Return bounds of all variables: those given, and by default the present value minus and plus the `share` of it.
 
     Raises:
-        ModelError: a share that is not between 0 and 1, an unknown variable, a lower bound above the upper one.
+        ModelError: a share that is not between 0 and 1; an unknown variable; a lower bound above the upper one.
     """
     if not 0 < share < 1:
         raise ModelError(f"bounds are {100 * share:g} % to either side, expected between 0 and 100 %")
@@ -202,39 +209,43 @@ def bounds(study: Study, share: float, given: Mapping[str, Range] | None = None)
 
 
 def optimum(study: Study, limits: Mapping[str, Range], seed: int = 0, iterations: int = 500) -> Optimum:
-    """Return where the first response is largest, the best of IPOPT's maxima from the present values and others.
+    """Return the dimensions that maximise the first response, by IPOPT from several initial guesses.
+
+    The initial guesses are the present values and random points, uniformly distributed within the bounds.
 
     Args:
-        study: whose response.
+        study: study whose objective is maximised.
         limits: bounds of all variables, as `bounds` returns them.
-        seed: of the other places to begin at, evenly distributed within the bounds.
-        iterations: after which IPOPT gives up.
+        seed: seed of the random points.
+        iterations: maximum number of iterations of IPOPT.
 
     Raises:
-        ModelError: bounds that leave nothing free, or within which nothing can be built.
+        ModelError: bounds that fix every dimension; bounds without a feasible initial guess.
     """
     low, high = np.array([limits[name] for name in study.variables]).T
     if not np.any(low < high):
         raise ModelError(f"{study.title}: the bounds leave no dimension free")
     random = np.random.default_rng(seed).uniform(size=(_STARTS, len(low)))
     starts = np.vstack([np.clip(study.values, low, high), low + random * (high - low)])
-    begun = study.at(starts.T)[study.objective]
-    starts, begun = starts[~np.isnan(begun)], begun[~np.isnan(begun)]
+    initial = study.at(starts.T)[study.objective]
+    starts, initial = starts[~np.isnan(initial)], initial[~np.isnan(initial)]
     if not len(starts):
         texts = "; ".join(study.conditions)
-        raise ModelError(f"{study.title}: nothing that can be built was found within the bounds; it needs {texts}")
-    size = float(np.max(np.abs(begun))) or 1.0
+        raise ModelError(f"{study.title}: no feasible design was found within the bounds; it needs {texts}")
+    size = float(np.max(np.abs(initial))) or 1.0
     solve = _solver(study, low, high, size, iterations)
-    ends = [solve(start) for start in starts]
-    # one that did not converge stands only where none did
-    ends = [end for end in ends if end.is_converged] or ends[:1]
-    reached = [study.at(end.values)[study.objective][0] for end in ends]
-    best = int(np.nanargmax(reached)) if np.any(np.isfinite(reached)) else 0
-    agreeing = int(np.sum(np.abs(np.array(reached) - reached[best]) <= _SAME * size))
-    return _optimum(study, limits, ends[best], len(starts), agreeing)
+    solutions = [solve(start) for start in starts]
+    # a solution that has not converged counts only if none has
+    solutions = [solution for solution in solutions if solution.is_converged] or solutions[:1]
+    objectives = [study.at(solution.values)[study.objective][0] for solution in solutions]
+    best = int(np.nanargmax(objectives)) if np.any(np.isfinite(objectives)) else 0
+    agreeing = int(np.sum(np.abs(np.array(objectives) - objectives[best]) <= _AGREEMENT * size))
+    return _optimum(study, limits, solutions[best], len(starts), agreeing)
 
 
-class _End(NamedTuple):
+class _Solution(NamedTuple):
+    """The result of one call of IPOPT."""
+
     values: NDArray[np.float64]
     status: str
     is_converged: bool
@@ -242,69 +253,69 @@ class _End(NamedTuple):
 
 def _solver(
     study: Study, low: NDArray[np.float64], high: NDArray[np.float64], size: float, iterations: int
-) -> Callable[[NDArray[np.float64]], _End]:
-    """Return IPOPT for the largest first response, which is of that size, a function of the values to begin with."""
+) -> Callable[[NDArray[np.float64]], _Solution]:
+    """Return a function that maximises the objective, of magnitude `size`, with IPOPT from an initial guess."""
     middle, half = (low + high) / 2, (high - low) / 2
     free = np.where(half > 0, 1.0, 0.0)
-    # from -1 to 1 within the bounds, 0 for what is held
+    # normalised variables: -1 to 1 within the bounds, 0 if both bounds are equal
     u = ca.SX.sym("u", len(middle))
     response = study.responses[study.objective].expression
-    program = ca.Function("program", [study.symbols], [response, ca.vertcat(*_kept(study).values())])
-    found, kept = program(ca.DM(middle) + ca.DM(half) * u)
+    program = ca.Function("program", [study.symbols], [response, ca.vertcat(*_constraints(study).values())])
+    objective, constraints = program(ca.DM(middle) + ca.DM(half) * u)
     options = {
         "print_time": False,
         "show_eval_warnings": False,
         "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10, "bound_relax_factor": 0.0, "max_iter": iterations},
     }
-    solver = ca.nlpsol("optimum", "ipopt", {"x": u, "f": -found / size, "g": kept}, options)
+    solver = ca.nlpsol("optimum", "ipopt", {"x": u, "f": -objective / size, "g": constraints}, options)
 
-    def solve(start: NDArray[np.float64]) -> _End:
-        """Search from one start."""
+    def solve(start: NDArray[np.float64]) -> _Solution:
+        """Return the solution from one initial guess."""
         x0 = np.divide(start - middle, half, out=np.zeros_like(half), where=half > 0)
         solved = solver(x0=x0, lbx=-free, ubx=free, lbg=0, ubg=np.inf)
         stats = solver.stats()
         values = np.clip(middle + half * solved["x"].full().ravel(), low, high)
-        return _End(values, str(stats["return_status"]), bool(stats["success"]))
+        return _Solution(values, str(stats["return_status"]), bool(stats["success"]))
 
     return solve
 
 
-def _kept(study: Study) -> dict[str, ca.SX]:
-    """Return what an optimum keeps at 0 or above, by what it says."""
+def _constraints(study: Study) -> dict[str, ca.SX]:
+    """Return the expressions constrained to 0 or above in an optimisation, by description."""
     return {text: condition - _MARGIN for text, condition in study.conditions.items()} | dict(study.requirements)
 
 
-def _optimum(study: Study, limits: Mapping[str, Range], end: _End, starts: int, agreeing: int) -> Optimum:
-    """Return where a search ended, with what it says about the bounds and requirements there."""
-    kept = _kept(study)
-    margins = _evaluated(study.symbols, list(kept.values()), end.values).ravel()
-    values = dict(zip(study.variables, end.values.tolist(), strict=True))
+def _optimum(study: Study, limits: Mapping[str, Range], solution: _Solution, starts: int, agreeing: int) -> Optimum:
+    """Return a solution as an `Optimum`, with its active bounds and constraints."""
+    constraints = _constraints(study)
+    margins = _evaluated(study.symbols, list(constraints.values()), solution.values).ravel()
+    values = dict(zip(study.variables, solution.values.tolist(), strict=True))
     return Optimum(
         study,
         limits,
         values,
-        {name: float(value[0]) for name, value in study.at(end.values).items()},
-        {name: _place(value, *limits[name]) for name, value in values.items()},
-        [text for text, margin in zip(kept, margins, strict=True) if margin < _AT_BOUND],
-        end.status,
-        end.is_converged,
+        {name: float(value[0]) for name, value in study.at(solution.values).items()},
+        {name: _active_bound(value, *limits[name]) for name, value in values.items()},
+        [text for text, margin in zip(constraints, margins, strict=True) if margin < _AT_BOUND],
+        solution.status,
+        solution.is_converged,
         starts,
         agreeing,
     )
 
 
-def _place(value: float, low: float, high: float) -> str:
-    """Return at which of its bounds a value is: `lower`, `upper`, `held` (both), or none."""
+def _active_bound(value: float, low: float, high: float) -> str:
+    """Return the bound that a value is at: `lower`, `upper`, `held` (both) or an empty string."""
     near = _AT_BOUND * (high - low)
     return "held" if low == high else "lower" if value - low <= near else "upper" if high - value <= near else ""
 
 
 def _axis(name: str, value: float, given: Range | None, points: int) -> NDArray[np.float64]:
-    """Return evenly spaced values with the present one among them, if it is between the ends."""
-    low, high = given or sorted(factor * value for factor in _USUAL)
+    """Return evenly spaced values, with the present value added if it is between the ends."""
+    low, high = given or sorted(factor * value for factor in _DEFAULT_RANGE)
     if not (np.isfinite([low, high]).all() and low < high):
         raise ModelError(
-            f"the range of {name} is {low:g} to {high:g}, expected the lower end first; it is {value:g} now"
+            f"the range of {name} is {low:g} to {high:g}, expected the lower end first; the present value is {value:g}"
         )
     values = np.linspace(low, high, points)
     if low < value < high:
@@ -314,6 +325,6 @@ def _axis(name: str, value: float, given: Range | None, points: int) -> NDArray[
 
 
 def _evaluated(symbols: ca.SX, expressions: Sequence[ca.SX], points: ArrayLike) -> NDArray[np.float64]:
-    """Return expressions at points of shape (variables, points) or (variables,), shape (rows, points)."""
+    """Return values of expressions, shape (rows, points), at points of shape (variables, points) or (variables,)."""
     points = np.asarray(points, dtype=float).reshape(symbols.numel(), -1)
     return ca.Function("evaluated", [symbols], [ca.vertcat(*expressions)])(points).full()

@@ -1,7 +1,7 @@
-"""Units by their Modelica name: SI exponents, factor and display units.
+"""Units in Modelica notation: SI exponents and display units.
 
-A unit is written as a product of symbols with integer exponents, `N.m`, `m/s2`, `kg.m2`, `1/s`, `N.m/rad`; everything
-behind a `/` divides, until a `.`-product in parentheses says otherwise: `N/(m.s)`. `1` is the dimensionless unit.
+A unit is a product of symbols with integer exponents: `N.m`, `m/s2`, `kg.m2`, `1/s`, `N.m/rad`. A `/` divides by the
+product that follows it; parentheses group a divisor of several factors: `N/(m.s)`. `1` is the dimensionless unit.
 """
 
 import difflib
@@ -43,7 +43,7 @@ _FACTOR = re.compile(r"^(1|[A-Za-z]+)(-?\d+)?$")
 
 @dataclass(frozen=True)
 class Unit:
-    """One unit: `exponents` of `BASE`, and display units as (name, factor from the unit)."""
+    """One unit: exponents of the base units `BASE`, and display units as pairs (name, factor from the unit)."""
 
     name: str
     exponents: tuple[int, ...]
@@ -52,9 +52,10 @@ class Unit:
 
 @cache
 def unit(name: str) -> Unit:
-    """Return the unit of that Modelica name.
+    """Return the unit with a Modelica name.
 
-    Raises `ValueError` for a symbol or spelling that is not known; the message names the nearest symbols.
+    Raises:
+        ValueError: an unknown symbol or notation; the message names the nearest symbols.
     """
     powers: dict[str, int] = dict.fromkeys(BASE, 0)
     head, *divisors = _split(name)
@@ -69,7 +70,7 @@ def unit(name: str) -> Unit:
 
 
 def rate_unit(unit: str) -> str:
-    """Return the unit of a derivative in Modelica spelling: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
+    """Return the unit of a time derivative in Modelica notation: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
     if unit.endswith("/s"):
         return unit + "2"
     head, slash, below = unit.partition("/")
@@ -80,7 +81,7 @@ def rate_unit(unit: str) -> str:
 
 
 def quotient_unit(above: str, below: str) -> str:
-    """Return the unit of a quotient in Modelica spelling: `N` over `m/s` -> `N.s/m`, `m` over `m` -> `1`."""
+    """Return the unit of a quotient in Modelica notation: `N` over `m/s` -> `N.s/m`, `m` over `m` -> `1`."""
     if above == below:
         return "1"
     (numerator, *divisors), (divisor, *factors) = _split(above), _split(below)
@@ -92,14 +93,14 @@ def quotient_unit(above: str, below: str) -> str:
 
 
 def _split(name: str) -> list[str]:
-    """Split at `/`, taking off the parentheses of a divisor."""
+    """Return numerator and divisors of a unit, divisors without parentheses."""
     head, *divisors = name.split("/")
     return [head] + [d[1:-1] if d.startswith("(") and d.endswith(")") else d for d in divisors]
 
 
 def _advice(text: str) -> str:
-    """Return what is wrong with a unit's spelling, or what may be meant."""
+    """Return the error in the notation of a unit, or the nearest symbols."""
     if "^" in text or "*" in text:
-        return f"{text!r} is not Modelica spelling; write exponents as m2 and products as N.m"
+        return f"{text!r} is not Modelica notation; write exponents as m2 and products as N.m"
     near = difflib.get_close_matches(text, _SYMBOLS, n=3, cutoff=0.5)
     return f"no symbol {text!r}" + (f"; did you mean {', '.join(near)}?" if near else "; products are written N.m")

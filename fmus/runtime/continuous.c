@@ -1,4 +1,4 @@
-/* What the solver of a Model Exchange importer sets and reads. */
+/* Time, states, derivatives and nominal values for the solver of a Model Exchange importer. */
 
 #include "core.h"
 

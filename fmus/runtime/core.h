@@ -1,6 +1,6 @@
-/* What an FMU does, in one place for both versions of the standard; fmi2.c and fmi3.c only translate types.
+/* The functions of an FMU, common to both versions of the standard; fmi2.c and fmi3.c only convert types.
 
-   Every function checks that it may be called in the present mode, and reports what is wrong. */
+   Every function checks that the present mode permits the call, and logs a message for each error. */
 
 #ifndef HFSA_CORE_H
 #define HFSA_CORE_H
@@ -32,7 +32,7 @@ Status hfsa_refuse(const Model* m, Instance* in, const char* call, const Referen
 const Variable* hfsa_variable(const Model* m, const Instance* in, const char* call, Reference reference);
 Status hfsa_same_size(const Instance* in, const char* call, size_t found, size_t expected);
 
-/* continuous.c: what the solver of a Model Exchange importer needs */
+/* continuous.c: interface for the solver of a Model Exchange importer */
 Status hfsa_set_time(Instance* in, double time);
 Status hfsa_set_states(const Model* m, Instance* in, const double* x, size_t n);
 Status hfsa_get_states(const Model* m, Instance* in, double* x, size_t n);
@@ -49,7 +49,7 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
 Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
                                   const int* orders, const double* values);
 
-/* snapshot.c: an FMU state is a header and a copy of the state block, serialised byte for byte */
+/* snapshot.c: an FMU state is a header and a copy of the state block; serialisation copies its bytes */
 typedef struct Snapshot Snapshot;
 Status hfsa_get_state(const Model* m, Instance* in, Snapshot** snapshot);
 Status hfsa_set_state(const Model* m, Instance* in, const Snapshot* snapshot);

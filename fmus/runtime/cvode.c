@@ -1,10 +1,10 @@
 /* CVODE of SUNDIALS, for comparison: BDF of variable order and step, Newton's method with the analytic Jacobian.
 
-   A multistep method remembers the motion that has been. A jump of an input at a communication point makes that wrong,
-   and rollback would have to bring it back, so here the memory is scratch: every call starts anew, at order 1, from the
-   states alone. CVODE's time is counted from the beginning of the call, which loses no digits late in a run.
+   The history of a multistep method becomes invalid when an input jumps at a communication point, and a rollback would
+   have to restore it. Here every call therefore restarts CVODE at order 1 from the states alone. The time of CVODE
+   counts from the beginning of the call, which loses no digits late in a run.
 
-   This file is part of FMUs with this solver only. It needs the headers and libraries of SUNDIALS, 6 or later. */
+   This file is part of FMUs with this solver only. It requires headers and libraries of SUNDIALS 6 or later. */
 
 #include "instance.h"
 
@@ -17,19 +17,19 @@
 #include <sunmatrix/sunmatrix_dense.h>
 
 #if SUNDIALS_VERSION_MAJOR < 6
-#error "this needs SUNDIALS 6 or later"
+#error "this file requires SUNDIALS 6 or later"
 #endif
 #ifndef SUN_COMM_NULL /* before SUNDIALS 7 */
 #define SUN_COMM_NULL NULL
 #endif
 
 enum { LARGEST_COUNT = 1000000 };
-enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER }; /* places among the settings */
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER }; /* indices of the settings */
 
 typedef struct {
   const Model* m;
-  Instance* in;  /* that the call at hand is about */
-  double offset; /* of the call at hand behind the beginning of the communication step [s] */
+  Instance* in;  /* instance of the present call */
+  double offset; /* start of the present call, from the beginning of the communication step [s] */
   SUNContext context;
   N_Vector x, tolerance;
   SUNMatrix matrix;
@@ -38,7 +38,7 @@ typedef struct {
   double jacobian[]; /* n x n, column by column */
 } Work;
 
-/* der(x), or 1 where it is not finite, which makes CVODE try a shorter step. */
+/* Compute der(x); return 1 if it is not finite, so that CVODE tries a shorter step. */
 static int rhs(double t, N_Vector x, N_Vector der, void* data) {
   Work* work = data;
   Instance* in = work->in;
@@ -48,8 +48,8 @@ static int rhs(double t, N_Vector x, N_Vector der, void* data) {
          !hfsa_all_finite(values, work->m->size[ROLE_STATE]);
 }
 
-/* The matrix of Newton's method, 1 - gamma d der / d x, with a Jacobian made anew unless the last one will do. SUNDIALS
-   keeps a dense matrix as we do, column by column. */
+/* Compute the matrix of Newton's method, 1 - gamma d der / d x, with a new Jacobian unless CVODE keeps the last one.
+   Dense matrices of SUNDIALS are stored column by column, as ours. */
 static int newton_matrix(double t, N_Vector x, N_Vector der, SUNMatrix matrix, int keep, int* is_new, double gamma,
                          void* data, N_Vector a, N_Vector b, N_Vector c) {
   Work* work = data;
@@ -65,7 +65,7 @@ static int newton_matrix(double t, N_Vector x, N_Vector der, SUNMatrix matrix, i
   return 0;
 }
 
-/* SUNDIALS prints nothing: what it says is told in our words through the importer's logger. */
+/* Disable the messages of SUNDIALS; errors go to the importer's logger. */
 #if SUNDIALS_VERSION_MAJOR < 7
 static void silent(int code, const char* module, const char* function, char* text, void* data) {
   (void)code, (void)module, (void)function, (void)text, (void)data;
@@ -75,7 +75,7 @@ static int silence(Work* work) { return CVodeSetErrHandlerFn(work->memory, silen
 static int silence(Work* work) { return SUNContext_ClearErrHandlers(work->context); }
 #endif
 
-/* Everything that does not change from call to call; 1 where something cannot be had. */
+/* Create all objects that are the same for every call; return 1 if one of them cannot be created. */
 static int prepare(const Model* m, Work* work) {
   long n = m->size[ROLE_STATE];
   if (SUNContext_Create(SUN_COMM_NULL, &work->context)) return 1;
@@ -117,7 +117,7 @@ static void* create(const Model* m) {
   return NULL;
 }
 
-/* The state whose error is the largest in units of what is tolerated; the two vectors are no longer needed. */
+/* Return the index of the state with the largest error / tolerance; overwrites the two vectors of `work`. */
 static int worst_state(const Work* work) {
   const double *errors = N_VGetArrayPointer(work->x), *weights = N_VGetArrayPointer(work->tolerance);
   int worst = 0;
@@ -128,7 +128,7 @@ static int worst_state(const Work* work) {
   return worst;
 }
 
-/* The tolerance of a state is relative to its size, and absolutely that of its nominal. */
+/* The tolerance of a state is the relative tolerance * magnitude + the relative tolerance * nominal value. */
 static int advance(const Model* m, Instance* in, double offset, double h) {
   Work* work = in->work;
   void* memory = work->memory;
@@ -146,7 +146,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   if (!code) code = CVodeSetStopTime(memory, h);
   if (!code) code = CVode(memory, h, work->x, &reached, CV_NORMAL);
   if (code < 0)
-    return hfsa_report(in, DISCARD, "CVODE came only to %.15g and ended with its code %d; largest error in state %s",
+    return hfsa_report(in, DISCARD, "CVODE stopped at time %.15g with its code %d; largest error in state %s",
                        in->state->time + offset + reached, code, hfsa_name(m, ROLE_STATE, worst_state(work)));
   memcpy(in->x, x, bytes);
   return OK;

@@ -1,7 +1,7 @@
-/* Partial derivatives of unknowns with respect to knowns, and what follows from them.
+/* Directional and adjoint derivatives of unknowns with respect to knowns, output and input derivatives.
 
-   Knowns are time, states, sampled states, inputs and parameters. Unknowns are derivatives, outputs and, so that a
-   sampled model can be linearised, the tick map: next values and sampled outputs as a tick now would give them. */
+   Knowns are time, states, sampled states, inputs and parameters. Unknowns are derivatives, outputs and the tick map,
+   next values and sampled outputs of a tick at the present time, so that sampled models can be linearised. */
 
 #include "core.h"
 
@@ -10,7 +10,7 @@
 
 static const int derivative_modes = INITIALIZATION | INITIALIZED | TERMINATED;
 
-/* The place of a variable among the seeds or the results, or a null pointer and a message. */
+/* Return the entry of a variable in the seeds or results, or log an error and return a null pointer. */
 static double* place_of(const Model* m, const Instance* in, double* const columns[], Reference reference,
                         const char* word) {
   const Variable* v = hfsa_variable(m, in, word, reference);
@@ -27,7 +27,7 @@ static Status check_finite(const Model* m, const Instance* in, const Reference* 
   return OK;
 }
 
-/* Scatter the seed into one set of columns, apply the function, gather from the other. */
+/* Scatter the seed into one set of columns, evaluate the function, and gather the result from the other set. */
 static Status propagate(const Model* m, Instance* in, int backward, const Reference* unknowns, size_t n_unknowns,
                         const Reference* knowns, size_t n_knowns, const double* seed, double* sensitivity) {
   const Reference* from = backward ? unknowns : knowns;
@@ -68,7 +68,7 @@ static Status check_order(const Instance* in, const char* call, const Variable* 
   return hfsa_report(in, ERROR, "%s: order %d of %s is not known; the highest is %d", call, order, v->name, highest);
 }
 
-/* d output / d time along the motion: time, states and inputs that have derivatives move, all else is held. */
+/* Time derivatives of outputs along the trajectory: time, states and inputs change, all other variables are held. */
 Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* references, size_t n, const int* orders,
                                double* values) {
   static const char call[] = "GetOutputDerivatives";
@@ -93,7 +93,7 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
   return check_finite(m, in, references, n, values);
 }
 
-/* Derivatives of inputs, for the next step only. */
+/* Set derivatives of inputs for the next step only. */
 Status hfsa_set_input_derivatives(const Model* m, Instance* in, const Reference* references, size_t n,
                                   const int* orders, const double* values) {
   static const char call[] = "SetRealInputDerivatives";

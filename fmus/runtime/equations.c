@@ -1,4 +1,4 @@
-/* Values and derivatives of the model's equations, always at the present time. */
+/* Evaluation of the model's equations and their derivatives. */
 
 #include "instance.h"
 
@@ -21,7 +21,7 @@ int hfsa_rhs(const Model* m, Instance* in, double t, const double* x, const doub
   return call(in, m->rhs);
 }
 
-/* d der / d x as a dense matrix, column by column. */
+/* Compute d der / d x as a dense matrix, column by column. */
 int hfsa_jacobian(const Model* m, Instance* in, double t, const double* x, const double* u, double* dense) {
   int n = m->size[ROLE_STATE];
   set_point(in, &t, x, u);
@@ -34,7 +34,7 @@ int hfsa_jacobian(const Model* m, Instance* in, double t, const double* x, const
   return failed;
 }
 
-/* `result` = derivatives of all unknowns along `seed`. */
+/* Compute the directional derivatives of all unknowns along `seed` into `result`. */
 int hfsa_forward(const Model* m, Instance* in, double t, const double* x, const double* u) {
   set_point(in, &t, x, u);
   in->arg[5] = in->seed[ROLE_TIME];
@@ -49,7 +49,7 @@ int hfsa_forward(const Model* m, Instance* in, double t, const double* x, const 
   return call(in, m->fwd);
 }
 
-/* `seed` = gradient, with respect to all knowns, of the sum of the unknowns weighted with `result`. */
+/* Compute the gradient of the sum of the unknowns weighted by `result`, with respect to all knowns, into `seed`. */
 int hfsa_adjoint(const Model* m, Instance* in) {
   set_point(in, &in->state->time, in->x, in->u);
   in->arg[5] = in->result[ROLE_DERIVATIVE];
@@ -64,7 +64,7 @@ int hfsa_adjoint(const Model* m, Instance* in) {
   return call(in, m->adj);
 }
 
-/* Make the wanted results valid for the present state block, computing only those that are not. */
+/* Make results valid for the present state block; only invalid ones are evaluated. */
 int hfsa_evaluate(const Model* m, Instance* in, unsigned results) {
   unsigned missing = results & ~in->valid;
   int failed = 0;
@@ -84,7 +84,7 @@ int hfsa_evaluate(const Model* m, Instance* in, unsigned results) {
   return failed;
 }
 
-/* `next` and `next_held` = what a tick now would give. */
+/* Evaluate the tick map at time t into `next` and `next_held`, without changing the state block. */
 int hfsa_tick(const Model* m, Instance* in, double t, const double* u) {
   set_point(in, &t, in->x, u);
   in->res[0] = in->next;
@@ -92,7 +92,7 @@ int hfsa_tick(const Model* m, Instance* in, double t, const double* u) {
   return call(in, m->tick);
 }
 
-/* Inputs `offset` seconds behind the beginning of the step: held, or on u + u' s + u'' s^2 / 2. */
+/* Return the inputs `offset` seconds after the beginning of the step: constant, or u + u' s + u'' s^2 / 2. */
 const double* hfsa_inputs(const Model* m, Instance* in, double offset) {
   int n = m->size[ROLE_INPUT];
   const double *first = in->rates, *second = in->rates + n;
@@ -101,7 +101,7 @@ const double* hfsa_inputs(const Model* m, Instance* in, double offset) {
   return in->u_now;
 }
 
-/* `seed` = how time and inputs move there; all else rests. */
+/* Set `seed` to the rates of time and inputs at `offset`, all other rates to 0. */
 void hfsa_seed_motion(const Model* m, Instance* in, double offset) {
   int n = m->size[ROLE_INPUT];
   memset(in->seeds, 0, in->seeds_size);
@@ -109,7 +109,7 @@ void hfsa_seed_motion(const Model* m, Instance* in, double offset) {
   for (int i = 0; i < n; i++) in->seed[ROLE_INPUT][i] = in->rates[i] + in->rates[n + i] * offset;
 }
 
-/* A number times 0 is 0 unless it is infinite or no number. */
+/* Return 1 if all numbers are finite: a number times 0 is 0 unless it is infinite or NaN. */
 int hfsa_all_finite(const double* column, int n) {
   double sum = 0.0;
   for (int i = 0; i < n; i++) sum += column[i] * 0.0;

@@ -2,8 +2,8 @@
 
      x(t + h) = x + h phi1(h A) f + h^2 phi2(h A) B u' + h^3 phi3(h A) B u''
 
-   with f = der(x) and u' at the beginning. A and B depend on parameters alone, so the three matrices are remembered for
-   the last few lengths h; what is remembered is a function of h and the parameters, and so never changes a result. */
+   with f = der(x) and u' at the beginning. A and B depend on parameters only. The three matrices are cached for the
+   last few step sizes h; they are functions of h and the parameters, so the cache never changes a result. */
 
 #include "instance.h"
 #include "matrix.h"
@@ -11,22 +11,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REMEMBERED = 8 };
+enum { CACHED = 8 };
 
 typedef struct {
   int filled, oldest;
-  double h[REMEMBERED];
-  double* phi[REMEMBERED]; /* h phi1, h^2 phi2, h^3 phi3 */
-  double* parameters;      /* that all of it was made from */
+  double h[CACHED];
+  double* phi[CACHED]; /* h phi1, h^2 phi2, h^3 phi3 */
+  double* parameters;  /* parameters of the cached matrices */
   double *a, *scratch, *f;
 } Exact;
 
 static void* create(const Model* m) {
   size_t n = (size_t)m->size[ROLE_STATE], np = (size_t)m->size[ROLE_PARAMETER];
-  Exact* e = calloc(1, sizeof(Exact) + (REMEMBERED * 3 * n * n + np + 4 * n * n + 2 * n) * sizeof(double));
+  Exact* e = calloc(1, sizeof(Exact) + (CACHED * 3 * n * n + np + 4 * n * n + 2 * n) * sizeof(double));
   if (!e) return NULL;
   double* cursor = (double*)(e + 1);
-  for (int k = 0; k < REMEMBERED; k++, cursor += 3 * n * n) e->phi[k] = cursor;
+  for (int k = 0; k < CACHED; k++, cursor += 3 * n * n) e->phi[k] = cursor;
   e->parameters = cursor;
   e->a = e->parameters + np;
   e->scratch = e->a + n * n;
@@ -34,7 +34,7 @@ static void* create(const Model* m) {
   return e;
 }
 
-/* The matrices for a step of h, remembered or made. */
+/* Return the matrices for a step of h, cached or newly computed; a null pointer on failure. */
 static const double* matrices(const Model* m, Instance* in, Exact* e, double h) {
   int n = m->size[ROLE_STATE];
   size_t bytes = (size_t)m->size[ROLE_PARAMETER] * sizeof(double);
@@ -49,12 +49,12 @@ static const double* matrices(const Model* m, Instance* in, Exact* e, double h) 
   e->h[k] = 0.0;
   if (hfsa_phi(n, e->a, h, e->phi[k], e->scratch)) return NULL;
   e->h[k] = h;
-  e->oldest = (k + 1) % REMEMBERED;
-  if (e->filled < REMEMBERED) e->filled++;
+  e->oldest = (k + 1) % CACHED;
+  if (e->filled < CACHED) e->filled++;
   return e->phi[k];
 }
 
-/* The result for der(x) = B u' or B u'', `offset` behind the beginning; time itself moves nothing in a linear model. */
+/* Compute `result` for der(x) = B u' or B u'' at `offset`; a linear model does not depend on time explicitly. */
 static int along_inputs(const Model* m, Instance* in, int order, double offset, const double* u) {
   int n = m->size[ROLE_INPUT];
   hfsa_seed_motion(m, in, offset);
@@ -72,7 +72,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
     return hfsa_report(in, ERROR, "the step from %.15g by %g has no finite matrices", t, h);
   for (int order = in->degree; order > 0; order--) {
     if (along_inputs(m, in, order, offset, u))
-      return hfsa_report(in, ERROR, "the motion of the inputs at %.15g cannot be evaluated", t);
+      return hfsa_report(in, ERROR, "the derivatives along the inputs cannot be evaluated at time %.15g", t);
     hfsa_add_product(n, phi + order * n * n, in->result[ROLE_DERIVATIVE], in->x);
   }
   hfsa_add_product(n, phi, e->f, in->x);

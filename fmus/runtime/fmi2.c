@@ -1,4 +1,4 @@
-/* FMI 2.0: the standard's functions, each a translation into core.h. */
+/* FMI 2.0: the functions of the standard, each a call of core.h. */
 
 #include "core.h"
 
@@ -8,7 +8,7 @@
 
 #define MODEL (&hfsa_model)
 
-/* The message is passed as text, not as a format: names hold neither % nor #. */
+/* The message is the format string itself: names contain neither % nor #. */
 static void send(const Log* log, const char* instance, Status status, const char* category, const char* text) {
   ((fmi2CallbackLogger)log->callback)(log->environment, instance, (fmi2Status)status, category, text);
 }
@@ -37,7 +37,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const 
 
 /* Modes */
 
-/* The tolerance of the solver is a parameter of its own, so that one number decides in every importer. */
+/* The tolerance argument is ignored: the tolerance of the solver is a parameter, the same in every importer. */
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
                                fmi2Boolean stop_defined, fmi2Real stop_time) {
   (void)tolerance_defined;
@@ -191,7 +191,7 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 }
 
 static fmi2Status no_status(fmi2Component c) {
-  return c ? (fmi2Status)hfsa_report(c, DISCARD, "GetStatus: this kind of status is not kept; no step is ever pending")
+  return c ? (fmi2Status)hfsa_report(c, DISCARD, "GetStatus: this status is not available; no step is ever pending")
            : fmi2Error;
 }
 

@@ -1,4 +1,4 @@
-/* FMI 3.0: the standard's functions, each a translation into core.h. */
+/* FMI 3.0: the functions of the standard, each a call of core.h. */
 
 #include "core.h"
 
@@ -18,9 +18,9 @@ static Log log_of(fmi3LogMessageCallback callback, fmi3InstanceEnvironment envir
   return log;
 }
 
-/* What a call cannot do because the model description says that this FMU does not offer it. */
-static fmi3Status not_offered(fmi3Instance c, const char* call, const char* what) {
-  return c ? (fmi3Status)hfsa_report(c, ERROR, "%s: this FMU has no %s", call, what) : fmi3Error;
+/* Reject a call of a feature that the model description of this FMU does not declare. */
+static fmi3Status not_offered(fmi3Instance c, const char* call, const char* feature) {
+  return c ? (fmi3Status)hfsa_report(c, ERROR, "%s: this FMU has no %s", call, feature) : fmi3Error;
 }
 
 const char* fmi3GetVersion(void) { return fmi3Version; }
@@ -76,7 +76,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const f
 
 /* Modes */
 
-/* The tolerance of the solver is a parameter of its own, so that one number decides in every importer. */
+/* The tolerance argument is ignored: the tolerance of the solver is a parameter, the same in every importer. */
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                        fmi3Float64 start_time, fmi3Boolean stop_defined, fmi3Float64 stop_time) {
   (void)tolerance_defined;
@@ -96,7 +96,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c) { return (fmi3Status)hfsa_enter_ev
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return (fmi3Status)hfsa_enter_continuous_time_mode(c); }
 
-/* There is no event mode to come from, and none to go back to. */
+/* There is no event mode in Co-Simulation, so this call only checks the mode. */
 fmi3Status fmi3EnterStepMode(fmi3Instance c) { return (fmi3Status)hfsa_permit(c, "EnterStepMode", STEP); }
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {

@@ -1,4 +1,4 @@
-/* Life of an instance: all memory is taken here, none while stepping. */
+/* Creation and destruction of an instance: all memory is allocated here, none while stepping. */
 
 #include "instance.h"
 
@@ -12,7 +12,7 @@ static double* take(double** cursor, int n) {
   return column;
 }
 
-/* The state block: its head, then the columns, those that only initialization or the user changes last. */
+/* Allocate the state block: its head, the columns that change while stepping, then parameters and settings. */
 static int lay_out_state(const Model* m, Instance* in) {
   int moving = m->size[ROLE_INPUT] + m->size[ROLE_INPUT_DERIVATIVE] + m->size[ROLE_STATE] +
                m->size[ROLE_SAMPLED_STATE] + m->size[ROLE_SAMPLED_OUTPUT];
@@ -33,7 +33,7 @@ static int lay_out_state(const Model* m, Instance* in) {
   return 1;
 }
 
-/* Everything that can be computed again. One double more than needed, so that no column lies behind the end. */
+/* Allocate all data that can be recomputed. One extra double keeps the pointers of empty columns inside the block. */
 static int lay_out_scratch(const Model* m, Instance* in) {
   static const Role knowns[] = {ROLE_TIME, ROLE_STATE, ROLE_SAMPLED_STATE, ROLE_INPUT, ROLE_PARAMETER};
   static const Role unknowns[] = {ROLE_DERIVATIVE, ROLE_OUTPUT, ROLE_NEXT, ROLE_SAMPLED_OUTPUT};
@@ -74,7 +74,7 @@ static int take_work(const Model* m, Instance* in) {
   return in->work != NULL;
 }
 
-/* Where the value of each role is read, and written where it may be. */
+/* Set the pointers to the values of each role, for reading and writing. */
 static void point_columns(Instance* in) {
   in->column[ROLE_TIME] = &in->state->time;
   in->column[ROLE_STATE] = in->x;
@@ -89,7 +89,7 @@ static void point_columns(Instance* in) {
   in->column[ROLE_SOLVER] = in->settings;
 }
 
-/* The state block as it is after instantiation and after reset. */
+/* Initialise the state block, after instantiation and reset. */
 void hfsa_start_values(const Model* m, Instance* in) {
   memset(in->state, 0, in->state_size);
   in->state->stop_time = HUGE_VAL;
@@ -103,7 +103,7 @@ void hfsa_start_values(const Model* m, Instance* in) {
   }
 }
 
-/* A new instance, or a null pointer and a message that says why not; that message is always let through. */
+/* Return a new instance, or log the reason, in any log category, and return a null pointer. */
 Instance* hfsa_create(const Model* m, Interface interface, const char* name, const char* token, Log log, int logging) {
   Instance nobody = {0};
   nobody.log = log;

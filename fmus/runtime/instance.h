@@ -1,19 +1,19 @@
-/* The mutable side: one instance of the model.
+/* One mutable instance of the model.
 
-   Everything that decides how an instance goes on lies in one plain block, `State` with its columns behind it. An FMU
-   state is a copy of that block. All else is scratch, or is remembered with the values that it was made from. */
+   All data that determine the future of an instance are in one plain block, `State` followed by its columns. An FMU
+   state is a copy of this block. All other data are scratch, or caches stored with the values that they depend on. */
 
 #ifndef HFSA_INSTANCE_H
 #define HFSA_INSTANCE_H
 
 #include "model.h"
 
-/* Values of FMI 2 and FMI 3 alike. */
+/* Status values, the same in FMI 2 and FMI 3. */
 typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 
 typedef enum { MODEL_EXCHANGE, CO_SIMULATION } Interface;
 
-/* Modes are bits, so that a set of modes is a number. */
+/* Modes are bits, so a set of modes is a number. */
 typedef enum {
   INSTANTIATED = 1,
   INITIALIZATION = 2,
@@ -25,8 +25,7 @@ typedef enum {
   ANY_MODE = 63
 } Mode;
 
-/* The importer's logger. `send` knows the true type of `callback`; `categories` has a bit for each status that passes.
- */
+/* The logger of the importer. `send` casts `callback` to its type; `categories` has a bit for each status to log. */
 typedef struct Log Log;
 struct Log {
   void (*send)(const Log* log, const char* instance, Status status, const char* category, const char* text);
@@ -35,19 +34,19 @@ struct Log {
   unsigned categories;
 };
 
-/* Behind it lie the columns [u | rates | x | z | held | p | settings]; those up to `held` change while stepping.
-   `rates` are the first time derivatives of the inputs, then the second ones. */
+/* Head of the state block, followed by the columns [u | rates | x | z | held | p | settings]; the columns up to `held`
+   change while stepping. `rates` are the first time derivatives of the inputs, then the second ones. */
 typedef struct {
-  double time;       /* communication point, or the time that Model Exchange has set [s] */
-  double start_time; /* ticks are counted from it [s] */
-  double stop_time;  /* infinite where none is defined [s] */
-  double step;       /* step that an error-controlled solver tries next, 0 at first [s] */
-  long long ticks;   /* ticks that have been */
+  double time;       /* communication point, or the time set in Model Exchange [s] */
+  double start_time; /* time of the first tick [s] */
+  double stop_time;  /* infinite if undefined [s] */
+  double step;       /* next trial step of an error-controlled solver, 0 at first [s] */
+  long long ticks;   /* number of past ticks */
   int mode;
-  int once; /* whether `rates` count for the next step only, and not until they are changed */
+  int once; /* 1 if `rates` apply to the next step only, 0 if they apply until changed */
 } State;
 
-/* Results that may be kept: a bit is set while the result belongs to the present state block. */
+/* Cached results: a bit is set while the result is valid for the present state block. */
 enum { DERIVATIVES_VALID = 1, OUTPUTS_VALID = 2, NEXT_VALID = 4 };
 
 struct Instance {
@@ -56,32 +55,32 @@ struct Instance {
   Log log;
 
   State* state;
-  size_t state_size, moving_size;                  /* of the whole block, and up to the end of `held` [bytes] */
-  void* before;                                    /* the moving part as it was before the step */
+  size_t state_size, moving_size;                  /* size of the block, and of its part up to `held` [bytes] */
+  void* before;                                    /* copy of the moving part at the beginning of the step */
   double *u, *rates, *x, *z, *held, *p, *settings; /* columns of the block */
 
   unsigned valid;
-  double *der, *out, *next, *next_held; /* last results, held as of a tick now */
-  double* column[ROLES];                /* where the value of a variable of that role is read */
+  double *der, *out, *next, *next_held; /* last results; `next_held`: sampled outputs of a tick at the present time */
+  double* column[ROLES];                /* values of the variables of each role */
 
-  double* seed[ROLES];   /* directions of knowns, null pointers for roles that cannot be known */
-  double* result[ROLES]; /* derivatives of unknowns, likewise */
+  double* seed[ROLES];   /* seeds of knowns by role, null pointers for roles that are no knowns */
+  double* result[ROLES]; /* derivatives of unknowns by role, null pointers for roles that are no unknowns */
   double *seeds, *results;
   size_t seeds_size, results_size; /* [bytes] */
 
-  int degree;       /* of the polynomials that the inputs are on in the present step */
+  int degree;       /* degree of the polynomials of the inputs in the present step */
   double* u_now;    /* inputs inside a step */
-  double* nominal;  /* of the continuous states */
+  double* nominal;  /* nominal values of the continuous states */
   double* jacobian; /* entries of the sparse Jacobian */
   const double** arg;
   double** res;
   int* iw;
   double* w;
-  void* work;   /* the solver's own */
-  void* memory; /* all the doubles above but the state block */
+  void* work;   /* work space of the solver */
+  void* memory; /* block of all the doubles above, without the state block */
 };
 
-/* instance.c: life of an instance */
+/* instance.c: creation and destruction of an instance */
 Instance* hfsa_create(const Model* m, Interface interface, const char* name, const char* token, Log log, int logging);
 void hfsa_free(const Model* m, Instance* in);
 void hfsa_start_values(const Model* m, Instance* in);
@@ -93,7 +92,7 @@ Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const catego
 const char* hfsa_mode_name(int mode);
 const char* hfsa_name(const Model* m, Role role, int index);
 
-/* equations.c: values of the functions; all return 0, or something else where the equations cannot be evaluated */
+/* equations.c: evaluation of the functions; an `int` result is 0, or nonzero if the evaluation fails */
 int hfsa_rhs(const Model* m, Instance* in, double t, const double* x, const double* u, double* der);
 int hfsa_jacobian(const Model* m, Instance* in, double t, const double* x, const double* u, double* dense);
 int hfsa_forward(const Model* m, Instance* in, double t, const double* x, const double* u);

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* y += a x; the three do not overlap, which lets the compiler keep several rows at a time. */
+/* y += a x; `restrict` and blocks of four columns enable vectorisation. */
 void hfsa_add_product(int n, const double* restrict a, const double* restrict x, double* restrict y) {
   int j = 0;
   for (; j + 4 <= n; j += 4) {
@@ -22,7 +22,7 @@ void hfsa_multiply(int n, const double* a, const double* b, double* product) {
   for (int j = 0; j < n; j++) hfsa_add_product(n, a, b + j * n, product + j * n);
 }
 
-/* Largest sum of magnitudes in a column; not a number where an entry is none. */
+/* Return the largest sum of magnitudes in a column; NaN if an entry is NaN. */
 double hfsa_norm(int n, const double* a) {
   double largest = 0.0;
   for (int j = 0; j < n; j++) {
@@ -33,7 +33,7 @@ double hfsa_norm(int n, const double* a) {
   return largest;
 }
 
-/* a = diag(scale)^-1 a diag(scale) with powers of two, so that no digit changes: rows and columns get like norms. */
+/* Balance rows and columns: a = diag(scale)^-1 a diag(scale). The scales are powers of two, so the result is exact. */
 void hfsa_balance(int n, double* a, double* scale) {
   for (int i = 0; i < n; i++) scale[i] = 1.0;
   for (int sweep = 0, changed = 1; changed && sweep < 100; sweep++) {
@@ -58,7 +58,7 @@ void hfsa_balance(int n, double* a, double* scale) {
   }
 }
 
-/* LU factors with row exchanges, in place; 0, or 1 where the matrix is singular. */
+/* Factorise in place into LU factors with row exchanges; return 1 for a singular matrix, otherwise 0. */
 int hfsa_factorize(int n, double* a, int* pivot) {
   for (int k = 0; k < n; k++) {
     int best = k;

@@ -1,4 +1,4 @@
-/* Messages to the importer, and the words they are made of. */
+/* Log messages to the importer, and the names in them. */
 
 #include "instance.h"
 
@@ -6,10 +6,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Categories, named as both standards name them. */
+/* Log categories of both standards. */
 static const char* category_of(Status status) { return status == DISCARD ? "logStatusDiscard" : "logStatusError"; }
 
-/* Format and send a message, unless the importer has switched its category off or has no logger. */
+/* Format and send a message, unless the importer has disabled its category or has no logger. */
 Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
   char text[1024];
   va_list values;
@@ -21,7 +21,7 @@ Status hfsa_report(const Instance* in, Status status, const char* format, ...) {
   return status;
 }
 
-/* Let categories through, all of them where none is named. */
+/* Enable or disable log categories; without names, all of them. */
 Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const categories[]) {
   unsigned wanted = n ? 0u : ~0u;
   for (size_t i = 0; i < n; i++) {
@@ -52,7 +52,7 @@ const char* hfsa_mode_name(int mode) {
   }
 }
 
-/* Whether a call is allowed now: the instance exists and is in one of `modes`. */
+/* Check that a call is permitted: the instance exists and is in one of `modes`. */
 Status hfsa_permit(const Instance* in, const char* call, int modes) {
   char possible[160] = "";
   if (!in) return ERROR;

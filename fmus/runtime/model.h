@@ -1,8 +1,7 @@
-/* The constant side: what the generated file tells the runtime about one model.
+/* The constant table of one model, defined in the generated file.
 
-   A function takes five columns, t, x, z, u, p, and for derivatives further columns behind them, as
-   components/_modelling/functions.py says. Every pointer it is given is valid, also the one of an empty column and the one of
-   time. */
+   A function takes the five columns t, x, z, u, p, followed by further columns for derivatives, as in
+   components/_modelling/functions.py. All its pointers are valid, also those of time and of empty columns. */
 
 #ifndef HFSA_MODEL_H
 #define HFSA_MODEL_H
@@ -31,19 +30,19 @@ typedef enum {
   ROLES
 } Role;
 
-/* One variable of the FMU; its value reference is its place in the list. Bounds that are not given are infinite. */
+/* One variable of the FMU; its value reference is its index in the list. Missing bounds are infinite. */
 typedef struct {
   const char* name;
   Role role;
-  int index; /* place in the column of its role */
-  int fixed; /* a parameter that only initialization may change */
+  int index; /* index in the column of its role */
+  int fixed; /* 1 for a parameter that can be set only before the end of initialization */
   double start, nominal, min, max;
-  const char* text; /* value of a ROLE_TEXT, else a null pointer */
+  const char* text; /* value of a ROLE_TEXT variable, otherwise a null pointer */
 } Variable;
 
-/* A solver of Co-Simulation. `advance` takes the states from `offset` to `offset + h` seconds behind the beginning of
-   the communication step; `create` allocates what it works on, once per instance, and returns a null pointer when it
-   cannot; `destroy` frees that, or does nothing with a null pointer. */
+/* A Co-Simulation solver. `create` allocates the work space of an instance and returns a null pointer on failure.
+   `advance` integrates the states from `offset` to `offset + h`, seconds from the beginning of the communication step.
+   `destroy` frees the work space; it accepts a null pointer. */
 typedef struct {
   void* (*create)(const Model* m);
   int (*advance)(const Model* m, Instance* in, double offset, double h);
@@ -58,14 +57,14 @@ struct Model {
   const Variable* variables;
   int size[ROLES]; /* length of the column of each role */
   int variable_count;
-  int sample_time;      /* place among the parameters, -1 where nothing is sampled */
-  int time_varying;     /* whether the right-hand side depends on time itself */
-  const Solver* solver; /* null pointer where there are no continuous states */
+  int sample_time;      /* index among the parameters, -1 for a model without ticks */
+  int time_varying;     /* 1 if the right-hand side depends on time explicitly */
+  const Solver* solver; /* null pointer for a model without continuous states */
   Function *rhs, *out, *tick, *jacobian, *fwd, *adj;
-  const int* jacobian_columns; /* compressed columns: entries of column j are [columns[j], columns[j + 1]) */
+  const int* jacobian_columns; /* compressed columns: column j has the entries columns[j] to columns[j + 1] - 1 */
   const int* jacobian_rows;
   int jacobian_entries;
-  int arg_size, res_size, iw_size, w_size; /* work that the functions need, the largest of all */
+  int arg_size, res_size, iw_size, w_size; /* largest work space of the functions */
 };
 
 extern const Model hfsa_model;

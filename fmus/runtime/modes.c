@@ -1,4 +1,4 @@
-/* From instantiation to termination: the modes of an instance and the ways between them. */
+/* The modes of an instance and the transitions between them, from instantiation to termination. */
 
 #include "core.h"
 
@@ -39,7 +39,7 @@ Status hfsa_enter_continuous_time_mode(Instance* in) {
 
 Status hfsa_terminate(Instance* in) { return change_mode(in, "Terminate", INITIALIZATION | INITIALIZED, TERMINATED); }
 
-/* The event of Model Exchange: the ticks that are due, and when the next one is. */
+/* Event iteration of Model Exchange: execute the ticks that are due, and return the time of the next one. */
 Status hfsa_update_discrete_states(const Model* m, Instance* in, NextEvent* next) {
   Status status = hfsa_permit(in, "the update of discrete states", EVENT);
   next->defined = m->sample_time >= 0;

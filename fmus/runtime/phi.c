@@ -2,10 +2,9 @@
 
      phi1(z) = (e^z - 1) / z        phi2(z) = (e^z - 1 - z) / z^2        phi3(z) = (e^z - 1 - z - z^2 / 2) / z^3
 
-   The matrix is balanced and halved until its norm is at most 1/2, where the Taylor series of phi3 is exact to
-   rounding, and the results are doubled as often again. What is doubled is psi = e^z - 1, never e^z: beside a mode a
-   million million times faster, a slow mode is then still known to all its digits, which 1 + z would have rounded away.
- */
+   Scaling and squaring: the matrix is balanced and halved until its norm is at most 1/2, where the Taylor series of
+   phi3 is accurate to rounding; then the argument is doubled as many times. The doubling uses psi = e^z - 1 instead of
+   e^z, which preserves all digits of a slow mode beside one 10^12 times faster; 1 + z would lose them. */
 
 #include "matrix.h"
 
@@ -14,7 +13,7 @@
 
 enum { TERMS = 15 };
 
-/* phi3 = 1/3! + z/4! + z^2/5! + ... by Horner's rule; `next` is scratch. */
+/* Compute phi3 = 1/3! + z/4! + z^2/5! + ... by Horner's rule; `next` is scratch. */
 static void taylor(int n, const double* z, double* phi3, double* next) {
   double factorial = 6.0;
   for (int k = 4; k <= TERMS + 2; k++) factorial *= k;
@@ -28,13 +27,13 @@ static void taylor(int n, const double* z, double* phi3, double* next) {
   }
 }
 
-/* The function of the next lower order, phi_(k - 1)(z) = z phi_k(z) + 1 / (k - 1)!. */
+/* Compute the function of the next lower order, phi_(k - 1)(z) = z phi_k(z) + 1 / (k - 1)!. */
 static void lower_order(int n, const double* z, const double* phi, double constant, double* lower) {
   hfsa_multiply(n, z, phi, lower);
   for (int i = 0; i < n; i++) lower[i * n + i] += constant;
 }
 
-/* From z to 2 z; `product` is scratch.
+/* Update all functions from the argument z to 2 z; `product` is scratch.
 
      psi  = psi (psi + 2)            phi1 = phi1 + psi phi1 / 2
      phi2 = (phi1^2 + 2 phi2) / 4    phi3 = (phi1 phi2 + phi2 + 2 phi3) / 8 */
@@ -49,7 +48,8 @@ static void double_argument(int n, double* psi, double* phi1, double* phi2, doub
   for (int k = 0; k < n * n; k++) psi[k] = product[k] + 2.0 * psi[k];
 }
 
-/* `phi` = the three matrices, one behind the other; `scratch` has 3 n^2 + n places. 1 where h a is not finite. */
+/* Compute the three matrices, one after the other, into `phi`; `scratch` has 3 n^2 + n entries. Returns 1 if h a is not
+   finite. */
 int hfsa_phi(int n, const double* a, double h, double* phi, double* scratch) {
   double *phi1 = phi, *phi2 = phi1 + n * n, *phi3 = phi2 + n * n;
   double *z = scratch, *psi = z + n * n, *product = psi + n * n, *scale = product + n * n;

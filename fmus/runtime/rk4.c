@@ -1,11 +1,11 @@
-/* The classical Runge-Kutta method of order 4 with equal steps, none longer than the setting `solver.maximum_step`. */
+/* The classical Runge-Kutta method of order 4 with equal steps, at most the setting `solver.maximum_step`. */
 
 #include "instance.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-enum { MAXIMUM_STEP }; /* place among the settings */
+enum { MAXIMUM_STEP }; /* index of the setting */
 
 static const double largest_count = 1e9;
 
@@ -23,7 +23,7 @@ static void* create(const Model* m) {
   return work;
 }
 
-/* One stage at `offset`: k there, then the next stage's x, and the weighted sum. */
+/* Compute one stage at `offset`: k, the x of the next stage, and the weighted sum. */
 static int stage(const Model* m, Instance* in, double offset, double weight, double ahead) {
   const Work* work = in->work;
   int failed = hfsa_rhs(m, in, in->state->time + offset, work->x, hfsa_inputs(m, in, offset), work->k);

@@ -2,8 +2,8 @@
 
      W k_i = f(t + c_i h, x + sum a_ij k_j) + h d_i f_t + sum (C_ij / h) k_j        W = 1 / (gamma h) - d f / d x
 
-   with the analytic Jacobian, made anew in every step. The last stage is the result less the embedded one of order 4,
-   so it is the error estimate. A one-step method has no memory: a step after a jump of the inputs is as good as any.
+   with a new analytic Jacobian in every step. The last stage is the difference of the result and the embedded result of
+   order 4: the error estimate. A one-step method has no history, so a jump of the inputs does not affect the accuracy.
 
    Coefficients: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the
    Julia Differential Equations package, BIT Numer. Math. 63, 27 (2023), in the form that needs no product with the
@@ -18,7 +18,7 @@
 #include <string.h>
 
 enum { STAGES = 8, LARGEST_COUNT = 1000000 };
-enum { RELATIVE_TOLERANCE, MAXIMUM_STEP }; /* places among the settings */
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP }; /* indices of the settings */
 
 static const double gamma_diagonal = 0.21193756319429014;
 
@@ -80,7 +80,7 @@ static void* create(const Model* m) {
   return work;
 }
 
-/* f_t, the derivative of f along time and the motion of the inputs. */
+/* Compute f_t, the derivative of f along time and the inputs. */
 static int along_time(const Model* m, Instance* in, double offset, const double* u) {
   const Work* work = in->work;
   size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
@@ -94,7 +94,7 @@ static int along_time(const Model* m, Instance* in, double offset, const double*
   return failed;
 }
 
-/* f, f_t and the Jacobian where a step begins. */
+/* Compute f, f_t and the Jacobian at the beginning of a step. */
 static int linearize(const Model* m, Instance* in, double offset) {
   const Work* work = in->work;
   double t = in->state->time + offset;
@@ -103,7 +103,7 @@ static int linearize(const Model* m, Instance* in, double offset) {
          hfsa_jacobian(m, in, t, in->x, u, work->jacobian);
 }
 
-/* The stages of a trial step; its result is left in `x`. 1 where it cannot be evaluated. */
+/* Compute the stages of a trial step and its result `x`; return 1 if an evaluation fails. */
 static int try_step(const Model* m, Instance* in, double offset, double h) {
   const Work* work = in->work;
   int n = m->size[ROLE_STATE];
@@ -129,7 +129,7 @@ static int try_step(const Model* m, Instance* in, double offset, double h) {
   return 0;
 }
 
-/* Largest error of a state in units of what is tolerated, infinite where the trial is, and which state has it. */
+/* Return the largest error / tolerance over the states, infinite for a trial that is not finite, and its state. */
 static double error_of(const Model* m, const Instance* in, int* worst) {
   const Work* work = in->work;
   double largest = 0.0;
@@ -144,8 +144,8 @@ static double error_of(const Model* m, const Instance* in, int* worst) {
   return largest;
 }
 
-/* The step size of the last communication step is taken up again; what the communication points cut off does not count.
- */
+/* Error control starts from the step size of the last communication step. A step shortened by a communication point
+   does not reduce the proposed step size. */
 static int advance(const Model* m, Instance* in, double offset, double h) {
   const Work* work = in->work;
   double limit = in->settings[MAXIMUM_STEP], done = 0.0;
@@ -163,7 +163,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
       return hfsa_report(in, DISCARD, "no step from %.15g is small enough for the tolerance of state %s; tried %g s",
                          now, hfsa_name(m, ROLE_STATE, worst), step);
     if (count == LARGEST_COUNT)
-      return hfsa_report(in, DISCARD, "%d steps brought the solver only to %.15g; state %s needs steps of %g s", count,
+      return hfsa_report(in, DISCARD, "%d steps reached only time %.15g; state %s requires steps of %g s", count,
                          now, hfsa_name(m, ROLE_STATE, worst), step);
     if (!fresh && linearize(m, in, offset + done))
       return hfsa_report(in, DISCARD, "the derivatives cannot be evaluated at time %.15g", now);

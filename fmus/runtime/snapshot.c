@@ -1,11 +1,11 @@
-/* FMU states: a header and a copy of the state block, in memory and serialised alike. */
+/* FMU states: a header and a copy of the state block, the same in memory and serialised. */
 
 #include "core.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Every field is compared with what the instance would write, so that foreign bytes are refused. */
+/* All fields are compared with those of the instance, to reject the states of other models, builds or interfaces. */
 typedef struct {
   char token[72];
   long long interface, size;
@@ -38,7 +38,7 @@ static Snapshot* new_snapshot(const Instance* in) {
   return snapshot;
 }
 
-/* A snapshot that is handed in is written over, so that stepping back and forth allocates once. */
+/* An existing snapshot is overwritten, so repeated calls allocate memory only once. */
 Status hfsa_get_state(const Model* m, Instance* in, Snapshot** snapshot) {
   if (!in || !snapshot) return ERROR;
   if (*snapshot && check_header(m, in, *snapshot)) return ERROR;

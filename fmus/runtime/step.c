@@ -1,4 +1,4 @@
-/* One communication step: solver and ticks in turn. A step that fails leaves the instance as it was before. */
+/* One communication step: solver and ticks in turn. A failed step leaves the instance unchanged. */
 
 #include "core.h"
 
@@ -31,9 +31,9 @@ static Status advance(const Model* m, Instance* in, double offset, double h) {
                      in->state->time, offset + h);
 }
 
-/* Solve up to each tick of the step, tick, and solve the rest. A tick at the beginning belongs to this step, one at the
-   end to the next. Offsets are whole 2^-40ths of the step: so few different lengths occur however rounding falls, that
-   a solver can remember what it made of each, and the lengths still add up to the step exactly. */
+/* Solve up to each tick of the step, execute it, and solve the rest. A tick at the beginning belongs to this step, one
+   at the end to the next. Offsets are integer multiples of 2^-40 of the step: rounding then produces only a few
+   different lengths, which a solver can cache, and the lengths add up to the step exactly. */
 static Status advance_with_ticks(const Model* m, Instance* in, double h) {
   const double part = ldexp(h, -40);
   double tolerance = fmin(hfsa_tick_tolerance(m, in), 0.5 * h);
@@ -50,14 +50,14 @@ static Status advance_with_ticks(const Model* m, Instance* in, double h) {
   return status ? status : advance(m, in, done * part, (0x1p40 - done) * part);
 }
 
-/* The highest order of a derivative of an input that is not 0. */
+/* Return the highest order of a nonzero derivative of an input. */
 static int degree(const Model* m, const Instance* in) {
   for (int k = m->size[ROLE_INPUT_DERIVATIVE]; k > 0; k--)
     if (in->rates[k - 1] != 0.0) return k > m->size[ROLE_INPUT] ? 2 : 1;
   return 0;
 }
 
-/* From communication point t to t + h. Behind it, inputs hold what their derivatives have made of them. */
+/* Step from communication point t to t + h. At its end the inputs have the final values of their polynomials. */
 Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
   Status status = hfsa_permit(in, "DoStep", STEP);
   if (!status) status = check_step(m, in, t, h);

@@ -1,4 +1,4 @@
-/* Ticks of sampled models: at start + n * sample_time, computed and never accumulated. */
+/* Ticks of sampled models at start + n * sample_time, without accumulation of rounding errors. */
 
 #include "core.h"
 
@@ -10,10 +10,10 @@ double hfsa_tick_time(const Model* m, const Instance* in) {
   return in->state->start_time + (double)in->state->ticks * in->p[m->sample_time];
 }
 
-/* How far from its instant a tick is still taken as being there [s]. */
+/* Tolerance of the time of a tick [s]. */
 double hfsa_tick_tolerance(const Model* m, const Instance* in) { return 1e-9 * in->p[m->sample_time]; }
 
-/* One tick: outputs and next values from the states before it, then both are taken over. */
+/* Execute one tick: evaluate outputs and next values from the states before it, then copy both to the state block. */
 Status hfsa_do_tick(const Model* m, Instance* in, double t, const double* u) {
   int n_next = m->size[ROLE_NEXT], n_held = m->size[ROLE_SAMPLED_OUTPUT];
   in->valid = 0;

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Modes in which a variable of each role may be set. */
+/* Modes in which the variables of each role can be set. */
 static const int settable[ROLES] = {
     [ROLE_STATE] = INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS_TIME,
     [ROLE_SAMPLED_STATE] = INSTANTIATED | INITIALIZATION,
@@ -16,14 +16,14 @@ static const int settable[ROLES] = {
     [ROLE_SOLVER] = INSTANTIATED | INITIALIZATION,
 };
 
-/* What has to be evaluated before a variable of each role is read. */
+/* Results that must be valid before the variables of each role are read. */
 static const unsigned needed[ROLES] = {
     [ROLE_DERIVATIVE] = DERIVATIVES_VALID,
     [ROLE_NEXT] = NEXT_VALID,
     [ROLE_OUTPUT] = OUTPUTS_VALID,
 };
 
-/* The variable of a value reference, or a null pointer and a message. */
+/* Return the variable with a value reference, or log an error and return a null pointer. */
 const Variable* hfsa_variable(const Model* m, const Instance* in, const char* call, Reference reference) {
   if (reference < (Reference)m->variable_count) return &m->variables[reference];
   hfsa_report(in, ERROR, "%s: there is no value reference %u; %s has 0 to %d", call, reference, m->name,
@@ -33,11 +33,11 @@ const Variable* hfsa_variable(const Model* m, const Instance* in, const char* ca
 
 Status hfsa_same_size(const Instance* in, const char* call, size_t found, size_t expected) {
   if (found == expected) return OK;
-  return hfsa_report(in, ERROR, "%s was given %lu values, expected %lu", call, (unsigned long)found,
+  return hfsa_report(in, ERROR, "%s was called with %lu values, expected %lu", call, (unsigned long)found,
                      (unsigned long)expected);
 }
 
-/* Read values, evaluating what the last change of the state block has made stale. */
+/* Read values; results that a change of the state block has invalidated are evaluated first. */
 Status hfsa_get(const Model* m, Instance* in, const Reference* references, size_t n, double* values) {
   Status status = hfsa_permit(in, "Get", ANY_MODE);
   for (size_t i = 0; i < n && status != ERROR; i++) {
@@ -67,11 +67,11 @@ static Status refuse_set(const Instance* in, const Variable* v) {
     default:
       return hfsa_report(
           in, ERROR, "Set: %s was set %s; %s", v->name, hfsa_mode_name(in->state->mode),
-          in->state->mode == TERMINATED ? "reset the instance first" : "it may be set until initialization is over");
+          in->state->mode == TERMINATED ? "reset the instance first" : "it can be set until the end of initialization");
   }
 }
 
-/* Whether a variable may have the value; inputs are judged when they are used. */
+/* Check that a value is admissible; inputs are checked at the beginning of a step. */
 static Status check_value(const Instance* in, const Variable* v, double value) {
   int bounded = v->role == ROLE_PARAMETER || v->role == ROLE_SOLVER;
   if (v->role == ROLE_INPUT) return OK;
@@ -83,7 +83,7 @@ static Status check_value(const Instance* in, const Variable* v, double value) {
   return OK;
 }
 
-/* Write values up to the first that is refused. Results stay valid where a value is the one that was there already. */
+/* Write values up to the first inadmissible one. Cached results stay valid if no value changes. */
 Status hfsa_set(const Model* m, Instance* in, const Reference* references, size_t n, const double* values) {
   if (!in) return ERROR;
   for (size_t i = 0; i < n; i++) {
@@ -110,7 +110,7 @@ Status hfsa_get_text(const Model* m, Instance* in, const Reference* references, 
   return OK;
 }
 
-/* The answer to calls about types that no variable has, and about setting strings: only an empty list is fine. */
+/* Reject a call for a type that no variable has, or for setting strings; an empty list is accepted. */
 Status hfsa_refuse(const Model* m, Instance* in, const char* call, const Reference* references, size_t n) {
   if (!in) return ERROR;
   if (n == 0) return OK;

@@ -337,7 +337,7 @@ def test_no_clear_separation_is_said():
         ({"dimensions.length": 0.05}, "expected one of dimensions.diameter and dimensions.side"),
         ({"dimensions.length": 0.05, "dimensions.diameter": 2e-3, "slenderness": 1e4}, "and no slenderness"),
         ({"dimensions.length": 1, "dimensions.radius": 0.5, "radius": 0.5}, "radius is given twice"),
-        ({"dimensions.length": 1, "dimensions.side": 0.01, "material.G": 1e9}, "G is given, expected E and one of"),
+        ({"dimensions.length": 1, "dimensions.side": 0.01, "material.G": 1e9}, "material has G, expected E and one of"),
     ],
 )
 def test_mistakes_are_named(arguments, message):

@@ -84,7 +84,7 @@ def test_parts_take_ports():
 @pytest.mark.parametrize(
     ("pair", "message"),
     [
-        (("force", "acceleration"), "acceleration follows an input that it is to be fed back to"),
+        (("force", "acceleration"), "acceleration has direct feedthrough from an input of its feedback"),
         (("force", "x"), "x is a state, expected an output to feed back"),
         (("position", "position"), "position is a output, expected an input"),
         (("forces", "position"), "has no quantity 'forces'; did you mean force"),

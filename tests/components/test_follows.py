@@ -102,7 +102,7 @@ def test_stiffness_and_blocking_force_are_two_words_for_one_thing(stiffness):
     [
         (
             {"stiffness": 1e6, "blocking_force": 5.0},
-            "blocking_force 5 N is not stiffness 1e.06 N/m by stroke 1.6e-05 m",
+            "blocking_force 5 N is not stiffness 1e.06 N/m times stroke 1.6e-05 m",
         ),
         ({"stroke": -1.0}, "stroke is -1, expected more than 0"),
         ({"blocking_force": math.nan}, "blocking_force is nan, expected more than 0"),

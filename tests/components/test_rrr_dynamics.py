@@ -71,7 +71,7 @@ def test_the_map_is_the_derivative_of_pose_and_elongations(level):
     mechanism = getattr(dynamics, level)(NOMINAL, p, v)
     terms, z = dynamics.terms(mechanism), ca.vertcat(mechanism.pose, mechanism.elongation)
     slope = ca.jacobian(z, p)
-    ours = ca.Function("ours", [p, v], [terms.slope, terms.bending])
+    ours = ca.Function("ours", [p, v], [terms.slope, terms.bias])
     theirs = ca.Function("theirs", [p, v], [slope, mechanism.rate(slope @ v)])
     for at, rates in POINTS:
         for found, wanted in zip(ours(at, rates), theirs(at, rates), strict=True):

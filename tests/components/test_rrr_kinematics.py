@@ -133,7 +133,7 @@ def test_an_elongation_out_of_reach_is_named():
 
 
 def test_parameter_sets_are_named():
-    with pytest.raises(ModelError, match="'measured' is a Jacobian without links"):
+    with pytest.raises(ModelError, match="'measured' is a Jacobian without link dimensions"):
         links("measured")
     with pytest.raises(ModelError, match="kinematics is 'nominel'; did you mean nominal"):
         jacobian("nominel")

@@ -292,7 +292,10 @@ def test_bode_plot_is_as_the_docstring_says(level, causality, direction, resonan
     [
         ({"level": "exacct"}, "level is 'exacct'; did you mean exact"),
         ({"causality": "forces"}, "causality is 'forces'; did you mean force"),
-        ({"kinematics": "measured"}, "'measured' is a Jacobian without links and has level jacobian only"),
+        (
+            {"kinematics": "measured"},
+            "without link dimensions and valid at level jacobian only",
+        ),
         ({"kinematics": "nominall"}, "kinematics is 'nominall'; did you mean nominal"),
         ({"voltage": (0.0, float("nan"), 0.0)}, "voltage is .* V, expected three finite numbers"),
         ({"elongation": (0.0, float("inf"), 0.0)}, "elongation is .* m, expected three finite numbers"),

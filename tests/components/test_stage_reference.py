@@ -68,7 +68,7 @@ def test_the_elongations_of_a_pose_bring_the_stage_there(elongation, kinematics)
 
 def test_a_longer_stroke_reaches_further():
     pose = tuple(forward(NOMINAL, [20e-6, 0.0, 0.0]))
-    with pytest.raises(ModelError, match=r"takes elongations of 20.000, .*expected 0 to 16 um"):
+    with pytest.raises(ModelError, match=r"needs elongations of 20.000, .*expected 0 to 16 um"):
         analyze(pose=pose)
     assert analyze(pose=pose, stroke=24e-6)["elongation"] == pytest.approx([20e-6, 0, 0], abs=1e-15)
 
@@ -77,7 +77,7 @@ def test_a_longer_stroke_reaches_further():
     ("pose", "message"),
     [
         ((1e-2, 0.0, 0.0), "pose 0.01 m, 0 m, 0 rad is out of the legs' reach"),
-        ((5e-6, 0.0, 0.0), r"takes elongations of 0.605, 0.418, -1.024 um, expected 0 to 16 um"),
+        ((5e-6, 0.0, 0.0), r"needs elongations of 0.605, 0.418, -1.024 um, expected 0 to 16 um"),
         ((0.0, 0.0, -5e-3), "expected 0 to 16 um"),
     ],
 )

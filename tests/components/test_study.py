@@ -89,7 +89,10 @@ def test_an_optimum_that_is_none_says_so():
         ({"length": None}, "a map has two dimensions, not 1: length"),
         ({"length": None, "widht": None}, "cantilever has no dimension 'widht'.*width"),
         ({"length": None, "zzz": None}, "cantilever has no dimension 'zzz'; there are length, width"),
-        ({"length": (3.0, 1.0), "width": None}, "range of length is 3 to 1, expected the lower end first; it is 2 now"),
+        (
+            {"length": (3.0, 1.0), "width": None},
+            "range of length is 3 to 1, .*; the present value is 2",
+        ),
         ({"length": (1.0, 1.0), "width": None}, "range of length is 1 to 1"),
         ({"length": (1.0, np.inf), "width": None}, "range of length is 1 to inf"),
         ({"length": (-3.0, -1.0), "width": None}, "length from -3 to -1 .*: never a length above 0; .* has length = 2"),
@@ -110,7 +113,7 @@ def test_maps_that_cannot_be_made(ranges, message):
         (0.2, {"length": (2.0, 1.0)}, "bounds of length are 2 to 1, expected the lower one first"),
         (0.2, {"length": (np.nan, 1.0)}, "bounds of length are nan to 1"),
         (0.2, {"length": (2.0, 2.0), "width": (1.0, 1.0)}, "leave no dimension free"),
-        (0.2, {"length": (-2.0, -1.0)}, "nothing that can be built was found within the bounds; it needs a length"),
+        (0.2, {"length": (-2.0, -1.0)}, "no feasible design was found within the bounds; it needs a length"),
     ],
 )
 def test_bounds_that_cannot_be_kept(share, given, message):
@@ -217,7 +220,7 @@ def test_with_springs_subtracted_there_is_no_largest_ratio():
     assert requirement in optimum(study, bounds(study, 0.2)).active
     shape, ratios = designs.DESIGNS["rapid_prototype"].shape, []
     for share in (0.5, 0.9, 0.99, 0.9999):
-        foot, leg = designs.twists(shape)
+        foot, leg = designs.torsional_stiffnesses(shape)
         # a leg's twist as the inverse of its length
         thin = shape._replace(e=shape.e * share * 2 * leg / foot)
         ratios.append(study.at(np.array(thin[:9]))["frequency_ratio"][0])

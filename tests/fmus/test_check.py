@@ -103,7 +103,7 @@ FAULTS_2 = {
         setting("ModelStructure/InitialUnknowns/Unknown[1]", dependenciesKind="tunable"),
         "expected constant or dependent",
     ),
-    "dependencies in disorder": (setting(SLOPE, dependencies="6 3 2"), "do not ascend"),
+    "dependencies in disorder": (setting(SLOPE, dependencies="6 3 2"), "are not ascending"),
     "dependency on a derivative": (setting(OUTPUT, dependencies="4"), "neither input, continuous state, parameter nor"),
     "kinds fewer than dependencies": (setting(SLOPE, dependenciesKind="tunable"), "do not match"),
     "start below min": (setting("@stiffness", start="-1.0"), "outside"),

@@ -151,7 +151,7 @@ def test_it_says_where_and_for_what_it_cannot_go_on(instance, installed, version
     it = instance(m, version).initialize()
     it.step(0.0, 0.5)
     before = it.get("x", "calm")
-    with it.refused("logStatusDiscard", "CVODE came only to", "state x"):
+    with it.refused("logStatusDiscard", "CVODE stopped at time", "state x"):
         it.step(0.5, 1.0)
     assert it.get("time", "x", "calm") == [0.5, *before]
     it.step(0.5, 0.25)

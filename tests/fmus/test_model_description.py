@@ -120,7 +120,7 @@ def test_derivatives_of_inputs_are_parameters_behind_all_others_in_fmi_3(parsed,
         found = variable(parsed, name)
         assert (found.causality, found.variability, found.start) == ("parameter", "tunable", "0.0")
         assert found.unit == unit
-        assert "until it is changed" in found.description
+        assert "until changed" in found.description
 
 
 def test_bounds_nominals_and_texts(parsed):

@@ -91,7 +91,7 @@ def test_what_may_be_set_when(instance, version):
     it.initialize()
     it.set({"target": 2.0, "stiffness": 350.0})
     for name in ("sample_time", "position", "force", "seen"):
-        with it.refused(name, "in step mode", "until initialization is over"):
+        with it.refused(name, "in step mode", "until the end of initialization"):
             it.set({name: 1.0})
     assert it.get("sample_time", "position", "seen", "stiffness") == [1e-3, 2.0, 5.0, 350.0]
     it.fmu.terminate()

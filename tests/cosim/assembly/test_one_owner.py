@@ -191,7 +191,7 @@ def test_elastic_feed_forward_inverts_the_robot_with_any_payload(opened):
 MASSLESS = ("-p", "suspension=massless")
 ALONE = (*MASSLESS, "-p", "payload.body.mass=0.2")
 SAID = (
-    "mass of what the beams carry differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
+    "mass of the body on the beams differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
     "-p payload.mass=VALUE changes all of them"
 )
 VERBS = {

@@ -138,7 +138,7 @@ WRONG = {
     "number": ([*PART, "--map", "tm=1e-6:much,l"], "--map tm has 'much', expected a number"),
     "reversed": ([*PART, "--map", "tm=4e-5:1e-5,l"], "the range of tm is 4e-05 to 1e-05, expected the lower end first"),
     "empty": ([*PART, "--map", "tm=4e-5,l"], "the range of tm is 4e-05 to 4e-05"),
-    "nowhere": ([*PART, "--map", "s=1e-4:3e-3,l"], "can be built: never a frame larger than the proof mass (s > a)"),
+    "nowhere": ([*PART, "--map", "s=1e-4:3e-3,l"], ": never a frame larger than the proof mass (s > a)"),
     "percent": (
         [*PART, "--optimize", "--bounds", "120"],
         "bounds are 120 % to either side, expected between 0 and 100",
