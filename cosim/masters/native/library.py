@@ -10,7 +10,11 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hfsa.cosim.masters.native import headers
+
+_ITEMS = {"double": np.dtype(float), "size_t": np.dtype(np.uintp)}
 
 
 class LibraryError(RuntimeError):
@@ -23,13 +27,16 @@ class Library:
     Attributes:
         ffi: makes structures, as the headers state them.
         c: functions and words of the headers, by their names there.
+        arrays: type of an array and what numpy calls its numbers, by the type of pointers to them.
     """
 
     def __init__(self, file: Path):
         self.ffi = _headers()
         self.c: Any = self.ffi.dlopen(str(file))
         self._check(file)
-        self._fields: dict[Any, dict[str, Any]] = {}
+        self._fields: dict[str, dict[str, Any]] = {}
+        kinds = {item: self.ffi.typeof(f"{item}[]") for item in _ITEMS}
+        self.arrays = {self.ffi.typeof(f"{item} *"): (kinds[item], dtype) for item, dtype in _ITEMS.items()}
 
     @staticmethod
     @cache
@@ -37,11 +44,11 @@ class Library:
         """Load a library once per process; `LibraryError` where it is not what the headers say."""
         return Library(file)
 
-    def fields(self, kind: Any) -> dict[str, Any]:
+    def fields(self, structure: str) -> dict[str, Any]:
         """Return the types of a structure's fields, by name."""
-        if kind not in self._fields:
-            self._fields[kind] = {name: field.type for name, field in kind.fields}
-        return self._fields[kind]
+        if structure not in self._fields:
+            self._fields[structure] = {name: field.type for name, field in self.ffi.typeof(structure).fields}
+        return self._fields[structure]
 
     def _check(self, file: Path) -> None:
         """Raise `LibraryError` for the first difference from the headers."""

@@ -7,7 +7,7 @@ program or by the calls themselves. Which structures there are, of which fields 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import addressof, c_void_p
-from dataclasses import fields as fields_of
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -30,9 +30,7 @@ _PERFORMERS = {
 }
 """What makes a call of an FMU, by its role and the version of FMI: fmi.h."""
 
-_PROGRESS = tuple(field.name for field in fields_of(Progress))
-_ITEMS = {"double": np.dtype(float), "size_t": np.dtype(np.uintp)}
-"""What arrays hold where the headers have pointers to it."""
+_PROGRESS = tuple(field.name for field in fields(Progress))
 
 
 class Program:
@@ -43,7 +41,7 @@ class Program:
     """
 
     def __init__(self, calls: Sequence[Runnable], library: Library):
-        self._calls, self._library, self._ffi = calls, library, library.ffi
+        self._calls, self._library, self._ffi, self._c = calls, library, library.ffi, library.c
         self._kept: list[Any] = []
         self._work_of: dict[int, tuple[Any, Any]] = {}
         self._inner: dict[int, tuple[Any, Sequence[Runnable]]] = {}
@@ -51,26 +49,27 @@ class Program:
         self.calls = self._array(calls)
 
     def run(self, function: Callable[..., int], *arguments: Any) -> int:
-        """Call C, which goes on where Python has left an iteration, as Python does where C leaves it."""
+        """Call C, which begins steps anew, but takes over what iterations keep from one step to the next."""
         for progress, shared in self._progress:
-            for name in _PROGRESS:
-                setattr(shared, name, getattr(progress, name))
+            shared.passes, shared.inverse_step = progress.passes, progress.inverse_step
         try:
             return function(*arguments)
         finally:
             for progress, shared in self._progress:
-                for name in _PROGRESS:
-                    setattr(progress, name, getattr(shared, name))
+                progress.passes = shared.passes
 
     def failed(self, index: int) -> Runnable:
-        """Return the call of that index, which has told where it failed itself if it is made of several."""
+        """Return the call of that index, which Python may report or go on with: it knows how far C has come with it."""
+        for progress, shared in self._progress:
+            for name in _PROGRESS:
+                setattr(progress, name, getattr(shared, name))
         self._tell(self._calls[index])
         return self._calls[index]
 
     def structure(self, name: str, fields: Mapping[str, Any]) -> Any:
         """Return a new structure of the headers: arrays, actions and other structures are pointed to, or copied in."""
         made = self._keep(self._ffi.new(f"{name} *"))
-        self._fill(made, fields)
+        self._fill(made, name, fields)
         return made
 
     def _tell(self, call: Runnable) -> None:
@@ -102,60 +101,56 @@ class Program:
             if calls:
                 made.calls, made.n_calls = self._array(calls), len(calls)
                 self._inner[id(action)] = made, calls
-            self._work_of[id(action)] = getattr(self._library.c, performer), made
+            self._work_of[id(action)] = getattr(self._c, performer), made
         return self._work_of[id(action)]
 
     def _call_function(self, made: Any, call: Call) -> None:
         """Prepare a call of one function of an FMU."""
+        cast, kinds, version = self._ffi.cast, self._library.fields("Call"), call.instance.fmu.version
         component, *arguments = call.arguments
-        made.perform = getattr(self._library.c, _PERFORMERS[call.role][call.instance.fmu.version])
-        made.function = self._at("Function *", ctypes.cast(call.function, c_void_p).value)  # type: ignore[arg-type]
-        made.component = self._at("void **", addressof(component))
+        made.perform = getattr(self._c, _PERFORMERS[call.role][version])
+        made.function = cast(kinds["function"], c_void_p.from_buffer(call.function).value)  # type: ignore[arg-type]
+        made.component = cast(kinds["component"], addressof(component))
         if call.role == "step":
             made.is_final = arguments[2].value
         elif call.role == "save":
-            made.detail = self._at("void *", addressof(arguments[0].contents))
+            made.detail = cast(kinds["detail"], addressof(arguments[0].contents))
         elif call.role == "restore":
-            made.detail = self._at("void *", addressof(arguments[0]))
-        elif call.role == "directional":
-            unknowns, n, knowns, n_knowns, seed, *rest = arguments
-            by = {"references": self._references(knowns), "n": n_knowns.value, "seed": self._values(seed)}
-            made.detail = self.structure("Knowns", by)
-            made.references, made.n = self._references(unknowns), n.value
-            made.values = self._values(rest[0 if call.instance.fmu.version == 2 else 1])
+            made.detail = cast(kinds["detail"], addressof(arguments[0]))
         else:
             references, n, *rest = arguments
-            if call.role == "input_derivatives" and call.instance.fmu.version == 2:
+            if call.role == "directional":
+                knowns, n_knowns, seed, *rest = rest if version == 2 else (*rest[:3], *rest[4:])
+                made.detail = self._knowns(knowns, n_knowns.value, seed.value)
+            elif call.role == "input_derivatives" and version == 2:
                 orders, *rest = rest
-                made.detail = self._at("void *", addressof(orders))
-            made.references, made.n, made.values = self._references(references), n.value, self._values(rest[0])
+                made.detail = cast(kinds["detail"], addressof(orders))
+            made.references, made.n = cast(kinds["references"], addressof(references)), n.value
+            made.values = cast(kinds["values"], rest[0].value or 0)
 
-    def _references(self, references: ctypes.Array) -> Any:
-        return self._at("unsigned *", addressof(references))
-
-    def _values(self, values: c_void_p) -> Any:
-        return self._at("double *", values.value)
-
-    def _at(self, kind: str, address: int | None) -> Any:
-        """Return a pointer to what the calls keep alive."""
-        return self._ffi.cast(kind, address or 0)
+    def _knowns(self, references: ctypes.Array, n: int, seed: int | None) -> Any:
+        """Return what an FMU is differentiated by."""
+        cast, kinds = self._ffi.cast, self._library.fields("Knowns")
+        at = cast(kinds["references"], addressof(references))
+        return self.structure("Knowns", {"references": at, "n": n, "seed": cast(kinds["seed"], seed or 0)})
 
     # Structures -------------------------------------------------------------------------------------------------------
 
-    def _fill(self, made: Any, fields: Mapping[str, Any]) -> None:
-        """Fill a structure in."""
-        kind = self._ffi.typeof(made)
-        kinds = self._library.fields(kind.item if kind.kind == "pointer" else kind)
-        for name, value in fields.items():
-            if isinstance(value, Mapping):
-                self._fill(getattr(made, name), value)
+    def _fill(self, made: Any, name: str, fields: Mapping[str, Any]) -> None:
+        """Fill in a structure of that name."""
+        kinds = self._library.fields(name)
+        for field, value in fields.items():
+            if isinstance(value, dict):
+                self._fill(getattr(made, field), kinds[field].cname, value)
             else:
-                setattr(made, name, self._pointed(value, kinds[name]))
+                setattr(made, field, self._pointed(value, kinds[field]))
 
     def _pointed(self, value: Any, kind: Any) -> Any:
         """Return what a field of a kind holds: a number as it is, or where something is."""
+        if isinstance(value, int | float):
+            return value
         if isinstance(value, np.ndarray):
-            return self._numbers(value, kind.item.cname)
+            return self._numbers(value, kind)
         if isinstance(value, Work):
             return self._work(value)[1]
         if isinstance(value, Progress):
@@ -164,17 +159,18 @@ class Program:
         if isinstance(value, list):
             array = self._keep(self._ffi.new(f"{kind.item.cname}[]", len(value)))
             for made, fields in zip(array, value, strict=True):
-                self._fill(made, fields)
+                self._fill(made, kind.item.cname, fields)
             return array
         return value
 
-    def _numbers(self, values: np.ndarray, item: str) -> Any:
+    def _numbers(self, values: np.ndarray, kind: Any) -> Any:
         """Return where the numbers of an array are: its own, or those of a copy where they are places."""
-        if item == "size_t":
-            values = np.ascontiguousarray(values, _ITEMS[item])
-        elif values.dtype != _ITEMS[item]:
-            raise TypeError(f"an array of {values.dtype} where the headers have {item}")
-        return self._keep(self._ffi.from_buffer(f"{item}[]", values))
+        array, dtype = self._library.arrays[kind]
+        if values.dtype != dtype:
+            if dtype != np.uintp:
+                raise TypeError(f"an array of {values.dtype} where the headers have {kind.cname}")
+            values = values.astype(dtype, "C")
+        return self._keep(self._ffi.from_buffer(array, values))
 
     def _keep(self, kept: Any) -> Any:
         """Keep something alive as long as the program."""
