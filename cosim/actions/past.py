@@ -16,7 +16,7 @@ class Past:
         self.times, self.points, self.known = np.zeros(3), np.zeros((3, n)), np.zeros(1, np.uintp)
 
     def __len__(self) -> int:
-        return int(self.known[0])
+        return self.known.item()
 
     def __iter__(self) -> Iterator[tuple[float, np.ndarray]]:
         return ((float(self.times[i]), self.points[i].copy()) for i in range(len(self)))
@@ -29,14 +29,15 @@ class Past:
         """Add a point."""
         self.times[1:], self.points[1:] = self.times[:2].copy(), self.points[:2].copy()
         self.times[0], self.points[0] = time, bus
-        self.known[0] = min(len(self) + 1, 3)
+        if len(self) < 3:
+            self.known[0] += 1
 
     def predicted(self, time: float) -> np.ndarray:
         """Return the bus at a time, on the polynomial through the points."""
-        result = np.zeros(self.points.shape[1])
-        for i in range(len(self)):
+        result, known = np.zeros(self.points.shape[1]), len(self)
+        for i in range(known):
             weight = 1.0
-            for j in range(len(self)):
+            for j in range(known):
                 if j != i:
                     weight *= (time - self.times[j]) / (self.times[i] - self.times[j])
             result += weight * self.points[i]

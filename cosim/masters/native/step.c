@@ -17,10 +17,15 @@
 /* Make the calls from `next` to before `end`; false at the first that is not ok, with `next` behind it. */
 static bool make_until(const Cycle* cycle, Run* run, size_t end) {
   double time = cycle->start_time + (double)run->count * cycle->step_size;
-  while (run->next < end) {
-    run->status = make(&cycle->calls[run->next++], time, cycle->step_size);
-    if (run->status != FMI_OK) return false;
+  for (size_t i = run->next; i < end; i++) {
+    int status = make(&cycle->calls[i], time, cycle->step_size);
+    if (status != FMI_OK) {
+      run->status = status;
+      run->next = i + 1;
+      return false;
+    }
   }
+  run->next = end;
   return true;
 }
 
