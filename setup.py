@@ -1,23 +1,38 @@
 """Compile the stepping loop where a C compiler is found; elsewhere, and at first use: cosim/assembly/native_loop.py."""
 
-import hashlib
+import runpy
 from pathlib import Path
 
 from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
 
 ROOT = Path(__file__).parent
-SOURCES = sorted((ROOT / "cosim/masters/native").glob("*.[ch]"))
-KEY = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:12]
-PATHS = [file.relative_to(ROOT).as_posix() for file in SOURCES]
+FOLDER = "cosim/masters/native"
+HEADERS = runpy.run_path(str(ROOT / FOLDER / "headers.py"))
+PATHS = [file.relative_to(ROOT).as_posix() for file in sorted((ROOT / FOLDER).glob("*.[ch]"))]
 
-# Plain C, loaded with ctypes: cosim/masters/native/stepping.py looks for it by this name, and never takes one of other
+# Plain C, loaded with cffi: cosim/masters/native/library.py looks for it by this name, and never takes one of other
 # sources.
 LOOP = Extension(
-    f"hfsa.cosim.masters.native._step_{KEY}",
+    f"hfsa.cosim.masters.native.{HEADERS['library_name']()}",
     [path for path in PATHS if path.endswith(".c")],
     depends=[path for path in PATHS if path.endswith(".h")],
-    extra_compile_args=["-O2", "-std=c99", "-fvisibility=hidden", "-ffp-contract=off"],
+    include_dirs=[FOLDER],
+    extra_compile_args=list(HEADERS["FLAGS"]),
     optional=True,
 )
 
-setup(ext_modules=[LOOP])
+
+class Build(build_ext):
+    """Compiles the file that is written from the headers as well."""
+
+    def build_extension(self, ext: Extension) -> None:
+        """Write the file beside what else is being built."""
+        written = Path(self.build_temp, "sizes.c")
+        written.parent.mkdir(parents=True, exist_ok=True)
+        written.write_text(HEADERS["sources"]()["sizes.c"], encoding="utf-8")
+        ext.sources.append(str(written))
+        super().build_extension(ext)
+
+
+setup(ext_modules=[LOOP], cmdclass={"build_ext": Build})

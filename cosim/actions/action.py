@@ -4,6 +4,7 @@ All connected outputs lie in one array, the bus. An algorithm is an order of act
 returns the status of what it did.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Self
@@ -11,7 +12,7 @@ from typing import Self
 from hfsa.cosim.fmi.co_simulation import Call
 
 
-class Work:
+class Work(ABC):
     """An action that is more than one call of an FMU: what a master runs is the action itself.
 
     Attributes:
@@ -24,6 +25,10 @@ class Work:
     def call(self) -> Self:
         """What a master runs."""
         return self
+
+    @abstractmethod
+    def run(self) -> int:
+        """Do it; return the first status that is worse than a warning, else the first warning's."""
 
     def _run(self, calls: Iterable[Call]) -> int:
         """Run calls; return the first status that is worse than a warning, else the first warning's."""

@@ -16,14 +16,13 @@ the first step holds its outputs.
 """
 
 from collections.abc import Collection, Sequence
-from ctypes import c_double
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from hfsa.cosim.actions.action import Work
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.fmi.co_simulation import Call, Number
 
 # weights of b, h0, h1, h2 in d1 H and d2 H^2
 _HELD = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
@@ -69,7 +68,7 @@ class Extrapolate(Work):
 
     instance: str
     remember: Remember
-    step_size: c_double
+    step_size: Number
     places: np.ndarray
     weights: np.ndarray
     derivatives: np.ndarray

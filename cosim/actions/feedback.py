@@ -7,7 +7,6 @@ plant follows itself. The law is that of `masters/linearized_feedback.py`.
 """
 
 from collections.abc import Collection, Iterator, Sequence
-from ctypes import c_double
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from hfsa.cosim.actions.action import Group, Work
 from hfsa.cosim.actions.extrapolation import Remember
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.fmi.co_simulation import Call, Number
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.feedback_loops import Loop
 
@@ -110,7 +109,7 @@ class Lines(Work):
         own: (slope, gain, place of a rate) of what a plant follows itself, (m, 3); `gains` are the plant's.
     """
 
-    step_size: c_double
+    step_size: Number
     bus: np.ndarray
     before: np.ndarray
     rates: np.ndarray

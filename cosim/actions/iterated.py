@@ -19,10 +19,8 @@ line. With straight lines the coupling is of second order, like the trapezoidal 
 or the passes do not suffice; `Converge.solve` goes on from there.
 """
 
-import ctypes
 from collections.abc import Callable, Iterable, Sequence
-from ctypes import c_double, c_int, c_longlong, c_size_t
-from typing import ClassVar
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -73,18 +71,25 @@ class Line:
         self.values[:] = (last - first) / step_size if self.is_able else (first + last) / 2
 
 
-class Progress(ctypes.Structure):
-    """How far the step under way has come, for both stepping loops: `Progress` of runtime/iterated.h."""
+@dataclass(slots=True)
+class Progress:
+    """How far the step under way has come; the stepping loop in C goes on from here, and Python's where it comes back.
 
-    _fields_: ClassVar = [
-        ("passes", c_longlong),
-        ("before", c_double),
-        ("inverse_step", c_double),
-        ("next", c_size_t),
-        ("tried", c_int),
-        ("rounds", c_int),
-        ("warning", c_int),
-    ]
+    Attributes:
+        passes: steps tried since the start.
+        before: largest change of the pass before; `inverse_step` is the step size [s] that the inverse is made for.
+        next: the next call of the pass.
+        tried, rounds: passes of this round, and rounds that did not suffice.
+        warning: status of the first call that warned.
+    """
+
+    passes: int = 0
+    before: float = np.inf
+    inverse_step: float = 0.0
+    next: int = 0
+    tried: int = 0
+    rounds: int = 0
+    warning: int = 0
 
 
 class Converge(Work):

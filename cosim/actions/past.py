@@ -1,7 +1,6 @@
 """What was on the bus at the last communication points, and how that goes on."""
 
 from collections.abc import Iterator
-from ctypes import c_size_t
 
 import numpy as np
 
@@ -10,34 +9,35 @@ class Past:
     """The last communication points, up to three, latest first: (time [s], bus (n,)) of each.
 
     Attributes:
-        times, points: of all there is room for, (3,) and (3, n); the first `known` count.
+        times, points: of all there is room for, (3,) and (3, n); the first `known` (1,) count.
     """
 
     def __init__(self, n: int):
-        self.times, self.points, self.known = np.zeros(3), np.zeros((3, n)), c_size_t(0)
+        self.times, self.points, self.known = np.zeros(3), np.zeros((3, n)), np.zeros(1, np.uintp)
 
     def __len__(self) -> int:
-        return self.known.value
+        return self.known.item()
 
     def __iter__(self) -> Iterator[tuple[float, np.ndarray]]:
         return ((float(self.times[i]), self.points[i].copy()) for i in range(len(self)))
 
     def clear(self) -> None:
         """Forget them."""
-        self.known.value = 0
+        self.known[0] = 0
 
     def take(self, time: float, bus: np.ndarray) -> None:
         """Add a point."""
         self.times[1:], self.points[1:] = self.times[:2].copy(), self.points[:2].copy()
         self.times[0], self.points[0] = time, bus
-        self.known.value = min(len(self) + 1, 3)
+        if len(self) < 3:
+            self.known[0] += 1
 
     def predicted(self, time: float) -> np.ndarray:
         """Return the bus at a time, on the polynomial through the points."""
-        result = np.zeros(self.points.shape[1])
-        for i in range(len(self)):
+        result, known = np.zeros(self.points.shape[1]), len(self)
+        for i in range(known):
             weight = 1.0
-            for j in range(len(self)):
+            for j in range(known):
                 if j != i:
                     weight *= (time - self.times[j]) / (self.times[i] - self.times[j])
             result += weight * self.points[i]

@@ -2,18 +2,16 @@
 
 from collections.abc import Iterable, Iterator
 
-from hfsa.cosim.actions.action import Group, Stepper, Transfer
+from hfsa.cosim.actions.action import Group, Stepper, Transfer, Work
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
-from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
-Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
+Runnable = Call | Work
 """What an action runs."""
 
-Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
+Action = Group | Transfer | Stepper | Work
 
 
 def sampled_first(wiring: Wiring) -> Iterator[Action]:

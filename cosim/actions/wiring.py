@@ -6,14 +6,13 @@ each other without a step between, an `AlgebraicLoop` takes the place of their g
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from ctypes import c_double
 from itertools import groupby
 
 import numpy as np
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.fmi.co_simulation import Instance, Number
 from hfsa.cosim.fmi.description import SAMPLE_TIME
 from hfsa.cosim.systems.connectors import Connector, check
 from hfsa.cosim.systems.errors import StructureError
@@ -35,7 +34,7 @@ class Wiring:
         self.system, self.instances = system, instances
         self.connectors = {component.name: instances[component.name].fmu.variables for component in system.components}
         check(system, self.connectors)
-        self.time, self.step_size = c_double(), c_double()
+        self.time, self.step_size = Number(), Number()
         found = feedthrough(system, self.connectors)
         order = {component.name: i for i, component in enumerate(system.components)}
 

@@ -12,7 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hfsa.cosim.assembly.fmu_cache import cache_folder
-from hfsa.cosim.masters.native.stepping import installed_library, library_name, sources
+from hfsa.cosim.masters.native.headers import library_name, sources
+from hfsa.cosim.masters.native.library import installed_library
 from hfsa.fmus.compile import SUFFIX, compile_files
 from hfsa.fmus.errors import ExportError
 
@@ -30,7 +31,7 @@ def stepping_library() -> Path:
         library.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=library.parent) as folder:
             unfinished = Path(folder, library.name)
-            compile_files({file.name: file.read_text(encoding="utf-8") for file in sources()}, unfinished)
+            compile_files(sources(), unfinished)
             os.replace(unfinished, library)
     return library
 

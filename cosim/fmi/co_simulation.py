@@ -25,9 +25,12 @@ from hfsa.cosim.fmi.base_instance import BaseInstance, Call, Fmu, Handle, State,
 from hfsa.cosim.fmi.co_simulation_library import CoSimulationLibrary
 from hfsa.cosim.fmi.description import SAMPLE_TIME, Interface
 
-__all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "State", "StepError", "open_instances"]
+__all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "Number", "State", "StepError", "open_instances"]
 
 Kind = TypeVar("Kind", bound=BaseInstance)
+
+Number = c_double
+"""A number that prepared calls read whenever they run: its `value`."""
 
 
 class Instance(BaseInstance):
@@ -39,10 +42,10 @@ class Instance(BaseInstance):
     def step(self, time: float, step_size: float) -> None:
         """Step from `time` over `step_size` [s]; `StepError` where the FMU could not."""
         self.time = time
-        call = self.stepper(c_double(time), c_double(step_size))
+        call = self.stepper(Number(time), Number(step_size))
         self.check(call, call.run())
 
-    def stepper(self, time: c_double, step_size: c_double, is_final: bool = True) -> Call:
+    def stepper(self, time: Number, step_size: Number, is_final: bool = True) -> Call:
         """Return the prepared call of `step`, from whatever `time` holds when it runs.
 
         `is_final` tells the FMU that no state from before the step will be restored.

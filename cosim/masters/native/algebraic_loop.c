@@ -14,7 +14,9 @@ static double correct(Loop* l) {
   return largest;
 }
 
-int solve(Loop* l) {
+int hfsa_solve(const Call* call, double time, double step_size) {
+  Loop* l = call->detail;
+  (void)time, (void)step_size;
   int warning = FMI_OK;
   bool was_close = false;
   if (isnan(l->inverse[0])) return STALE;

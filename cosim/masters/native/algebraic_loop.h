@@ -19,6 +19,6 @@ typedef struct {
 } Loop;
 
 /* Correct the values until they agree; STALE where the inverse there is does not suffice. */
-int solve(Loop* l);
+EXPORT Perform hfsa_solve;
 
 #endif

@@ -2,13 +2,17 @@
 
 #include <string.h>
 
-int remember(const Remember* r) {
+int hfsa_remember(const Call* call, double time, double step_size) {
+  const Remember* r = call->detail;
+  (void)time, (void)step_size;
   memmove(r->points + r->n, r->points, 2 * r->n * sizeof(double));
   memcpy(r->points, r->bus, r->n * sizeof(double));
   return FMI_OK;
 }
 
-int extrapolate(Extrapolate* e, double step_size) {
+int hfsa_extrapolate(const Call* call, double time, double step_size) {
+  Extrapolate* e = call->detail;
+  (void)time;
   const Remember* r = e->remember;
   double divisor = step_size;
   for (size_t order = 0; order < 2; order++, divisor *= step_size) {

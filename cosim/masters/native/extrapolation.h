@@ -23,7 +23,6 @@ typedef struct {
   size_t n_calls, failing;
 } Extrapolate;
 
-int remember(const Remember* r);
-int extrapolate(Extrapolate* e, double step_size);
+EXPORT Perform hfsa_remember, hfsa_extrapolate;
 
 #endif

@@ -1,6 +1,8 @@
 #include "feedback.h"
 
-int find_gains(Gains* g) {
+int hfsa_find_gains(const Call* call, double time, double step_size) {
+  Gains* g = call->detail;
+  (void)time, (void)step_size;
   size_t last = g->n_calls - 1;
   int fetched = make_all(g->calls, 0, last, &g->failing);
   if (fetched > FMI_WARNING) return fetched;
@@ -10,7 +12,9 @@ int find_gains(Gains* g) {
   return set > FMI_WARNING || !fetched ? set : fetched;
 }
 
-int find_rates(Rates* r) {
+int hfsa_find_rates(const Call* call, double time, double step_size) {
+  Rates* r = call->detail;
+  (void)time, (void)step_size;
   for (size_t k = 0; k < r->n_feeding; k++) r->fed[k] = r->rates[r->feeding[k]];
   int status = make_all(r->calls, 0, r->n_calls, &r->failing);
   if (status > FMI_WARNING) return status;
@@ -18,7 +22,9 @@ int find_rates(Rates* r) {
   return status;
 }
 
-int lay_lines(Lines* l, double step_size) {
+int hfsa_lay_lines(const Call* call, double time, double step_size) {
+  Lines* l = call->detail;
+  (void)time;
   for (size_t k = 0; k < l->n; k++) {
     size_t place = l->places[k];
     l->slopes[k] = l->is_known[k] ? (l->bus[place] - l->before[place]) / step_size : l->rates[place];

@@ -46,8 +46,6 @@ typedef struct {
   size_t n_calls, failing;
 } Lines;
 
-int find_gains(Gains* g);
-int find_rates(Rates* r);
-int lay_lines(Lines* l, double step_size);
+EXPORT Perform hfsa_find_gains, hfsa_find_rates, hfsa_lay_lines;
 
 #endif

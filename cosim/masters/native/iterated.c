@@ -89,7 +89,8 @@ static int iterate(Converge* c, double time, double step_size) {
   }
 }
 
-int converge(Converge* c, double time, double step_size) {
+int hfsa_converge(const Call* call, double time, double step_size) {
+  Converge* c = call->detail;
   Progress* p = c->progress;
   take(&c->past, time, c->bus);
   p->warning = make_all(c->calls, 0, c->n_instances, &c->failing);

@@ -50,6 +50,6 @@ typedef struct {
 
 /* Step to the next communication point. STALE where a loop is to be solved anew, where an inverse is to be made, or
    where the passes do not suffice. */
-int converge(Converge* c, double time, double step_size);
+EXPORT Perform hfsa_converge;
 
 #endif

@@ -1,43 +1,36 @@
 """What the loop in C, `native/*.c`, is given: the master's prepared calls, and what is done between them.
 
 Every structure points into the arrays that Python's loop uses as well; whatever it points to is kept alive by the
-program or by the calls themselves.
+program or by the calls themselves. Which structures there are, of which fields and types, is for the headers to say.
 """
 
 import ctypes
-from collections.abc import Sequence
-from ctypes import Structure, addressof, c_void_p, pointer
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import addressof, c_void_p
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from hfsa.cosim.actions import algebraic_loop, iterated
-from hfsa.cosim.actions.action import blamed
-from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
-from hfsa.cosim.actions.feedback import Gains, Lines, Rates
-from hfsa.cosim.actions.iterated import Converge
-from hfsa.cosim.actions.recording import Watch
+from hfsa.cosim.actions.action import Work, blamed
+from hfsa.cosim.actions.iterated import Progress
 from hfsa.cosim.actions.schedule import Runnable
 from hfsa.cosim.fmi.co_simulation import Call
-from hfsa.cosim.masters.native import structures as c
+from hfsa.cosim.masters.native.details import detail
+from hfsa.cosim.masters.native.library import Library
 
-_KINDS = {
-    ("get", 2): c.VALUES_2,
-    ("set", 2): c.VALUES_2,
-    ("get", 3): c.VALUES_3,
-    ("set", 3): c.VALUES_3,
-    ("step", 2): c.STEP_2,
-    ("step", 3): c.STEP_3,
-    ("input_derivatives", 2): c.DERIVATIVES_2,
-    ("input_derivatives", 3): c.VALUES_3,
-    ("directional", 2): c.DIRECTIONAL_2,
-    ("directional", 3): c.DIRECTIONAL_3,
-    ("save", 2): c.SAVE,
-    ("save", 3): c.SAVE,
-    ("restore", 2): c.RESTORE,
-    ("restore", 3): c.RESTORE,
+_PERFORMERS = {
+    "get": {2: "hfsa_values_2", 3: "hfsa_values_3"},
+    "set": {2: "hfsa_values_2", 3: "hfsa_values_3"},
+    "step": {2: "hfsa_step_2", 3: "hfsa_step_3"},
+    "input_derivatives": {2: "hfsa_input_derivatives_2", 3: "hfsa_values_3"},
+    "directional": {2: "hfsa_directional_2", 3: "hfsa_directional_3"},
+    "save": {2: "hfsa_save", 3: "hfsa_save"},
+    "restore": {2: "hfsa_restore", 3: "hfsa_restore"},
 }
+"""What makes a call of an FMU, by its role and the version of FMI: fmi.h."""
+
+_PROGRESS = tuple(field.name for field in fields(Progress))
 
 
 class Program:
@@ -47,191 +40,139 @@ class Program:
         calls: array of them.
     """
 
-    def __init__(self, calls: Sequence[Runnable]):
-        self._calls = calls
+    def __init__(self, calls: Sequence[Runnable], library: Library):
+        self._calls, self._library, self._ffi, self._c = calls, library, library.ffi, library.c
         self._kept: list[Any] = []
+        self._work_of: dict[int, tuple[Any, Any]] = {}
         self._inner: dict[int, tuple[Any, Sequence[Runnable]]] = {}
-        self._remembered: dict[int, c.Remember] = {}
+        self._progress: list[tuple[Progress, Any]] = []
         self.calls = self._array(calls)
 
+    def run(self, function: Callable[..., int], *arguments: Any) -> int:
+        """Call C, which begins steps anew, but takes over what iterations keep from one step to the next."""
+        for progress, shared in self._progress:
+            shared.passes, shared.inverse_step = progress.passes, progress.inverse_step
+        try:
+            return function(*arguments)
+        finally:
+            for progress, shared in self._progress:
+                progress.passes = shared.passes
+
     def failed(self, index: int) -> Runnable:
-        """Return the call of that index, which has told where it failed itself if it is made of several."""
+        """Return the call of that index, which Python may report or go on with: it knows how far C has come with it."""
+        for progress, shared in self._progress:
+            for name in _PROGRESS:
+                setattr(progress, name, getattr(shared, name))
         self._tell(self._calls[index])
         return self._calls[index]
+
+    def structure(self, name: str, fields: Mapping[str, Any]) -> Any:
+        """Return a new structure of the headers: arrays, actions and other structures are pointed to, or copied in."""
+        made = self._keep(self._ffi.new(f"{name} *"))
+        self._fill(made, name, fields)
+        return made
 
     def _tell(self, call: Runnable) -> None:
         """Tell a call that is made of several which of them its status is of."""
         if isinstance(call, Call) or id(call) not in self._inner:
             return
-        structure, inner = self._inner[id(call)]
-        if inner:
-            self._tell(inner[structure.failing])
-            call.failing = blamed(inner[structure.failing])
+        structure, calls = self._inner[id(call)]
+        failing = calls[structure.failing]
+        self._tell(failing)
+        call.failing = blamed(failing)
+
+    # Calls ------------------------------------------------------------------------------------------------------------
 
     def _array(self, calls: Sequence[Runnable]) -> Any:
         """Return prepared calls as an array of C."""
-        return (c.Call * len(calls))(*(self._prepared(call) for call in calls))
+        array = self._keep(self._ffi.new("Call[]", len(calls)))
+        for made, call in zip(array, calls, strict=True):
+            if isinstance(call, Call):
+                self._call_function(made, call)
+            else:
+                made.perform, made.detail = self._work(call)
+        return array
 
-    def _prepared(self, call: Runnable) -> c.Call:
-        """Return a call as C knows it, by what makes it."""
-        match call:
-            case Call():
-                return self._function(call)
-            case Remember():
-                return self._work(c.REMEMBER, self._remember(call))
-            case Extrapolate():
-                return self._work(c.EXTRAPOLATE, self._extrapolate(call))
-            case AlgebraicLoop():
-                return self._work(c.LOOP, self._loop(call))
-            case Converge():
-                return self._work(c.CONVERGE, self._converge(call))
-            case Gains():
-                return self._work(c.GAINS, self._gains(call))
-            case Rates():
-                return self._work(c.RATES, self._rates(call))
-            case Lines():
-                return self._work(c.LINES, self._lines(call))
+    def _work(self, action: Work) -> tuple[Any, Any]:
+        """Return what performs an action and the structure that it takes; several others may share it."""
+        if id(action) not in self._work_of:
+            performer, name, fields, calls = detail(action)
+            made = self.structure(name, fields)
+            if calls:
+                made.calls, made.n_calls = self._array(calls), len(calls)
+                self._inner[id(action)] = made, calls
+            self._work_of[id(action)] = getattr(self._c, performer), made
+        return self._work_of[id(action)]
 
-    def _work(self, kind: int, structure: Structure) -> c.Call:
-        """Return the call of a structure that C works through itself."""
-        self._kept.append(structure)
-        return c.Call(kind=kind, detail=addressof(structure))
-
-    def _function(self, call: Call) -> c.Call:
-        """Return a call of one function of an FMU."""
-        kind = _KINDS[call.role, call.instance.fmu.version]
+    def _call_function(self, made: Any, call: Call) -> None:
+        """Prepare a call of one function of an FMU."""
+        cast, kinds, version = self._ffi.cast, self._library.fields("Call"), call.instance.fmu.version
         component, *arguments = call.arguments
-        function = ctypes.cast(call.function, c_void_p)  # type: ignore[arg-type]
-        prepared = c.Call(kind=kind, function=function, component=addressof(component))
+        made.perform = getattr(self._c, _PERFORMERS[call.role][version])
+        made.function = cast(kinds["function"], c_void_p.from_buffer(call.function).value)  # type: ignore[arg-type]
+        made.component = cast(kinds["component"], addressof(component))
         if call.role == "step":
-            prepared.is_final = arguments[2].value
+            made.is_final = arguments[2].value
         elif call.role == "save":
-            prepared.detail = addressof(arguments[0].contents)
+            made.detail = cast(kinds["detail"], addressof(arguments[0].contents))
         elif call.role == "restore":
-            prepared.detail = addressof(arguments[0])
-        elif call.role == "directional":
-            unknowns, n, knowns, n_knowns, seed, *rest = arguments
-            prepared.detail = addressof(self._keep(c.Knowns(addressof(knowns), n_knowns.value, seed.value)))
-            result = rest[0] if kind == c.DIRECTIONAL_2 else rest[1]
-            prepared.references, prepared.n, prepared.values = addressof(unknowns), n.value, result.value
+            made.detail = cast(kinds["detail"], addressof(arguments[0]))
         else:
             references, n, *rest = arguments
-            if kind == c.DERIVATIVES_2:
+            if call.role == "directional":
+                knowns, n_knowns, seed, *rest = rest if version == 2 else (*rest[:3], *rest[4:])
+                made.detail = self._knowns(knowns, n_knowns.value, seed.value)
+            elif call.role == "input_derivatives" and version == 2:
                 orders, *rest = rest
-                prepared.detail = addressof(orders)
-            prepared.references, prepared.n, prepared.values = addressof(references), n.value, rest[0].value
-        return prepared
+                made.detail = cast(kinds["detail"], addressof(orders))
+            made.references, made.n = cast(kinds["references"], addressof(references)), n.value
+            made.values = cast(kinds["values"], rest[0].value or 0)
 
-    def _remember(self, call: Remember) -> c.Remember:
-        """Return the structure of points that several actions share."""
-        if id(call) not in self._remembered:
-            self._remembered[id(call)] = c.Remember(call.bus.ctypes.data, call.points.ctypes.data, len(call.bus))
-        return self._remembered[id(call)]
+    def _knowns(self, references: ctypes.Array, n: int, seed: int | None) -> Any:
+        """Return what an FMU is differentiated by."""
+        cast, kinds = self._ffi.cast, self._library.fields("Knowns")
+        at = cast(kinds["references"], addressof(references))
+        return self.structure("Knowns", {"references": at, "n": n, "seed": cast(kinds["seed"], seed or 0)})
 
-    def _extrapolate(self, call: Extrapolate) -> Structure:
-        structure = c.Extrapolate(
-            remember=pointer(self._remember(call.remember)),
-            places=self._places(call.places),
-            weights=self._doubles(call.weights),
-            derivatives=call.derivatives.ctypes.data,
-            n=len(call.places),
-        )
-        return self._made_of(call, structure, call.setters)
+    # Structures -------------------------------------------------------------------------------------------------------
 
-    def _loop(self, call: AlgebraicLoop) -> Structure:
-        structure = c.Loop(
-            **_data(call, "bus", "inverse", "scale", "guess", "change"),
-            places=self._places(call.places),
-            n=len(call.places),
-            n_inner=len(call.inner),
-            tolerance=algebraic_loop.TOLERANCE,
-            rounding=algebraic_loop.ROUNDING,
-            passes=algebraic_loop.PASSES,
-        )
-        return self._made_of(call, structure, [action.call for action in (*call.inner, *call.groups)])
+    def _fill(self, made: Any, name: str, fields: Mapping[str, Any]) -> None:
+        """Fill in a structure of that name."""
+        kinds = self._library.fields(name)
+        for field, value in fields.items():
+            if isinstance(value, dict):
+                self._fill(getattr(made, field), kinds[field].cname, value)
+            else:
+                setattr(made, field, self._pointed(value, kinds[field]))
 
-    def _converge(self, call: Converge) -> Structure:
-        """Return an iterated step, with all that one pass of it calls."""
-        past = call.past
-        lines = [
-            c.Line(self._places(line.places), line.values.ctypes.data, len(line.places), line.is_able)
-            for line in call.lines
-        ]
-        structure = c.Converge(
-            progress=pointer(call.progress),
-            past=c.Past(*_data(past, "times", "points").values(), pointer(past.known), len(call.guess)),
-            bus=call.wiring.bus.ctypes.data,
-            **_data(call, "guess", "change", "nominal"),
-            places=self._places(call.places),
-            n=len(call.places),
-            lines=(c.Line * len(lines))(*lines),
-            n_lines=len(lines),
-            n_instances=len(call.savers),
-            tolerance=iterated.TOLERANCE,
-            rounding=iterated.ROUNDING,
-            reuse=iterated.REUSE,
-            passes=iterated.PASSES[call.method],
-        )
-        if call.method == "quasi_newton":
-            structure.inverse = call.inverse.ctypes.data
-        return self._made_of(call, structure, [*call.savers, *call.restorers, *call.tries])
+    def _pointed(self, value: Any, kind: Any) -> Any:
+        """Return what a field of a kind holds: a number as it is, or where something is."""
+        if isinstance(value, int | float):
+            return value
+        if isinstance(value, np.ndarray):
+            return self._numbers(value, kind)
+        if isinstance(value, Work):
+            return self._work(value)[1]
+        if isinstance(value, Progress):
+            self._progress.append((value, self.structure(kind.item.cname, {})))
+            return self._progress[-1][1]
+        if isinstance(value, list):
+            array = self._keep(self._ffi.new(f"{kind.item.cname}[]", len(value)))
+            for made, fields in zip(array, value, strict=True):
+                self._fill(made, kind.item.cname, fields)
+            return array
+        return value
 
-    def _gains(self, call: Gains) -> Structure:
-        structure = c.Gains(
-            **_data(call, "gains", "derivatives"),
-            n=len(call.gains),
-            entries=self._places(call.entries),
-            places=self._places(call.places),
-            n_entries=len(call.entries),
-        )
-        return self._made_of(call, structure, call.calls)
-
-    def _rates(self, call: Rates) -> Structure:
-        structure = c.Rates(
-            **_data(call, "rates", "fed", "result"),
-            feeding=self._places(call.feeding),
-            n_feeding=len(call.feeding),
-            places=self._places(call.places),
-            n=len(call.places),
-        )
-        return self._made_of(call, structure, call.calls)
-
-    def _lines(self, call: Lines) -> Structure:
-        structure = c.Lines(
-            **_data(call, "bus", "before", "rates", "slopes", "gains"),
-            places=self._places(call.places),
-            is_known=self._places(call.is_known),
-            n=len(call.places),
-            own=self._places(call.own),
-            n_own=len(call.own),
-        )
-        return self._made_of(call, structure, [call.setter])
-
-    def _made_of(self, call: Runnable, structure: Any, inner: Sequence[Runnable]) -> Structure:
-        """Return the structure of a call with the calls that it is made of."""
-        structure.calls, structure.n_calls = self._array(inner), len(inner)
-        self._inner[id(call)] = structure, inner
-        return structure
-
-    def _places(self, places: np.ndarray) -> int:
-        """Return the address of places, which are kept alive."""
-        return self._keep(np.ascontiguousarray(places, dtype=np.uintp)).ctypes.data
-
-    def _doubles(self, values: np.ndarray) -> int:
-        """Return the address of numbers, which are kept alive."""
-        return self._keep(np.ascontiguousarray(values, dtype=float)).ctypes.data
+    def _numbers(self, values: np.ndarray, kind: Any) -> Any:
+        """Return where the numbers of an array are: its own, or those of a copy where they are places."""
+        array, dtype = self._library.arrays[kind]
+        if values.dtype != dtype:
+            if dtype != np.uintp:
+                raise TypeError(f"an array of {values.dtype} where the headers have {kind.cname}")
+            values = values.astype(dtype, "C")
+        return self._keep(self._ffi.from_buffer(array, values))
 
     def _keep(self, kept: Any) -> Any:
         """Keep something alive as long as the program."""
         self._kept.append(kept)
         return kept
-
-
-def _data(owner: Any, *names: str) -> dict[str, int]:
-    """Return where arrays of an object are, by the name that they have in C as well."""
-    return {name: getattr(owner, name).ctypes.data for name in names}
-
-
-def watched(watch: Watch) -> c.Watch:
-    """Return a watch for C, which must not outlive it."""
-    return c.Watch(*(array.ctypes.data for array in (watch.values, watch.low, watch.high)), len(watch.values))

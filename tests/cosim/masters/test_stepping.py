@@ -16,8 +16,9 @@ from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.assembly.native_loop import chosen_loop, stepping_library
 from hfsa.cosim.masters.algorithms import make_master
-from hfsa.cosim.masters.native import stepping
-from hfsa.cosim.masters.native.stepping import installed_library, library_name
+from hfsa.cosim.masters.native import headers
+from hfsa.cosim.masters.native.headers import library_name
+from hfsa.cosim.masters.native.library import EXTENSION_SUFFIXES, installed_library
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.fmus.compile import compiler
@@ -239,23 +240,20 @@ def test_without_a_compiler_python_steps_and_says_so(empty_cache, monkeypatch):
 
 
 def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
-    other = shutil.copytree(stepping.RUNTIME, tmp_path / "runtime")
-    with open(other / "newton.h", "ab") as header:
-        header.write(b"\n")
-    ours = library_name()
-    monkeypatch.setattr(stepping, "RUNTIME", other)
-    library_name.cache_clear()
-    try:
-        assert library_name() != ours
-        assert installed_library() is None
-    finally:
-        monkeypatch.undo()
-        library_name.cache_clear()
+    other = shutil.copytree(headers.FOLDER, tmp_path / "native")
+    for name in ("newton.h", "headers.py"):
+        before = library_name(other)
+        with open(other / name, "ab") as file:
+            file.write(b"\n")
+        assert library_name(other) != before
+    monkeypatch.setattr(headers, "library_name", lambda: library_name(other))
+    assert installed_library() is None
 
 
 def test_no_compiler_warns_of_it(tmp_path):
-    units = [file for file in stepping.sources() if file.suffix == ".c"]
-    words = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", *units]
+    for name, text in headers.sources().items():
+        (tmp_path / name).write_text(text)
+    words = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-c", *tmp_path.glob("*.c")]
     subprocess.run([*compiler(), *words], cwd=tmp_path, check=True)
 
 
@@ -263,10 +261,10 @@ def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
     """Built in a copy, as an installation does it, it is found there and steps."""
     for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
-    shutil.copytree(stepping.RUNTIME, tmp_path / "cosim/masters/native")
+    shutil.copytree(headers.FOLDER, tmp_path / "cosim/masters/native", ignore=shutil.ignore_patterns("_step_*"))
     command = [sys.executable, "setup.py", "-q", "build_ext", "--build-lib", "built"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     (library,) = (tmp_path / "built").rglob("_step_*")
     assert library.name.startswith(f"{library_name()}.")
-    assert library.name.removeprefix(library_name()) in stepping.EXTENSION_SUFFIXES
+    assert library.name.removeprefix(library_name()) in EXTENSION_SUFFIXES
     assert make_master({}, System([]), library=library).time == 0.0
