@@ -1,7 +1,7 @@
 """A sinusoid with its exact derivatives: the excitation of a frequency sweep, as a part.
 
     value = offset + amplitude w(t) sin(omega t),  omega = 2 pi frequency
-    w(t) = sin^2(pi t / (2 T)) for t < T, then 1,  T = max(2 / frequency, 0.5 s)
+    w(t) = sin^2(pi t / (2 T)) for t < T, then 1,  T = max(2 / frequency, 0.5 s); with ramp = 0 w = 1
 
 `rate`, `acceleration` and `jerk` are the exact derivatives of `value`, ramp included; all four are accurate to all
 digits from the start, while the ramp is small. `sine` and `cosine` are the phase reference for a lock-in amplifier,
@@ -19,11 +19,12 @@ def sine_source(*, unit: str = "1") -> Model:
     m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)
+    ramp = m.parameter("ramp", 1.0, "1", "1: amplitude ramped up, 0: full amplitude from the start", min=0, max=1)
     offset = m.parameter("offset", 0.0, unit, "Mean of value, about which the sinusoid swings")
     omega = 2 * ca.pi * frequency
     ramp_time = ca.fmax(2 / frequency, 0.5)
     phase, turn = omega * m.time, ca.pi / ramp_time
-    ramping = m.time < ramp_time
+    ramping = ca.logic_and(m.time < ramp_time, ramp > 0.5)
     w = ca.if_else(ramping, ca.sin(turn * m.time / 2) ** 2, 1)
     w1 = ca.if_else(ramping, turn * ca.sin(turn * m.time) / 2, 0)
     w2 = ca.if_else(ramping, turn**2 * ca.cos(turn * m.time) / 2, 0)

@@ -137,10 +137,26 @@ class OneStep:
         The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` where there is no source, or
         nothing is observed.
         """
-        layout, observed = self._layout, self._layout.observation()
-        if layout.source is None or observed is None:
-            raise StructureError("a response takes a system with a source, and a lock-in amplifier or observed outputs")
+        observed = self._layout.observation()
+        if observed is None:
+            raise StructureError("a response takes a lock-in amplifier or observed outputs")
         omega = 2 * np.pi * np.asarray(frequency, float)
+        v = self.periodic(omega)
+        phase = np.exp(1j * omega * self.step_size)
+        samples = [
+            observed.matrix @ now[observed.columns] / phase ** (k + observed.points)
+            for k, now in enumerate(self._run(v, omega))
+        ]
+        return np.mean(samples, axis=0).T
+
+    def periodic(self, omega: np.ndarray) -> np.ndarray:
+        """Return the steady-state vector at the beginning of a period, (members, f), complex.
+
+        For a source of amplitude 1 and phase 0 at frequencies omega [rad/s], (f,). `StructureError` where there is no source.
+        """
+        layout = self._layout
+        if layout.source is None:
+            raise StructureError("a response takes a system with a source")
         forced = np.zeros((layout.size, len(omega)), complex)
         for _ in self._run(forced, omega):
             pass
@@ -151,12 +167,12 @@ class OneStep:
         v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
         for _ in range(self._memory):  # what is written over follows what is kept
             v = (self._whole @ v + forced) / turn
-        phase = np.exp(1j * omega * self.step_size)
-        samples = [
-            observed.matrix @ now[observed.columns] / phase ** (k + observed.points)
-            for k, now in enumerate(self._run(v, omega))
-        ]
-        return np.mean(samples, axis=0).T
+        return v
+
+    @property
+    def layout(self) -> Layout:
+        """Places of the vector's members."""
+        return self._layout
 
     def _run(self, v: np.ndarray, omega: np.ndarray | None = None) -> Iterator[np.ndarray]:
         """Take vectors v, (size, m), through one period in place; yields them at each sample of what is observed.

@@ -154,7 +154,7 @@ class Question:
     def stepped(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return G at frequencies [Hz], shaped as H; errors as of `effect`."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
-        for k, (excitation, cycle) in enumerate(zip(self.excitations, self._excited(algorithm), strict=True)):
+        for k, (excitation, cycle) in enumerate(zip(self.excitations, self.excited_cycles(algorithm), strict=True)):
             found[:, self._rows(excitation), k] = cycle.over(step_size).response(frequency)
         return found
 
@@ -176,7 +176,7 @@ class Question:
             found |= {self._answering(excitation)[row] for row in held}
         return found
 
-    def _excited(self, algorithm: str) -> list[Cycle]:
+    def excited_cycles(self, algorithm: str) -> list[Cycle]:
         """Return the algorithm's cycle for each excitation."""
         if algorithm not in self._cycles:
             base = self.cycle.with_algorithm(algorithm)

@@ -34,6 +34,13 @@ class Settling:
             validator=Number(gt=0), help="Largest remaining transient, relative to each response (default: 1e-3)."
         ),
     ] = None
+    start: Annotated[
+        Literal["steady", "rest"] | None,
+        Parameter(
+            help="State in which a point starts: its predicted steady state, where that is known, or rest (default: "
+            "steady). Settling is judged alike."
+        ),
+    ] = None
     settling_time: Annotated[
         float | None,
         Parameter(

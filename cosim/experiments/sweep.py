@@ -35,7 +35,7 @@ from hfsa.cosim.experiments.setup import (
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.rig import Bench, Settings
+from hfsa.cosim.measurement.rig import STARTS, Bench, Settings
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, finished, linear, plan_sweep, stepped, system_record
 from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, Theory, read_sweep
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
@@ -51,6 +51,9 @@ GRIDS = ("response", "log")
 
 # Frequencies at which the linear response is followed, and those that draw its line.
 _DENSE, _LINE = 5000, 1000
+
+STEADY_SOURCE = "sine_source"
+"""Part whose sine may have its full amplitude from the start."""
 
 _AROUND = 1e-6
 """Relative width of the band by which levels and orders are judged for a single frequency."""
@@ -77,6 +80,7 @@ class Request:
     measurement_periods: int = 1
     jobs: int | None = None
     backend: str = BACKENDS[0]
+    start: str = STARTS[0]
 
     def settings(self, scene: Scene) -> Settings:
         """Return how the points of a scene are measured."""
@@ -87,6 +91,7 @@ class Request:
             self.settling_tolerance,
             self.measurement_periods,
             self.settling_time,
+            self.start,
         )
 
     def band(self, scene: Scene) -> tuple[float, float]:
@@ -121,6 +126,7 @@ def sweep(
     settling_tolerance: float = 1e-3,
     settling_time: float = 60.0,
     measurement_periods: int = 1,
+    start: Literal["steady", "rest"] = "steady",
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
     path: str | Path | None = None,
@@ -147,6 +153,7 @@ def sweep(
         settling_tolerance: largest transient that may remain, relative to each response.
         settling_time: simulated time [s] after which a point that has not settled is given up.
         measurement_periods: periods in a measurement window.
+        start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
         jobs: processes (default: one per processor).
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
@@ -185,6 +192,7 @@ def sweep(
         measurement_periods,
         jobs,
         backend,
+        start,
     )
     tell = None if report is None else partial(_tell, report)
     written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=tell)
@@ -260,6 +268,8 @@ def sweep_scene(
         for sentence in sentences:
             warn(sentence)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
+        is_steady = request.start == STARTS[0] and scene.source.part == STEADY_SOURCE
+        starts = known.steady_starts(scene, plan.frequency) if is_steady else {}
     settings = request.settings(scene)
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}
@@ -270,7 +280,7 @@ def sweep_scene(
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
-            stepped(file, plan, benches, settings, jobs=jobs, report=report)
+            stepped(file, plan, benches, settings, starts=starts, jobs=jobs, report=report)
         except KeyboardInterrupt:
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
             raise

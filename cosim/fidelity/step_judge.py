@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
+from hfsa.cosim.analysis.steady_start import SteadyStart, steady_starts
 from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN
@@ -86,6 +87,21 @@ class Judge:
             return self.question.errors(scene.algorithm, scene.step_size, frequency)
         except NOT_KNOWN:
             return None
+
+    def steady_starts(self, scene: Scene, frequency: NDArray[np.float64]) -> dict[str, Sequence[SteadyStart]]:
+        """Return the steady states at frequencies [Hz] by excited input; none of inputs for which they are not known."""
+        if self.question is None or scene.algorithm not in LIMITED:
+            return {}
+        try:
+            cycles = self.question.excited_cycles(scene.algorithm)
+            found = {
+                e.name: steady_starts(cycle, scene.step_size, frequency, e.amplitude)
+                for e, cycle in zip(self.question.excitations, cycles, strict=True)
+                if e.lock_in is not None
+            }
+        except NOT_KNOWN:
+            return {}
+        return {name: starts for name, starts in found.items() if starts is not None}
 
 
 @contextlib.contextmanager

@@ -141,6 +141,16 @@ class Layout:
                     if line.is_able:
                         self._let_move(line.instance, line.places)
 
+    @property
+    def bus_places(self) -> np.ndarray:
+        """Places of the connected outputs, (n,)."""
+        return self._bus
+
+    @property
+    def past(self) -> np.ndarray:
+        """Places of the connected outputs at the last three points, (3, n), or (3, 0) without a history."""
+        return self._past
+
     def _new(self, count: int) -> np.ndarray:
         """Return the places of so many new members."""
         self.size += count

@@ -103,6 +103,15 @@ class Master(ABC):
             self._recording.clear()
             self._record()
 
+    def remember(self, earlier: np.ndarray) -> None:
+        """Take values of the connected outputs at the two points before the start, for inputs that are extrapolated.
+
+        `earlier` are deviations from the present values, (2, n), or (2, 0) where there is nothing to take.
+        """
+        moving = self._scheme.moving
+        if isinstance(moving, Extrapolation) and earlier.size:
+            moving.remember.points[:2] = self.wiring.bus + earlier
+
     def advance(self, steps: int) -> None:
         """Take a number of steps.
 

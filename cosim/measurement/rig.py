@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
@@ -20,6 +21,9 @@ from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.systems.errors import StructureError
+
+STARTS = ("steady", "rest")
+"""States in which a measurement starts: the predicted steady state where there is one, or rest."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Settings:
         settling_tolerance: largest remaining transient, relative to the gain.
         measurement_periods: periods in a measurement window.
         settling_time: simulated time [s] after the ramp at which a point that has not settled is given up.
+        start: one of `STARTS`.
     """
 
     method: str = "stepped"
@@ -40,6 +45,7 @@ class Settings:
     settling_tolerance: float = 1e-3
     measurement_periods: int = 1
     settling_time: float = 60.0
+    start: str = STARTS[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +73,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Task:
-    """One point: its place in the file (input, frequency), and what to do."""
+    """One point: its place in the file (input, frequency), and what to do; `start` is the predicted steady state."""
 
     input: int
     place: int
@@ -75,6 +81,11 @@ class Task:
     settings: Settings
     frequency: float
     amplitude: float
+    start: SteadyStart | None = None
+
+
+_RAMP = "ramp"
+"""Parameter of the sine source: 0 for full amplitude from the start."""
 
 
 def measure(task: Task) -> Point:
@@ -106,19 +117,15 @@ class Rig:
 
     def measure(self, task: Task) -> Point:
         """Measure one point; raises whatever goes wrong."""
-        settings, bench = task.settings, self.bench
+        settings = task.settings
         steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
         window = steps * settings.step_size
-        self.master.initialize(
-            starts={
-                f"{bench.source}.frequency": task.frequency,
-                f"{bench.source}.amplitude": task.amplitude,
-                f"{bench.lock_in}.window": window,
-            }
-        )
-        ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
+        start = self._initialize(task, window)
+        ramp = 0 if start is not None else math.ceil(ramp_time(task.frequency) / window - 1e-9)
         most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
         settling = Settling(settings.settling_tolerance)
+        if start is not None:
+            settling.expected, settling.keeps = start.gain, math.exp(start.growth * window)
         for k in range(1, ramp + most + 1):
             if self._limits is not None:
                 self._limits.clear()
@@ -130,6 +137,27 @@ class Rig:
             if settling.settled or is_stopping():
                 break
         return self._point(task, settling, k * window)
+
+    def _initialize(self, task: Task, window: float) -> SteadyStart | None:
+        """Bring the system to the start of a point, windows of a length [s]; return the steady state it starts on.
+
+        Where an FMU does not let its states be set it starts at rest.
+        """
+        bench, start = self.bench, task.start
+        own = {
+            f"{bench.source}.frequency": task.frequency,
+            f"{bench.source}.amplitude": task.amplitude,
+            f"{bench.lock_in}.window": window,
+        }
+        if start is not None:
+            try:
+                self.master.initialize(starts={**own, **start.values, f"{bench.source}.{_RAMP}": 0.0})
+                self.master.remember(start.earlier)
+                return start
+            except StepError:
+                pass
+        self.master.initialize(starts=own)
+        return None
 
     def _gain(self, window: int) -> np.ndarray:
         """Return the complex amplitudes of the outputs over the last window."""

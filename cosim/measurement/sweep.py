@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.wiring import check_sample_times
+from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
@@ -192,20 +193,30 @@ def stepped(
     benches: Mapping[str, Bench],
     settings: Settings,
     *,
+    starts: Mapping[str, Sequence[SteadyStart]] = {},
     jobs: int = 1,
     executor: Executor | None = None,
     report: Callable[[Progress], None] | None = None,
 ) -> None:
     """Measure the points that the file still lacks, and write each when it is finished.
 
-    `benches` holds the bench of each input by name. Points run on `executor`, else in `jobs` processes, 1 being this
+    `benches` holds the bench of each input by name, `starts` the steady states at the frequencies of the plan where they
+    are known. Points run on `executor`, else in `jobs` processes, 1 being this
     one. Raises `StructureError` for wiring that is wrong, before anything runs, and `ResultsError` where the file
     cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
     tasks = [
-        Task(i, k, benches[plan.inputs[i].name], settings, float(plan.frequency[k]), plan.inputs[i].amplitude)
+        Task(
+            i,
+            k,
+            benches[plan.inputs[i].name],
+            settings,
+            float(plan.frequency[k]),
+            plan.inputs[i].amplitude,
+            starts[plan.inputs[i].name][k] if plan.inputs[i].name in starts else None,
+        )
         for i, k in file.unfinished()
     ]
     # the longest first, so that all processes end together
@@ -247,5 +258,7 @@ def _solver(description: Description) -> str:
 
 def _work(task: Task) -> float:
     """Return the simulated time [s] that a point will take, roughly."""
+    if task.start is not None:
+        return 2 * task.settings.measurement_periods / task.frequency
     ramp = ramp_time(task.frequency)
     return ramp + max(FEWEST_WINDOWS * task.settings.measurement_periods / task.frequency, _TYPICAL_SETTLING)

@@ -20,6 +20,9 @@ and summing it over all windows to come gives what remains in closed form, with 
 
     g_inf - g[k] = (c_1 (g[k] - g[k - 1]) + ... + c_p (g[k] - g[k - p])) / (1 - c_1 - ... - c_p)
 
+A run that has started on the predicted steady state needs no such fit while it stays there: after two windows, what
+remains is at most their change over 1 - |lambda|, lambda being that of the slowest predicted transient.
+
 The method is Prony's; the limit it finds is that of minimal polynomial extrapolation (Cabay and Jackson, SIAM J. Numer.
 Anal. 13, 1976, 734).
 """
@@ -47,14 +50,22 @@ class Settling:
 
     Attributes:
         tolerance: largest remaining transient relative to the gain.
+        expected: predicted gains, (outputs,), where the run has started on the steady state.
+        keeps: part of the slowest transient that a window leaves, with `expected`.
         floor: gain below which an output is judged relative to `floor` instead of its own gain, one number or shape
             (outputs,): an entry that is zero by symmetry is rounding noise, which never settles relative to itself.
         remaining: estimated magnitude of the remaining transient in the last gain, shape (outputs,); infinite before
             `FEWEST_WINDOWS` windows.
     """
 
-    def __init__(self, tolerance: float = 1e-3, floor: ArrayLike = 0.0):
-        self.tolerance = tolerance
+    def __init__(
+        self,
+        tolerance: float = 1e-3,
+        floor: ArrayLike = 0.0,
+        expected: ArrayLike | None = None,
+        keeps: float = 1.0,
+    ):
+        self.tolerance, self.expected, self.keeps = tolerance, expected, keeps
         self.floor = np.asarray(floor, dtype=float)
         self.remaining: NDArray[np.float64] = np.array([np.inf])
         self._gains: list[NDArray[np.complex128]] = []
@@ -63,6 +74,17 @@ class Settling:
         """Take the complex gains of the next window, shape (outputs,)."""
         self._gains = [*self._gains[1 - _LONGEST_MEMORY :], np.array(gain, dtype=complex)]
         self.remaining = remaining_transient(np.array(self._gains), self.scale)
+        if 2 <= len(self._gains) < FEWEST_WINDOWS and self._is_as_expected:
+            change = np.abs(self._gains[-1] - self._gains[-2])
+            self.remaining = change / max(1 - self.keeps, np.finfo(float).tiny)
+
+    @property
+    def _is_as_expected(self) -> bool:
+        """Whether all gains of the last two windows are the predicted ones, within the tolerance."""
+        if self.expected is None:
+            return False
+        differences = np.abs(np.array(self._gains[-2:]) - self.expected)
+        return bool(np.all(differences <= self.tolerance * self.scale))
 
     @property
     def gain(self) -> NDArray[np.complex128]:
