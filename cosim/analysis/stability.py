@@ -152,7 +152,7 @@ class OneStep:
     def periodic(self, omega: np.ndarray) -> np.ndarray:
         """Return the steady-state vector at the beginning of a period, (members, f), complex.
 
-        For a source of amplitude 1 and phase 0 at frequencies omega [rad/s], (f,). `StructureError` where there is no source.
+        For a source of amplitude 1 and phase 0 at frequencies omega [rad/s], (f,). `StructureError` without a source.
         """
         layout = self._layout
         if layout.source is None:

@@ -89,7 +89,7 @@ class Judge:
             return None
 
     def steady_starts(self, scene: Scene, frequency: NDArray[np.float64]) -> dict[str, Sequence[SteadyStart]]:
-        """Return the steady states at frequencies [Hz] by excited input; none of inputs for which they are not known."""
+        """Return the steady states at frequencies [Hz] by excited input, without inputs for which none is known."""
         if self.question is None or scene.algorithm not in LIMITED:
             return {}
         try:

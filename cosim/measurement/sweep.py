@@ -200,8 +200,7 @@ def stepped(
 ) -> None:
     """Measure the points that the file still lacks, and write each when it is finished.
 
-    `benches` holds the bench of each input by name, `starts` the steady states at the frequencies of the plan where they
-    are known. Points run on `executor`, else in `jobs` processes, 1 being this
+    `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan. Points run on `executor`, else in `jobs` processes, 1 being this
     one. Raises `StructureError` for wiring that is wrong, before anything runs, and `ResultsError` where the file
     cannot be written.
     """
