@@ -200,9 +200,9 @@ def stepped(
 ) -> None:
     """Measure the points that the file still lacks, and write each when it is finished.
 
-    `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan. Points run on `executor`, else in `jobs` processes, 1 being this
-    one. Raises `StructureError` for wiring that is wrong, before anything runs, and `ResultsError` where the file
-    cannot be written.
+    `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
+    Points run on `executor`, else in `jobs` processes, 1 being this one. Raises `StructureError` for wiring that is
+    wrong, before anything runs, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
