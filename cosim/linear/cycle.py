@@ -364,7 +364,7 @@ def _ratio(sample_time: float, step_size: float) -> int:
     return ratios[0] if ratios[1] == 1 else -ratios[1]
 
 
-def coupling_gradient(wiring: Wiring, action: Converge, step_size: float) -> np.ndarray:
+def interface_jacobian(wiring: Wiring, action: Converge, step_size: float) -> np.ndarray:
     """Return how the values that a step comes to follow those that its lines lead to, (places, places).
 
     The FMUs are linearised at their present values; one without directional derivatives counts as following nothing.

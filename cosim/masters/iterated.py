@@ -10,7 +10,7 @@ from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.schedule import sampled_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.linear.cycle import coupling_gradient
+from hfsa.cosim.linear.cycle import interface_jacobian
 from hfsa.cosim.masters.algorithm import Algorithm, Scheme
 from hfsa.cosim.masters.schemes import unable
 from hfsa.cosim.masters.stepped import stepped
@@ -20,7 +20,7 @@ from hfsa.cosim.systems.system import System
 def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Scheme:
     """Return the scheme of a method, `fixed_point` or `quasi_newton`, on one system."""
     wiring = Wiring(system, instances)
-    converge = Converge(wiring, method, partial(coupling_gradient, wiring))
+    converge = Converge(wiring, method, partial(interface_jacobian, wiring))
     step = [*sampled_first(wiring), converge]
     return Scheme(wiring, step, list(wiring.exchange()), converge, unable(instances, converge.unable))
 
