@@ -44,7 +44,7 @@ class Work:
         return status
 
 
-def blamed(call: Call | Work) -> Call | None:
+def failing_call(call: Call | Work) -> Call | None:
     """Return the FMU's own call that the last status of a call is of."""
     return call if isinstance(call, Call) else call.failing
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from hfsa.cosim.actions.action import blamed
+from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.recording import Watch
@@ -112,7 +112,7 @@ class Exchange:
             status = call.solve(self.time)
             if not status:
                 return
-        failing = blamed(call)
+        failing = failing_call(call)
         assert failing is not None
         failing.instance.time = self.time
         failing.instance.check(failing, status)

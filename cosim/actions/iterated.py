@@ -26,7 +26,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work, blamed
+from hfsa.cosim.actions.action import Group, Transfer, Work, failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop, product
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
@@ -232,7 +232,7 @@ class Converge(Work):
             if status == STALE:
                 return STALE
             if status:
-                self.failing, progress.warning = blamed(call), progress.warning or status
+                self.failing, progress.warning = failing_call(call), progress.warning or status
                 if status > 1:
                     return status
             progress.next += 1

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hfsa.cosim.actions import algebraic_loop, iterated
-from hfsa.cosim.actions.action import blamed
+from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
@@ -66,7 +66,7 @@ class Program:
         structure, inner = self._inner[id(call)]
         if inner:
             self._tell(inner[structure.failing])
-            call.failing = blamed(inner[structure.failing])
+            call.failing = failing_call(inner[structure.failing])
 
     def _array(self, calls: Sequence[Runnable]) -> Any:
         """Return prepared calls as an array of C."""
