@@ -11,7 +11,7 @@ from typing import Self
 from hfsa.cosim.fmi.co_simulation import Call
 
 
-class Work:
+class CompositeAction:
     """An action that is more than one call of an FMU: what a master runs is the action itself.
 
     Attributes:
@@ -35,7 +35,7 @@ class Work:
                     return status
         return warning
 
-    def _told(self, status: int, time: float) -> int:
+    def _checked(self, status: int, time: float) -> int:
         """Return a status that is not worse than a warning; `StepError` at `time` [s] for any other."""
         if status > 1:
             assert self.failing is not None
@@ -44,7 +44,7 @@ class Work:
         return status
 
 
-def failing_call(call: Call | Work) -> Call | None:
+def failing_call(call: Call | CompositeAction) -> Call | None:
     """Return the FMU's own call that the last status of a call is of."""
     return call if isinstance(call, Call) else call.failing
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work
+from hfsa.cosim.actions.action import CompositeAction, Group, Transfer
 from hfsa.cosim.fmi.co_simulation import Instance, StepError
 
 TOLERANCE = 1e-10
@@ -40,7 +40,7 @@ _DIFFERENCE = 1e-6
 
 
 @dataclass(eq=False)
-class AlgebraicLoop(Work):
+class AlgebraicLoop(CompositeAction):
     """One algebraic loop: an action of the master like fetching a group.
 
     Attributes:
@@ -93,12 +93,12 @@ class AlgebraicLoop(Work):
         Returns the status of a call that warned.
         """
         if not self._is_begun():
-            self._told(self._fetch(), time)
+            self._checked(self._fetch(), time)
         for _ in range(REFRESHES):
             self._refresh(time)
             status = self.run()
             if status != STALE:
-                return self._told(status, time)
+                return self._checked(status, time)
         i = int(np.argmax(np.abs(self.change) / self._size()))
         source, output, _, _ = self.ends[i]
         residual = float(self.bus[self.places][i] - self.change[i] - self.guess[i])

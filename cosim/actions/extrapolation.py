@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Work
+from hfsa.cosim.actions.action import CompositeAction
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
@@ -41,7 +41,7 @@ _DEGREES: dict[tuple[tuple[float, ...], ...], int] = {
 
 
 @dataclass(eq=False)
-class Remember(Work):
+class Remember(CompositeAction):
     """Keeps the values at the last communication points: `points` is (3, n), h0, h1, h2."""
 
     bus: np.ndarray
@@ -59,7 +59,7 @@ class Remember(Work):
 
 
 @dataclass(eq=False)
-class Extrapolate(Work):
+class Extrapolate(CompositeAction):
     """Gives the inputs of one instance their derivatives for the step that follows.
 
     Attributes:
@@ -76,7 +76,7 @@ class Extrapolate(Work):
     setters: Sequence[Call]
 
     def run(self) -> int:
-        """Work the derivatives out and hand them over; return the first status that is not ok."""
+        """CompositeAction the derivatives out and hand them over; return the first status that is not ok."""
         h, places, points = self.step_size.value, self.places, self.remember.points
         nodes = self.remember.bus[places], points[0, places], points[1, places], points[2, places]
         for order, weights, divisor in zip((0, 1), self.weights, (h, h * h), strict=True):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Work
+from hfsa.cosim.actions.action import CompositeAction, Group
 from hfsa.cosim.actions.extrapolation import Remember
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
@@ -20,7 +20,7 @@ from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.feedback_loops import Loop
 
 
-class Gains(Work):
+class Gains(CompositeAction):
     """The gains of one plant.
 
     Attributes:
@@ -70,7 +70,7 @@ class Gains(Work):
 
 
 @dataclass(eq=False)
-class Rates(Work):
+class Rates(CompositeAction):
     """Rates of outputs of one instance at one feedthrough level, from time, its states and its fed inputs.
 
     Attributes:
@@ -100,7 +100,7 @@ class Rates(Work):
 
 
 @dataclass(eq=False)
-class Lines(Work):
+class Lines(CompositeAction):
     """Gives the inputs of one instance their slopes for the step that follows.
 
     Attributes:
@@ -122,7 +122,7 @@ class Lines(Work):
     gains: np.ndarray
 
     def run(self) -> int:
-        """Work the slopes out and hand them over."""
+        """CompositeAction the slopes out and hand them over."""
         change = (self.bus[self.places] - self.before[self.places]) / self.step_size.value
         self.slopes[:] = np.where(self.is_known, change, self.rates[self.places])
         for slope, gain, place in self.own:

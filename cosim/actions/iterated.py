@@ -26,7 +26,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work, failing_call
+from hfsa.cosim.actions.action import CompositeAction, Group, Transfer, failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop, product
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
@@ -87,7 +87,7 @@ class Progress(ctypes.Structure):
     ]
 
 
-class Converge(Work):
+class Converge(CompositeAction):
     """All instances that are not sampled step together, as often as it takes: an action of the master.
 
     Attributes:
@@ -168,7 +168,7 @@ class Converge(Work):
     def run(self) -> int:
         """Step to the next communication point; `StepError` where no guess is good enough."""
         time, status = self.wiring.time.value, self.attempt()
-        return self.solve(time) if status == STALE else self._told(status, time)
+        return self.solve(time) if status == STALE else self._checked(status, time)
 
     def _attempt(self) -> int:
         """Step to the next communication point; `STALE` where something is to be made anew before that."""
@@ -187,11 +187,11 @@ class Converge(Work):
         while status == STALE:
             self._renew(time)
             status = self._iterate()
-        return self._told(status, time)
+        return self._checked(status, time)
 
     def go_back(self) -> None:
         """Bring all instances back to the beginning of the step."""
-        self._told(self._run(self.restorers), self.wiring.time.value)
+        self._checked(self._run(self.restorers), self.wiring.time.value)
 
     def _begin_round(self, time: float) -> None:
         """Guess that values go on as they have come."""
