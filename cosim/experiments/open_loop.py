@@ -21,7 +21,7 @@ from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
 from hfsa.cosim.experiments.sweep import usage_errors
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.measurement.sweep import finished, system_record
+from hfsa.cosim.measurement.sweep import points_of, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.signals import excitation
@@ -111,7 +111,7 @@ def open_loop(
     plan = Plan(frequency, OUTPUTS, (Signal(str(opened), "1"),), settings)
     record = system_record(setup.title, scene_text(of_scene), assembly, operating_point=loop.operating_point)
     with SweepFile.create(file, plan, levels.with_choices(record, choices), force) as written:
-        written.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
+        written.write(points_of(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return OpenLoop(file, opened, margins)
 
 

@@ -2,7 +2,7 @@
 
     plan = plan_sweep(assembly, inputs, outputs, frequency, amplitude, settings)
     with SweepFile.create(path, plan, system_record(...)) as file:
-        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...).response(...)))
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(points_of(linear(...).response(...)))
 
 `stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
 FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
@@ -49,9 +49,9 @@ __all__ = [
     "LinearSweep",
     "Progress",
     "Settings",
-    "finished",
     "linear",
     "plan_sweep",
+    "points_of",
     "stepped",
     "system_record",
 ]
@@ -140,7 +140,7 @@ def linear(assembly: Assembly, plan: Plan) -> LinearSweep:
         return LinearSweep(linearize(assembly.system, instances, columns, outputs), orders)
 
 
-def finished(response: NDArray[np.complex128]) -> list[Point]:
+def points_of(response: NDArray[np.complex128]) -> list[Point]:
     """Return the points of a response that was had all at once, shape (frequencies, outputs, inputs)."""
     frequencies, _, inputs = response.shape
     return [Point(i, k, Status.DONE, response[k, :, i]) for k in range(frequencies) for i in range(inputs)]
