@@ -41,7 +41,7 @@ _DEGREES: dict[tuple[tuple[float, ...], ...], int] = {
 
 
 @dataclass(eq=False)
-class Remember(CompositeAction):
+class History(CompositeAction):
     """Keeps the values at the last communication points: `points` is (3, n), h0, h1, h2."""
 
     bus: np.ndarray
@@ -68,7 +68,7 @@ class Extrapolate(CompositeAction):
     """
 
     instance: str
-    remember: Remember
+    history: History
     step_size: c_double
     places: np.ndarray
     weights: np.ndarray
@@ -77,8 +77,8 @@ class Extrapolate(CompositeAction):
 
     def run(self) -> int:
         """CompositeAction the derivatives out and hand them over; return the first status that is not ok."""
-        h, places, points = self.step_size.value, self.places, self.remember.points
-        nodes = self.remember.bus[places], points[0, places], points[1, places], points[2, places]
+        h, places, points = self.step_size.value, self.places, self.history.points
+        nodes = self.history.bus[places], points[0, places], points[1, places], points[2, places]
         for order, weights, divisor in zip((0, 1), self.weights, (h, h * h), strict=True):
             total = np.zeros(len(places))
             for weight, values in zip(weights, nodes, strict=True):  # in C the sums have this order
@@ -91,14 +91,14 @@ class Extrapolation:
     """The inputs of a system that can move within a step, up to an order of 1 or 2.
 
     Attributes:
-        remember: keeps what the polynomials go through.
+        history: bus values that the polynomials pass through.
         unable: instances with inputs that could move, but whose FMU takes no derivatives of them.
         degree: least degree of the polynomials that such inputs follow, 0 where one is held.
     """
 
     def __init__(self, wiring: Wiring, order: int):
         self._wiring, self._order = wiring, order
-        self.remember = Remember(wiring.bus)
+        self.history = History(wiring.bus)
         self._jumping = wiring.jumping()
         self.unable = [s.instance for s in wiring.others if self.moving(s.instance) and not self.is_able(s.instance)]
         self.degree = 0 if self.unable else order
@@ -131,7 +131,7 @@ class Extrapolation:
         derivatives = np.zeros((2, len(places)))
         setters = [it.derivative_setter(it.handle(inputs, derivatives[k]), k + 1) for k in range(order)]
         step_size = self._wiring.step_size
-        return [Extrapolate(instance, self.remember, step_size, np.array(places), weights, derivatives, setters)]
+        return [Extrapolate(instance, self.history, step_size, np.array(places), weights, derivatives, setters)]
 
     def _weights(self, place: int, order: int, stepped: Collection[str]) -> tuple[tuple[float, ...], ...]:
         """Return the weights of an input's polynomial, by whether its source has stepped, and jumps."""
@@ -166,4 +166,4 @@ class Extrapolation:
                     call = target.derivative_setter(handle, 1)
                     target.check(call, call.run())
         # the first step makes them h1 and h2
-        self.remember.points[:2] = wiring.bus - h * slopes, wiring.bus - 2 * h * slopes
+        self.history.points[:2] = wiring.bus - h * slopes, wiring.bus - 2 * h * slopes

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hfsa.cosim.actions.action import CompositeAction, Group
-from hfsa.cosim.actions.extrapolation import Remember
+from hfsa.cosim.actions.extrapolation import History
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 from hfsa.cosim.systems.connectors import Connector
@@ -141,11 +141,11 @@ class Feedback:
     def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
         self._wiring = wiring
         self._rates = np.zeros_like(wiring.bus)
-        self._remember = Remember(wiring.bus)
+        self._history = History(wiring.bus)
         plants = dict.fromkeys(loop.plant for loop in loops)
         self.gains = {plant: Gains(wiring, [o for o in loops if o.plant == plant]) for plant in plants}
         rates = (found for group in wiring.groups for found in _rates(wiring, group, self._rates))
-        self.point = [self._remember, *self.gains.values(), *rates]
+        self.point = [self._history, *self.gains.values(), *rates]
 
     def lines(self, instance: str, stepped: Collection[str]) -> Iterator[Lines]:
         """Yield the action that lets an instance's inputs move, if it can; `stepped` have stepped already."""
@@ -165,7 +165,7 @@ class Feedback:
         yield Lines(
             wiring.step_size,
             wiring.bus,
-            self._remember.points[0],
+            self._history.points[0],
             self._rates,
             np.array([i for i, _, _ in moving]),
             np.array([source in stepped and name not in fed_back for _, source, name in moving]),

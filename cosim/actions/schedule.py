@@ -4,16 +4,16 @@ from collections.abc import Iterable, Iterator
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
-Runnable = Call | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
+Runnable = Call | AlgebraicLoop | History | Extrapolate | Converge | Gains | Rates | Lines
 """What an action runs."""
 
-Action = Group | Transfer | Stepper | AlgebraicLoop | Remember | Extrapolate | Converge | Gains | Rates | Lines
+Action = Group | Transfer | Stepper | AlgebraicLoop | History | Extrapolate | Converge | Gains | Rates | Lines
 
 
 def sampled_first(wiring: Wiring) -> Iterator[Action]:

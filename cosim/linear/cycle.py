@@ -7,7 +7,7 @@ their derivatives, the bus of connected outputs and what it was before. In the l
     Group           its part of the bus = output [x; v; u] of its FMU
     AlgebraicLoop   the same for all its groups, its inner inputs being what they put out
     Transfer        inputs of its target = its part of the bus
-    Remember        values at the last points = those before them
+    History        values at the last points = those before them
     Extrapolate     [d1; d2] of its inputs = their weights times values at the last points
     Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: the inputs are held, or move on their polynomials, x
                     moves by the matrix exponential, ticks that fall into the step change v
@@ -29,7 +29,7 @@ import scipy.linalg
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.linear.blocks import Block, block, unmoved
@@ -131,7 +131,7 @@ class Layout:
         self.now, self.next = (self._new(DERIVATIVES if source else 0) for _ in range(2))
         self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
         for action in cycle:
-            if isinstance(action, Remember):
+            if isinstance(action, History):
                 self._past = self._new(3 * n).reshape(3, n)
             elif isinstance(action, Extrapolate):
                 self._let_move(action.instance, action.places)
@@ -204,7 +204,7 @@ class Layout:
     def prepare(self, action: Any, step_size: float) -> Sequence[Operation]:
         """Return what an action does that only makes steps ready."""
         match action:
-            case Remember():
+            case History():
                 return [Replace(self._past.ravel(), np.concatenate([self._bus, *self._past[:2]]), None)]
             case Extrapolate():
                 return [self.extrapolate(action, step_size)]

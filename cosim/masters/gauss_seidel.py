@@ -29,7 +29,7 @@ def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
 def gauss_seidel_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
     """Each steps with inputs that move: to the newest outputs of those before it, with the past of those behind it."""
     yield from sampled_first(wiring)
-    yield extrapolation.remember
+    yield extrapolation.history
     waiting, stepped = [stepper.instance for stepper in wiring.others], []
     for stepper in wiring.others:
         waiting.remove(stepper.instance)

@@ -22,7 +22,7 @@ def jacobi(wiring: Wiring) -> Iterator[Action]:
 def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
     """All step with inputs that go on as they have come."""
     yield from sampled_first(wiring)
-    yield extrapolation.remember
+    yield extrapolation.history
     for stepper in wiring.others:
         yield from extrapolation.of(stepper.instance)
         yield stepper

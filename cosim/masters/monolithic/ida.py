@@ -58,7 +58,7 @@ class Ida(Integrator):
         return self._ida
 
     def _prepare(self, step: float, horizon: float) -> None:
-        """Remember the longest time [s] over which w' may be a difference."""
+        """Keep the longest time [s] over which w' may be a difference."""
         self._longest = min(step, horizon)
 
     def _start(self, time: float, x: np.ndarray) -> None:

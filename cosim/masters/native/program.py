@@ -14,7 +14,7 @@ import numpy as np
 from hfsa.cosim.actions import algebraic_loop, iterated
 from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import Converge
 from hfsa.cosim.actions.recording import Watch
@@ -77,7 +77,7 @@ class Program:
         match call:
             case Call():
                 return self._function(call)
-            case Remember():
+            case History():
                 return self._work(c.REMEMBER, self._remember(call))
             case Extrapolate():
                 return self._work(c.EXTRAPOLATE, self._extrapolate(call))
@@ -122,7 +122,7 @@ class Program:
             prepared.references, prepared.n, prepared.values = addressof(references), n.value, rest[0].value
         return prepared
 
-    def _remember(self, call: Remember) -> c.Remember:
+    def _remember(self, call: History) -> c.Remember:
         """Return the structure of points that several actions share."""
         if id(call) not in self._remembered:
             self._remembered[id(call)] = c.Remember(call.bus.ctypes.data, call.points.ctypes.data, len(call.bus))
@@ -130,7 +130,7 @@ class Program:
 
     def _extrapolate(self, call: Extrapolate) -> Structure:
         structure = c.Extrapolate(
-            remember=pointer(self._remember(call.remember)),
+            remember=pointer(self._remember(call.history)),
             places=self._places(call.places),
             weights=self._doubles(call.weights),
             derivatives=call.derivatives.ctypes.data,
