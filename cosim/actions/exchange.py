@@ -12,7 +12,7 @@ import numpy as np
 
 from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Action, Runnable
 from hfsa.cosim.actions.wiring import Wiring
@@ -108,7 +108,7 @@ class Exchange:
     def report(self, call: Runnable, status: int) -> None:
         """Raise what a status says, note the first warning of an instance, or make anew what an iteration needs."""
         if status == STALE:
-            assert isinstance(call, AlgebraicLoop | Converge)
+            assert isinstance(call, AlgebraicLoop | IteratedStep)
             status = call.solve(self.time)
             if not status:
                 return

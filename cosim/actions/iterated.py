@@ -15,8 +15,8 @@ guess goes on as the values have come.
 Sampled outputs are held as ever. Where an FMU takes no derivatives of its inputs, they are held at the middle of the
 line. With straight lines the coupling is of second order, like the trapezoidal rule, and as stable.
 
-`Converge.attempt` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made
-or the passes do not suffice; `Converge.solve` goes on from there.
+`IteratedStep.attempt` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made
+or the passes do not suffice; `IteratedStep.solve` goes on from there.
 """
 
 import ctypes
@@ -49,7 +49,7 @@ ROUNDS = {"fixed_point": 1, "quasi_newton": 2}
 REUSE = 0.3
 """Relative difference of steps up to which an inverse serves both."""
 
-Gradient = Callable[["Converge", float], np.ndarray]
+Gradient = Callable[["IteratedStep", float], np.ndarray]
 """From a step size [s] to dy/dw of the linearised system at the present values, (places, places)."""
 
 
@@ -87,7 +87,7 @@ class Progress(ctypes.Structure):
     ]
 
 
-class Converge(CompositeAction):
+class IteratedStep(CompositeAction):
     """All instances that are not sampled step together, as often as it takes: an action of the master.
 
     Attributes:
@@ -138,9 +138,9 @@ class Converge(CompositeAction):
         self.progress = Progress()
         self.attempt: Callable[[], int] = self._attempt
 
-    def another(self) -> "Converge":
+    def another(self) -> "IteratedStep":
         """Return one more iteration of the same steps, with an inverse and a past of its own."""
-        return Converge(self.wiring, self.method, self._gradient)
+        return IteratedStep(self.wiring, self.method, self._gradient)
 
     @property
     def passes(self) -> int:

@@ -6,14 +6,14 @@ from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
-Runnable = Call | AlgebraicLoop | History | Extrapolate | Converge | Gains | Rates | Lines
+Runnable = Call | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains | Rates | Lines
 """What an action runs."""
 
-Action = Group | Transfer | Stepper | AlgebraicLoop | History | Extrapolate | Converge | Gains | Rates | Lines
+Action = Group | Transfer | Stepper | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains | Rates | Lines
 
 
 def sampled_first(wiring: Wiring) -> Iterator[Action]:
@@ -48,7 +48,7 @@ def without_repetition(cycle: Iterable[Action]) -> list[Action]:
 
     kept: list[Action] = []
     for action in cycle:
-        if isinstance(action, Stepper | Converge):
+        if isinstance(action, Stepper | IteratedStep):
             touch(action.groups)
         elif isinstance(action, Group):
             if action not in stale_groups:

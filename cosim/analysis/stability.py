@@ -25,7 +25,7 @@ from typing import Literal
 
 import numpy as np
 
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block, Blocks, block
 from hfsa.cosim.linear.cycle import Layout, Listen, Replace, Source, operations
@@ -287,7 +287,7 @@ class Cycle:
         What ticks has done so before the passes.
         """
         for action in self._layout.cycle:
-            if isinstance(action, Converge) and action.method == "fixed_point":
+            if isinstance(action, IteratedStep) and action.method == "fixed_point":
                 steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
                 gradient = self._layout.gradient(action, step_size, steps)
                 return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))

@@ -11,7 +11,7 @@ their derivatives, the bus of connected outputs and what it was before. In the l
     Extrapolate     [d1; d2] of its inputs = their weights times values at the last points
     Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: the inputs are held, or move on their polynomials, x
                     moves by the matrix exponential, ticks that fall into the step change v
-    Converge        all steps with the d1 that lead to the outputs they come to
+    IteratedStep        all steps with the d1 that lead to the outputs they come to
 
 A source is a sinusoid and its derivatives, now and at the next point; its own step makes now of next. Who lays lines
 to where it leads samples it at communication points. A lock-in amplifier only listens; without one, outputs are
@@ -30,7 +30,7 @@ import scipy.linalg
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, History
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.linear.blocks import Block, block, unmoved
 from hfsa.cosim.linear.sampled import grid
@@ -135,7 +135,7 @@ class Layout:
                 self._past = self._new(3 * n).reshape(3, n)
             elif isinstance(action, Extrapolate):
                 self._let_move(action.instance, action.places)
-            elif isinstance(action, Converge):
+            elif isinstance(action, IteratedStep):
                 self._guess = self._new(len(action.places))
                 for line in action.lines:
                     if line.is_able:
@@ -222,7 +222,7 @@ class Layout:
                 matrix[order * n + np.arange(n), np.searchsorted(columns, nodes[k])] += weights
         return Replace(derivatives.ravel(), columns, matrix)
 
-    def aim(self, action: Converge, step_size: float) -> list[Operation]:
+    def aim(self, action: IteratedStep, step_size: float) -> list[Operation]:
         """Return what laying the lines of all inputs from the bus to the guess does."""
         found: list[Operation] = []
         first = 0
@@ -239,7 +239,7 @@ class Layout:
                 found.append(Replace(rows, columns, halves))
         return found
 
-    def try_out(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+    def try_out(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
         """Return what a step with a given guess does, (members, members)."""
         whole = np.eye(self.size)
         exchange = [self.exchange(stage) for stage in action.exchange]
@@ -249,11 +249,11 @@ class Layout:
             whole[operation.rows] = replaced if operation.matrix is None else operation.matrix @ replaced
         return whole
 
-    def gradient(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+    def gradient(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
         """Return how what a step comes to follows the guess, both at the places that move."""
         return self.try_out(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
 
-    def converge(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> Operation:
+    def converge(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> Operation:
         """Return what a step does whose guess is what it comes to."""
         whole = self.try_out(action, step_size, steps)
         ends = whole[self._bus[action.places]]
@@ -314,7 +314,7 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
         match action:
             case Stepper():
                 return [step(action.instance, k)]
-            case Converge():
+            case IteratedStep():
                 return [layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])]
             case Group() | Transfer() | AlgebraicLoop():
                 return [layout.exchange(action)]
@@ -364,7 +364,7 @@ def _ratio(sample_time: float, step_size: float) -> int:
     return ratios[0] if ratios[1] == 1 else -ratios[1]
 
 
-def interface_jacobian(wiring: Wiring, action: Converge, step_size: float) -> np.ndarray:
+def interface_jacobian(wiring: Wiring, action: IteratedStep, step_size: float) -> np.ndarray:
     """Return how the values that a step comes to follow those that its lines lead to, (places, places).
 
     The FMUs are linearised at their present values; one without directional derivatives counts as following nothing.

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from hfsa.cosim.actions.action import Stepper
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.schedule import Action, without_repetition
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -46,7 +46,7 @@ class Scheme:
     wiring: Wiring
     step: Sequence[Action]
     point: Sequence[Action]
-    moving: Extrapolation | Converge | None = None
+    moving: Extrapolation | IteratedStep | None = None
     warnings: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
@@ -57,7 +57,7 @@ class Scheme:
     @property
     def first_of_point(self) -> int:
         """Index of the first action of `cycle` after all instances have stepped."""
-        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | Converge)]
+        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | IteratedStep)]
         return steppers[-1] + 1 if steppers else 0
 
 

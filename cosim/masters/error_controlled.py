@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from hfsa.cosim.actions.action import Stepper
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.fmi.co_simulation import Instance, State, StepError
 from hfsa.cosim.fmi.description import SAMPLE_TIME
@@ -73,7 +73,7 @@ class ErrorControlled(Master):
         library: Path | None = None,
     ):
         super().__init__(instances, system, algorithm, step_size)
-        assert isinstance(self._scheme.moving, Converge)
+        assert isinstance(self._scheme.moving, IteratedStep)
         self.tolerance = tolerance
         self._half = self._scheme.moving
         self._whole = self._half.another()  # each keeps the derivatives that suit its step
@@ -177,7 +177,7 @@ class ErrorControlled(Master):
             self._half.past = past
         return errors
 
-    def _proceed(self, converge: Converge, step_size: float) -> None:
+    def _proceed(self, converge: IteratedStep, step_size: float) -> None:
         """Step all instances from the present time."""
         self.wiring.step_size.value = step_size
         self.tried += 1

@@ -6,7 +6,7 @@ How the guess is made better is in `actions/iterated.py`.
 from collections.abc import Mapping
 from functools import partial
 
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.schedule import sampled_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -20,7 +20,7 @@ from hfsa.cosim.systems.system import System
 def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Scheme:
     """Return the scheme of a method, `fixed_point` or `quasi_newton`, on one system."""
     wiring = Wiring(system, instances)
-    converge = Converge(wiring, method, partial(interface_jacobian, wiring))
+    converge = IteratedStep(wiring, method, partial(interface_jacobian, wiring))
     step = [*sampled_first(wiring), converge]
     return Scheme(wiring, step, list(wiring.exchange()), converge, unable(instances, converge.unable))
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import Call
@@ -80,7 +80,7 @@ class Master(ABC):
     def statistics(self) -> dict[str, int]:
         """Counts since the start: communication `steps`, and where steps are iterated their `passes`."""
         moving = self._scheme.moving
-        return {"steps": self._count, **({"passes": moving.passes} if isinstance(moving, Converge) else {})}
+        return {"steps": self._count, **({"passes": moving.passes} if isinstance(moving, IteratedStep) else {})}
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None

@@ -16,7 +16,7 @@ from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Runnable
 from hfsa.cosim.fmi.co_simulation import Call
@@ -83,7 +83,7 @@ class Program:
                 return self._work(c.EXTRAPOLATE, self._extrapolate(call))
             case AlgebraicLoop():
                 return self._work(c.LOOP, self._loop(call))
-            case Converge():
+            case IteratedStep():
                 return self._work(c.CONVERGE, self._converge(call))
             case Gains():
                 return self._work(c.GAINS, self._gains(call))
@@ -150,7 +150,7 @@ class Program:
         )
         return self._made_of(call, structure, [action.call for action in (*call.inner, *call.groups)])
 
-    def _converge(self, call: Converge) -> Structure:
+    def _converge(self, call: IteratedStep) -> Structure:
         """Return an iterated step, with all that one pass of it calls."""
         past = call.past
         lines = [

@@ -21,7 +21,7 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from time import perf_counter
 
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.masters.algorithm import Algorithm
@@ -56,7 +56,7 @@ def installed_library() -> Path | None:
     return next((file for file in candidates if file.is_file()), None)
 
 
-def step_in_c(action: Converge, library: Path) -> None:
+def step_in_c(action: IteratedStep, library: Path) -> None:
     """Let an iterated step be made in C wherever it is run; it stays what it is, bit for bit."""
     program, make = Program([action]), ctypes.CDLL(str(library)).hfsa_make
     make.argtypes = [POINTER(Call), c_double, c_double]

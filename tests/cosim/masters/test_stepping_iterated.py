@@ -7,7 +7,7 @@ from spring_loop import LOOP, loop
 
 from hfsa.components import Model
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.masters.error_controlled import ErrorControlled
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -164,7 +164,7 @@ def curved() -> Model:
 @each_method
 def test_a_curved_loop_is_solved_anew_wherever_it_must_be(both, files, exported, monkeypatch, version, method):
     """Within a step in C as in Python; and an inverse of the coupling is made once where steps are even."""
-    solved = {AlgebraicLoop: 0, Converge: 0}
+    solved = {AlgebraicLoop: 0, IteratedStep: 0}
     for kind in solved:
 
         def counted(self, time, kind=kind, solve=kind.solve):
@@ -192,4 +192,4 @@ def test_a_curved_loop_is_solved_anew_wherever_it_must_be(both, files, exported,
     assert python == c
     assert python[0] is None
     assert counts[0][AlgebraicLoop] == counts[1][AlgebraicLoop] > 2
-    assert counts[0][Converge] == counts[1][Converge]
+    assert counts[0][IteratedStep] == counts[1][IteratedStep]
