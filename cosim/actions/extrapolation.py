@@ -100,7 +100,9 @@ class Extrapolation:
         self._wiring, self._order = wiring, order
         self.history = History(wiring.bus)
         self._jumping = wiring.jumping()
-        self.unable = [s.instance for s in wiring.others if self.moving(s.instance) and not self.is_able(s.instance)]
+        self.unable = [
+            s.instance for s in wiring.continuous if self.moving(s.instance) and not self.is_able(s.instance)
+        ]
         self.degree = 0 if self.unable else order
 
     def moving(self, instance: str) -> list[int]:

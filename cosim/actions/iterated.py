@@ -102,7 +102,7 @@ class IteratedStep(CompositeAction):
     """
 
     def __init__(self, wiring: Wiring, method: str, gradient: Gradient):
-        for stepper in wiring.others:
+        for stepper in wiring.continuous:
             if not wiring.instances[stepper.instance].fmu.description.can_restore:
                 file = wiring.instances[stepper.instance].fmu.description.file.name
                 raise StructureError(
@@ -114,15 +114,15 @@ class IteratedStep(CompositeAction):
         extrapolation = Extrapolation(wiring, 1)
         self.unable = extrapolation.unable
         self.lines: list[Line] = []
-        for stepper in wiring.others:
+        for stepper in wiring.continuous:
             if places := extrapolation.moving(stepper.instance):
                 is_able = extrapolation.is_able(stepper.instance)
                 self.lines.append(Line(wiring, stepper.instance, places, is_able))
         self.places = np.concatenate([np.zeros(0, dtype=int), *(line.places for line in self.lines)])
-        self.groups = [group for stepper in wiring.others for group in stepper.groups]
+        self.groups = [group for stepper in wiring.continuous for group in stepper.groups]
         names = [wiring.split(wiring.connections[i].start) for i in self.places]
         self.nominal = np.array([abs(wiring.connectors[component][name].nominal) for component, name in names])
-        instances = [wiring.instances[stepper.instance] for stepper in wiring.others]
+        instances = [wiring.instances[stepper.instance] for stepper in wiring.continuous]
         slots = [it.slot() for it in instances]
         self.savers = [it.saver(slot) for it, slot in zip(instances, slots, strict=True)]
         self.restorers = [it.restorer(slot) for it, slot in zip(instances, slots, strict=True)]

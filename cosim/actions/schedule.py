@@ -16,13 +16,13 @@ Runnable = Call | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains |
 Action = Group | Transfer | Stepper | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains | Rates | Lines
 
 
-def sampled_first(wiring: Wiring) -> Iterator[Action]:
+def discrete_first(wiring: Wiring) -> Iterator[Action]:
     """Yield the steps of the sampled instances, one after the other, each with what its tick changes for those behind.
 
     What is passed on goes to all that have not stepped, through direct feedthrough where there is some.
     """
     stepped = set()
-    for stepper in wiring.sampled:
+    for stepper in wiring.discrete:
         yield stepper
         stepped.add(stepper.instance)
         for action in wiring.exchange():

@@ -28,7 +28,7 @@ class Wiring:
         bus: values of the connected outputs, (n,); `connections` says which, in that order (an output that feeds two
             inputs is there twice).
         groups: all groups, lowest feedthrough level first; `loops` are the algebraic loops among them.
-        sampled, others: steppers of the sampled instances and of the others, each in the system's order.
+        discrete: steppers of the sampled instances; `continuous`: all other steppers; each in the order of the system.
     """
 
     def __init__(self, system: System, instances: Mapping[str, Instance]):
@@ -53,12 +53,12 @@ class Wiring:
             for transfer in group.transfers:
                 transfer.affected = [other for other in self.groups if self._follows(other, transfer)]
         self.loops = [self._loop(number, loop) for number, loop in enumerate(found.loops)]
-        self.sampled: list[Stepper] = []
-        self.others: list[Stepper] = []
+        self.discrete: list[Stepper] = []
+        self.continuous: list[Stepper] = []
         for name in order:
             call = instances[name].stepper(self.time, self.step_size)
             stepper = Stepper(name, call, [group for group in self.groups if group.instance == name])
-            (self.sampled if instances[name].fmu.description.is_sampled else self.others).append(stepper)
+            (self.discrete if instances[name].fmu.description.is_sampled else self.continuous).append(stepper)
 
     def stages(self) -> Iterator[Group | AlgebraicLoop]:
         """Yield all groups in feedthrough order, those on an algebraic loop as that loop."""

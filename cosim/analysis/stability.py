@@ -288,7 +288,7 @@ class Cycle:
         """
         for action in self._layout.cycle:
             if isinstance(action, IteratedStep) and action.method == "fixed_point":
-                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
+                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.continuous]
                 gradient = self._layout.gradient(action, step_size, steps)
                 return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))
         return 0.0

@@ -315,7 +315,9 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
             case Stepper():
                 return [step(action.instance, k)]
             case IteratedStep():
-                return [layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])]
+                return [
+                    layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.continuous])
+                ]
             case Group() | Transfer() | AlgebraicLoop():
                 return [layout.exchange(action)]
             case _:
@@ -376,5 +378,5 @@ def interface_jacobian(wiring: Wiring, action: IteratedStep, step_size: float) -
         make = block if instance.fmu.description.has_derivatives else unmoved
         blocks[name] = make(instance, inputs, outputs)
     layout = Layout(wiring, [action], blocks)
-    steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.others]
+    steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.continuous]
     return layout.gradient(action, step_size, steps)

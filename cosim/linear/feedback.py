@@ -72,7 +72,7 @@ class FeedbackLayout(Layout):
     def _steps(self, wiring: Wiring) -> Iterable[Action | Point | Lines | Ended]:
         """Yield what is done between two communication points: plants step first."""
         yield Point()
-        order = sorted(wiring.others, key=lambda stepper: stepper.instance not in self._gains)
+        order = sorted(wiring.continuous, key=lambda stepper: stepper.instance not in self._gains)
         waiting, stepped = [stepper.instance for stepper in order], []
         for stepper in order:
             waiting.remove(stepper.instance)

@@ -82,8 +82,8 @@ class ErrorControlled(Master):
                 step_in_c(converge, library)
         self._ticks = [self._tried(action) for action in self.cycle[: self.cycle.index(self._half)]]
         self._after = self.cycle[self.cycle.index(self._half) + 1 :]
-        self._clocked = [instances[stepper.instance] for stepper in self.wiring.sampled]
-        self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._clocked = [instances[stepper.instance] for stepper in self.wiring.discrete]
+        self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._saved: list[State] = []
         self._observe()
 
@@ -201,7 +201,7 @@ class ErrorControlled(Master):
             component, name = self.wiring.split(self.wiring.connections[i].start)
             variables.append((component, self.wiring.connectors[component][name]))
         found = {}
-        for stepper in self.wiring.others:
+        for stepper in self.wiring.continuous:
             own = self.wiring.connectors[stepper.instance]
             states = [state for state, _ in self.instances[stepper.instance].fmu.description.states]
             found[stepper.instance] = [name for name in states if name in own and own[name].is_real]

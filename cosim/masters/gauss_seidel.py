@@ -7,7 +7,7 @@ have come from those that have not.
 from collections.abc import Iterator
 
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.schemes import extrapolated, held
@@ -16,9 +16,9 @@ from hfsa.cosim.masters.stepped import stepped
 
 def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
     """Each steps with the newest outputs of those before it."""
-    yield from sampled_first(wiring)
-    waiting = [stepper.instance for stepper in wiring.others]
-    for stepper in wiring.others:
+    yield from discrete_first(wiring)
+    waiting = [stepper.instance for stepper in wiring.continuous]
+    for stepper in wiring.continuous:
         waiting.remove(stepper.instance)
         yield stepper
         for group in stepper.groups:
@@ -28,10 +28,10 @@ def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
 
 def gauss_seidel_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
     """Each steps with inputs that move: to the newest outputs of those before it, with the past of those behind it."""
-    yield from sampled_first(wiring)
+    yield from discrete_first(wiring)
     yield extrapolation.history
-    waiting, stepped = [stepper.instance for stepper in wiring.others], []
-    for stepper in wiring.others:
+    waiting, stepped = [stepper.instance for stepper in wiring.continuous], []
+    for stepper in wiring.continuous:
         waiting.remove(stepper.instance)
         yield from extrapolation.of(stepper.instance, stepped)
         yield stepper

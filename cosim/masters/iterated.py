@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from hfsa.cosim.actions.iterated import IteratedStep
-from hfsa.cosim.actions.schedule import sampled_first
+from hfsa.cosim.actions.schedule import discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.cycle import interface_jacobian
@@ -21,7 +21,7 @@ def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Sc
     """Return the scheme of a method, `fixed_point` or `quasi_newton`, on one system."""
     wiring = Wiring(system, instances)
     converge = IteratedStep(wiring, method, partial(interface_jacobian, wiring))
-    step = [*sampled_first(wiring), converge]
+    step = [*discrete_first(wiring), converge]
     return Scheme(wiring, step, list(wiring.exchange()), converge, unable(instances, converge.unable))
 
 

@@ -6,7 +6,7 @@ With `_linear` and `_quadratic` inputs go on over a step as they have come.
 from collections.abc import Iterator
 
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.schemes import extrapolated, held
@@ -15,15 +15,15 @@ from hfsa.cosim.masters.stepped import stepped
 
 def jacobi(wiring: Wiring) -> Iterator[Action]:
     """All step with the outputs of the communication point."""
-    yield from sampled_first(wiring)
-    yield from wiring.others
+    yield from discrete_first(wiring)
+    yield from wiring.continuous
 
 
 def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
     """All step with inputs that go on as they have come."""
-    yield from sampled_first(wiring)
+    yield from discrete_first(wiring)
     yield extrapolation.history
-    for stepper in wiring.others:
+    for stepper in wiring.continuous:
         yield from extrapolation.of(stepper.instance)
         yield stepper
 

@@ -19,8 +19,8 @@ def exchange_plain(wiring: Wiring) -> Iterator[Action]:
 
 def jacobi_plain(wiring: Wiring) -> Iterator[Action]:
     """All step, sampled or not."""
-    yield from wiring.sampled
-    yield from wiring.others
+    yield from wiring.discrete
+    yield from wiring.continuous
 
 
 def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:

@@ -24,7 +24,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hfsa.cosim.actions.feedback import Feedback
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block
@@ -64,9 +64,9 @@ def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
 def linearized_feedback(wiring: Wiring, loops: Sequence[Loop]) -> Iterator[Action]:
     """Plants step first, then the others."""
     feedback = Feedback(wiring, loops)
-    yield from sampled_first(wiring)
+    yield from discrete_first(wiring)
     yield from feedback.point
-    order = sorted(wiring.others, key=lambda stepper: stepper.instance not in feedback.gains)
+    order = sorted(wiring.continuous, key=lambda stepper: stepper.instance not in feedback.gains)
     waiting, has_stepped = [stepper.instance for stepper in order], []
     for stepper in order:
         waiting.remove(stepper.instance)
@@ -96,7 +96,7 @@ def layout(
             f"{NAME}: there is nothing to feed back: no part has an output that comes back to it through a continuous "
             "component without a state between"
         )
-    return FeedbackLayout(wiring, [*sampled_first(wiring)], blocks, loops, *observation)
+    return FeedbackLayout(wiring, [*discrete_first(wiring)], blocks, loops, *observation)
 
 
 def _lacking(loop: Loop, instances: Mapping[str, Instance]) -> str:

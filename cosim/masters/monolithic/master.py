@@ -63,7 +63,7 @@ class Monolithic(Master):
     ):
         super().__init__(instances, system, algorithm, step_size)
         members = {component.name: instances[component.name] for component in system.components}
-        self._ordered = [members[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._ordered = [members[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
         self._ode = JointOde(members, self.wiring, self.point, self._exchange.report)
         self._integrator = integrator(self._ode)
