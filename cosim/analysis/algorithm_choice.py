@@ -64,7 +64,7 @@ def warnings(question: Question, effect: Effect, tolerance: float) -> list[str]:
     if effect.own:
         return [_hidden(question, effect)] if effect.is_hidden else instability(question)
     if effect.is_made:
-        sentence = advice(question.cycle, effect.algorithm, effect.step_size, _times(question))
+        sentence = advice(question.coupled, effect.algorithm, effect.step_size, _times(question))
         return [sentence] if sentence else []
     return [] if effect.error <= tolerance else [_inaccurate(question, effect, tolerance)]
 
@@ -74,7 +74,7 @@ def warnings(question: Question, effect: Effect, tolerance: float) -> list[str]:
 
 def instability(question: Question) -> list[str]:
     """Return what is to be said of a system that is unstable without communication steps; nothing of a stable one."""
-    if not question.cycle.exact.growth:
+    if not question.coupled.exact.growth:
         return []
     return [f"{_growing(question)}; {_sampling(question) or 'no step and no algorithm makes it stable'}"]
 
@@ -90,7 +90,7 @@ def _hidden(question: Question, effect: Effect) -> str:
 
 def _growing(question: Question) -> str:
     """Return that a system is unstable, and how fast."""
-    own = question.cycle.exact.growth
+    own = question.coupled.exact.growth
     at = f" at {own.frequency:.4g} Hz" if own.frequency else ""
     return f"the system itself is unstable: without communication steps a mode grows by {own.rate:.4g} 1/s{at}"
 

@@ -24,7 +24,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hfsa.cosim.analysis.stability import Cycle, OneStep
+from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.analysis.step_effect import mode_error
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import linearize, sinusoids
@@ -109,13 +109,15 @@ class Responses:
         self._moving = ~negligible(scale, units, np.ones(len(excitations))).all(axis=1)
         self._size = scale.max(axis=2, keepdims=True)
         self._step_size = case.step_size
-        self._cycles = [
-            Cycle(e.system, e.instances, case.algorithm, source=e.source, lock_in=e.lock_in) for e in excitations
+        self._coupled_steps = [
+            CoupledStep(e.system, e.instances, case.algorithm, source=e.source, lock_in=e.lock_in) for e in excitations
         ]
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
         """Return the largest error of the responses."""
-        found = [cycle.in_order(order).over(self._step_size).response(self._frequency) for cycle in self._cycles]
+        found = [
+            coupled.in_order(order).over(self._step_size).response(self._frequency) for coupled in self._coupled_steps
+        ]
         difference = np.abs(np.stack(found, axis=2) * self._amplitudes - self._exact) / self._size
         return float(difference[:, self._moving].max(initial=0.0))
 
@@ -141,13 +143,13 @@ def best_order(case: Case, question: Question) -> OrderChoice:
     descriptions = {c.name: case.instances[c.name].fmu.description for c in case.system.components}
     names = [name for name, description in descriptions.items() if not description.is_sampled]
     fixed = {name for name in names if descriptions[name].has_sample_time}
-    cycle = Cycle(case.system, case.instances, case.algorithm)
-    kind = cycle.counting
+    coupled = CoupledStep(case.system, case.instances, case.algorithm)
+    kind = coupled.counting
 
     def merit(before: Before) -> tuple[float, float]:
         """What an order is worth, the less the better: how fast it grows, 0 where it is stable, and its error."""
         order = order_of(names, before)
-        own = cycle.in_order(order).over(case.step_size)
+        own = coupled.in_order(order).over(case.step_size)
         return (0.0, question.error(order, own)) if own.is_stable(kind) else (own.growth(kind), math.inf)
 
     own = joined(case.system, names)

@@ -1,12 +1,12 @@
 """What a co-simulation algorithm makes of a linear system: exact modes, stable steps and frequency response.
 
-    cycle = Cycle(system, instances, "gauss_seidel")
-    step = cycle.over(50e-6)
+    coupled = CoupledStep(system, instances, "gauss_seidel")
+    step = coupled.over(50e-6)
     step.modes                        # what remains of each mode after one period of ticks, as rate and frequency
     step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
-    cycle.stability_limits(20e-6, 1e-3, kind="oscillatory")
+    coupled.stability_limits(20e-6, 1e-3, kind="oscillatory")
 
-The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium
+The algorithm's own order of actions runs on the matrices of the FMUs linearised at the equilibrium
 (`linear/cycle.py`); the product over one period, the least common multiple of step and sample times, is the one-step
 matrix. Its eigenvalues lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns
 at arg(lambda) / period.
@@ -180,8 +180,8 @@ class OneStep:
                         yield v
 
 
-class Cycle:
-    """An algorithm's cycle of actions on a system linearised at its equilibrium.
+class CoupledStep:
+    """An algorithm's actions on a system linearised at its equilibrium.
 
     `system` may hold a sine source and a lock-in amplifier, named by `source` and `lock_in`: they take part in
     responses only. `starts` holds start values by full name. Raises `StructureError` as `linearize`.
@@ -224,7 +224,7 @@ class Cycle:
         *,
         lock_in: str | None = None,
         observed: Sequence[str] = (),
-    ) -> "Cycle":
+    ) -> "CoupledStep":
         """Return the same with one component taken for a sinusoid.
 
         Its response is that of a lock-in amplifier's signals, or of the `observed` outputs (full names). `system` is
@@ -255,14 +255,14 @@ class Cycle:
         row = algorithm_named(self._algorithm)
         self._layout = row.layout_of(self._system, self._instances, blocks, *observation)
 
-    def with_algorithm(self, algorithm: str) -> "Cycle":
+    def with_algorithm(self, algorithm: str) -> "CoupledStep":
         """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""
         other = copy(self)
         other._algorithm = algorithm
         other._arrange(self._blocks)
         return other
 
-    def in_order(self, names: Sequence[str]) -> "Cycle":
+    def in_order(self, names: Sequence[str]) -> "CoupledStep":
         """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
         other = copy(self)
         other._system = in_order(self._system, names)

@@ -4,7 +4,7 @@
     effect = question.effect("gauss_seidel", 50e-6)
     effect.error, effect.worst             # 2.23: the response of one output to one input at one frequency is 223 % off
     effect.is_hidden                       # whether the steps make a system look stable that is not
-    question.errors(cycle, frequency)      # |G - H| / |H| of every response at given frequencies
+    question.errors(coupled, frequency)      # |G - H| / |H| of every response at given frequencies
 
 G is the response that the algorithm's one-step matrix gives (`analysis/stability.py`), H that of the same linearised
 FMUs without communication steps (`linear/linearize.py`), both at one operating point. Excited are free inputs, or what
@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from hfsa.cosim.analysis.stability import OSCILLATORY, Cycle, OneStep
+from hfsa.cosim.analysis.stability import OSCILLATORY, CoupledStep, OneStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Blocks
 from hfsa.cosim.linear.cycle import SINE, Source
@@ -108,10 +108,10 @@ class Question:
     outputs: Sequence[str]
     band: tuple[float, float]
     ignored: Collection[str] = ()
-    _cycles: dict[str, list[Cycle]] = field(default_factory=dict, init=False, repr=False)
+    _coupled_steps: dict[str, list[CoupledStep]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self):
-        self.cycle = Cycle(self.system, self.instances)
+        self.coupled = CoupledStep(self.system, self.instances)
         self._exact = {e.source.component: self._without(e) for e in self.excitations}
 
     def effect(self, algorithm: str, step_size: float) -> Effect:
@@ -119,16 +119,16 @@ class Question:
 
         `StructureError` where the algorithm is not offered or the step does not fit the sample times.
         """
-        cycle, own = self.cycle.with_algorithm(algorithm), self.cycle.exact.growth
-        one = cycle.over(step_size)
+        coupled, own = self.coupled.with_algorithm(algorithm), self.coupled.exact.growth
+        one = coupled.over(step_size)
         if self.excitations:
             error, worst = self._largest(algorithm, step_size)
         else:
-            error, worst = mode_error(cycle.exact.poles, one, self.band[0]), None
+            error, worst = mode_error(coupled.exact.poles, one, self.band[0]), None
         # a free motion may grow slowly by the steps alone, which shows no instability that oscillates
         is_hidden = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
-        is_made = not own and not (one.is_stable(cycle.counting) and cycle.converges(step_size))
-        return Effect(algorithm, step_size, error, worst, own, one.growth(cycle.counting), is_hidden, is_made)
+        is_made = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
+        return Effect(algorithm, step_size, error, worst, own, one.growth(coupled.counting), is_hidden, is_made)
 
     def errors(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return |G - H| / |H| at frequencies [Hz], (frequencies, outputs, excitations); NaN where H is negligible."""
@@ -155,8 +155,8 @@ class Question:
     def stepped(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return G at frequencies [Hz], shaped as H; errors as of `effect`."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
-        for k, (excitation, cycle) in enumerate(zip(self.excitations, self._excited(algorithm), strict=True)):
-            found[:, self._rows(excitation), k] = cycle.over(step_size).response(frequency)
+        for k, (excitation, coupled) in enumerate(zip(self.excitations, self._excited(algorithm), strict=True)):
+            found[:, self._rows(excitation), k] = coupled.over(step_size).response(frequency)
         return found
 
     def at(self, frequency: float) -> "Question":
@@ -177,15 +177,15 @@ class Question:
             found |= {self._answering(excitation)[row] for row in held}
         return found
 
-    def _excited(self, algorithm: str) -> list[Cycle]:
-        """Return the algorithm's cycle for each excitation."""
-        if algorithm not in self._cycles:
-            base = self.cycle.with_algorithm(algorithm)
-            self._cycles[algorithm] = [self._with(base, excitation) for excitation in self.excitations]
-        return self._cycles[algorithm]
+    def _excited(self, algorithm: str) -> list[CoupledStep]:
+        """Return the coupled step of an algorithm for each excitation."""
+        if algorithm not in self._coupled_steps:
+            base = self.coupled.with_algorithm(algorithm)
+            self._coupled_steps[algorithm] = [self._with(base, excitation) for excitation in self.excitations]
+        return self._coupled_steps[algorithm]
 
-    def _with(self, base: Cycle, excitation: Excitation) -> Cycle:
-        """Return a cycle with one excitation."""
+    def _with(self, base: CoupledStep, excitation: Excitation) -> CoupledStep:
+        """Return a coupled step with one excitation."""
         system, instances, source = excitation.system, excitation.instances, excitation.source
         if excitation.lock_in is not None:
             return base.excited(system, instances, source, lock_in=excitation.lock_in)
@@ -211,13 +211,13 @@ class Question:
             for name, _ in other.enters
         ]
         blocks = Blocks(rest, self.instances, list(dict.fromkeys(ends)), self._answering(excitation))
-        return Linearization(blocks.close(), self.cycle.operating_point)
+        return Linearization(blocks.close(), self.coupled.operating_point)
 
     @cached_property
     def frequency(self) -> NDArray[np.float64]:
         """Frequencies [Hz] that are looked at: over the band, and close together around modes."""
         grid = logarithmic(*self.band, _POINTS)
-        return np.unique(np.concatenate([grid, near_modes(self.cycle.exact.poles, self.band)]))
+        return np.unique(np.concatenate([grid, near_modes(self.coupled.exact.poles, self.band)]))
 
     @cached_property
     def _answer(self) -> NDArray[np.complex128]:

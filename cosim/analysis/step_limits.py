@@ -2,7 +2,7 @@
 
     for found in step_limits(scene.system, instances, scene.step_size):
         print(found.algorithm, found.longest)
-    sentence = advice(cycle, "gauss_seidel", 1e-3, times)          # what to say of a step beyond the limit, or None
+    sentence = advice(coupled, "gauss_seidel", 1e-3, times)          # what to say of a step beyond the limit, or None
 
 The one-step matrix of each algorithm (`analysis/stability.py`) is asked at steps from `SHORTEST` to `LONGEST` times the
 scene's own, close to it in small ratios, as stability may be lost and found again, and the step at which a mode first
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hfsa.cosim.analysis.sampling import sample_times
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.systems.errors import StructureError
@@ -75,30 +75,30 @@ def step_limits(
 
     `starts` holds start values by full name. Raises `StructureError` as `linearize`.
     """
-    own = Cycle(system, instances, starts=starts)
+    own = CoupledStep(system, instances, starts=starts)
     times = sample_times(system, instances, starts or {}).values()
     for algorithm in algorithms:
         try:
-            cycle = own.with_algorithm(algorithm)
+            coupled = own.with_algorithm(algorithm)
         except StructureError as error:
             yield StepLimit(algorithm, math.nan, message=str(error))
             continue
-        yield _limit(cycle, algorithm, step_size, times)
+        yield _limit(coupled, algorithm, step_size, times)
 
 
-def advice(base: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> str | None:
+def advice(base: CoupledStep, algorithm: str, step_size: float, times: Collection[float]) -> str | None:
     """Return what to say of a step [s] beyond the limit of an algorithm, `None` where it is stable.
 
-    `base` is the system's cycle with any algorithm, `times` are the sample times [s]. Errors as of `Cycle`.
+    `base` is the system's coupled step with any algorithm, `times` are the sample times [s]. Errors as of `CoupledStep`.
     """
-    cycle = base.with_algorithm(algorithm)
-    own = cycle.over(step_size)
-    is_growing = not own.is_stable(cycle.counting)
-    if not is_growing and cycle.converges(step_size):
+    coupled = base.with_algorithm(algorithm)
+    own = coupled.over(step_size)
+    is_growing = not own.is_stable(coupled.counting)
+    if not is_growing and coupled.converges(step_size):
         return None
-    longest = _longest(cycle, step_size, times)
-    others = [limit for name in _ADVISED if name != algorithm and (limit := _advice(cycle, name, step_size, times))]
-    grows = f"a mode grows by {own.growth(cycle.counting):.3g} 1/s" if is_growing else "its passes diverge"
+    longest = _longest(coupled, step_size, times)
+    others = [limit for name in _ADVISED if name != algorithm and (limit := _advice(coupled, name, step_size, times))]
+    grows = f"a mode grows by {own.growth(coupled.counting):.3g} 1/s" if is_growing else "its passes diverge"
     would = [f"a step of {longest:.4g} s or less"] if longest > 0 else []
     if others:
         best = max(others, key=lambda limit: limit.longest)
@@ -119,23 +119,23 @@ def fitting(step_size: float, times: Collection[float]) -> float:
     return next((shortest * n for n in multiples if _fits(shortest * n, times)), shortest)
 
 
-def _advice(cycle: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit | None:
+def _advice(coupled: CoupledStep, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit | None:
     """Return the limit of another algorithm where it is stable at the step [s], `None` where not, or not offered."""
     try:
-        other = cycle.with_algorithm(algorithm)
+        other = coupled.with_algorithm(algorithm)
     except StructureError:
         return None
     return StepLimit(algorithm, _longest(other, step_size, times)) if other.is_stable(step_size) else None
 
 
-def _limit(cycle: Cycle, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit:
-    """Return the limit of a cycle's algorithm, and what it makes of the scene's own step [s]."""
-    longest = _longest(cycle, step_size, times)
+def _limit(coupled: CoupledStep, algorithm: str, step_size: float, times: Collection[float]) -> StepLimit:
+    """Return the limit of an algorithm, and what it makes of the scene's own step [s]."""
+    longest = _longest(coupled, step_size, times)
     try:
-        own = cycle.over(step_size)
+        own = coupled.over(step_size)
     except StructureError:  # the step does not fit the sample times
         return StepLimit(algorithm, longest)
-    is_stable = own.is_stable(cycle.counting) and cycle.converges(step_size)
+    is_stable = own.is_stable(coupled.counting) and coupled.converges(step_size)
     return StepLimit(algorithm, longest, is_stable, own.growth("oscillatory"), own.growth("aperiodic"))
 
 
@@ -144,16 +144,16 @@ def _seconds(longest: float) -> str:
     return "at every step that was asked" if math.isinf(longest) else f"up to {longest:.4g} s"
 
 
-def _longest(cycle: Cycle, step_size: float, times: Collection[float]) -> float:
+def _longest(coupled: CoupledStep, step_size: float, times: Collection[float]) -> float:
     """Return `StepLimit.longest`; `times` are the sample times [s]."""
     low = 0.0
     for high in _candidates(step_size, times):
-        if cycle.is_stable(high):
+        if coupled.is_stable(high):
             low = high
         elif low == 0.0:
             return low
         else:
-            return _among(cycle, _between(low, high, times)) if times else _bisected(cycle, low, high)
+            return _among(coupled, _between(low, high, times)) if times else _bisected(coupled, low, high)
     return math.inf
 
 
@@ -190,18 +190,18 @@ def _between(low: float, high: float, times: Collection[float]) -> list[float]:
     return [step for step in found if _fits(step, times)]
 
 
-def _among(cycle: Cycle, steps: Sequence[float]) -> float:
+def _among(coupled: CoupledStep, steps: Sequence[float]) -> float:
     """Return the longest stable of steps [s], the first of which is stable, by bisection."""
     low, high = 0, len(steps)
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (middle, high) if cycle.is_stable(steps[middle]) else (low, middle)
+        low, high = (middle, high) if coupled.is_stable(steps[middle]) else (low, middle)
     return steps[low]
 
 
-def _bisected(cycle: Cycle, low: float, high: float) -> float:
+def _bisected(coupled: CoupledStep, low: float, high: float) -> float:
     """Return where stability is lost between two steps [s]."""
     while high - low > ACCURACY * high:
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if cycle.is_stable(middle) else (low, middle)
+        low, high = (middle, high) if coupled.is_stable(middle) else (low, middle)
     return low

@@ -5,7 +5,7 @@ import pytest
 from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
@@ -113,7 +113,7 @@ def test_a_mass_added_through_a_loop_is_a_mass(parts, opened, library, way, algo
         errors.append(abs(recording["body.position"][-1] - np.cos(5 * 0.2)))
     order = 1 if algorithm in HELD else 3 if algorithm.endswith("quadratic") else 2
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
-    modes = Cycle(system, opened(found), algorithm).over(1e-3).modes
+    modes = CoupledStep(system, opened(found), algorithm).over(1e-3).modes
     assert min(abs(2 * np.pi * mode.frequency - 5.0) for mode in modes) < 0.05
 
 

@@ -5,7 +5,7 @@ import pytest
 from algorithm_groups import ALGORITHMS
 from spring_loop import closed_loop, loop
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -39,7 +39,7 @@ def test_order_of_convergence(files, opened, library, version, way, algorithm, o
 def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algorithm):
     """After the start, positions follow the recurrence of the matrix's characteristic polynomial."""
     system, found = loop(files, version)
-    step = Cycle(system, opened(found), algorithm).over(5e-3)
+    step = CoupledStep(system, opened(found), algorithm).over(5e-3)
     master = make_master(opened(found), system, algorithm, 5e-3)
     recording = master.record(["plant.position"], rows=101)
     master.initialize()

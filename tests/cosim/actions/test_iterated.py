@@ -6,7 +6,7 @@ from algorithm_groups import ITERATED
 from spring_loop import closed_loop, loop
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
@@ -37,7 +37,7 @@ def test_second_order(files, opened, version, method):
 @each_method
 def test_the_one_step_matrix_says_what_a_step_does(files, opened, method):
     system, found = loop(files)
-    step = Cycle(system, opened(found), method).over(5e-3)
+    step = CoupledStep(system, opened(found), method).over(5e-3)
     position = positions(make_master(opened(found), system, method, 5e-3), 100)
     multipliers = np.linalg.eigvals(step.matrix)
     polynomial = np.real(np.poly(multipliers[abs(multipliers) > 1e-9]))

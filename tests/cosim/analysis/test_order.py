@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hfsa.cosim.analysis.order import MOST, Before, Case, Modes, best_order, exchanged, order_of, search
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.assembly.load_scene import load_scene
@@ -80,8 +80,8 @@ def test_down_a_chain_the_error_is_of_first_order_and_by_turns_of_second(opened,
     found = []
     for step_size in steps:
         bench = bench_of(scene, step_size, library)
-        cycle = Cycle(bench.system, opened(bench.files), source="source", lock_in="lock_in")
-        predicted = cycle.over(step_size).response([FREQUENCY])[0]
+        coupled = CoupledStep(bench.system, opened(bench.files), source="source", lock_in="lock_in")
+        predicted = coupled.over(step_size).response([FREQUENCY])[0]
         found.append(measured(bench, step_size, FREQUENCY)[0])
         assert found[-1] == pytest.approx(predicted[0], rel=1e-4)
     errors = np.abs(np.array(found) / true - 1)

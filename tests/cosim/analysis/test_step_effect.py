@@ -45,7 +45,7 @@ def test_growth_that_steps_hide_is_told_of_every_random_system_and_of_no_other(o
         hidden, others = hidden + is_hidden, others + (not is_hidden)
         question = asked(ring, opened, fmus)
         effect = question.effect("gauss_seidel", step)
-        assert question.cycle.exact.growth.rate == pytest.approx(max(own, 0.0), rel=1e-6)
+        assert question.coupled.exact.growth.rate == pytest.approx(max(own, 0.0), rel=1e-6)
         assert effect.growth == pytest.approx(stepped, rel=1e-6, abs=1e-6)
         assert effect.is_hidden == is_hidden
         assert effect.is_made == (own < 0 < stepped)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from foreign_fmu import foreign_fmu
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response, linearize
@@ -114,7 +114,7 @@ def test_hidden_dynamics_have_no_linear_response(fmu, version, case):
     with open_instances({"p": file}) as instances:
         if "output y declares" not in words:  # which is asked of outputs that lead somewhere
             with pytest.raises(StructureError, match="does not declare"):
-                Cycle(system, instances)
+                CoupledStep(system, instances)
         with pytest.raises(StructureError, match="does not declare"):
             linearize(system, instances, [], ["p.y"])
 
