@@ -63,7 +63,7 @@ class Margins:
     sensitivity_frequency: float
 
 
-class Loop:
+class OpenedLoop:
     """A loop opened at one connection.
 
     Attributes:
@@ -189,7 +189,7 @@ def open_loop(
     instances: Mapping[str, Instance],
     connection: Connection,
     starts: Mapping[str, float] | None = None,
-) -> Loop:
+) -> OpenedLoop:
     """Return the loop that a connection closes, opened there.
 
     Raises as `linearize`, and `StructureError` for a connection that closes no loop.
@@ -201,7 +201,7 @@ def open_loop(
     closed = linearize(system, instances, [], [connection.start], starts)
     ends = (name.partition(".")[0] for name in (connection.start, connection.end))
     clock = next((name for name in ends if instances[name].fmu.description.is_sampled), None)
-    return Loop(connection, opened, closed, clock)
+    return OpenedLoop(connection, opened, closed, clock)
 
 
 def find_connection(system: System, name: str) -> Connection:

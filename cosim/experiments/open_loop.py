@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.margins import Loop, Margins, find_connection
+from hfsa.cosim.analysis.margins import Margins, OpenedLoop, find_connection
 from hfsa.cosim.analysis.margins import open_loop as opened_at
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
@@ -116,7 +116,7 @@ def open_loop(
 
 
 def _frequencies(
-    scene: Scene, loop: Loop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
+    scene: Scene, loop: OpenedLoop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
 ) -> NDArray[np.float64]:
     """Return the frequencies [Hz] of the file; `StructureError` beyond the highest that the loop has a gain at."""
     found = [m.frequency for m in (*margins.gain, *margins.phase)]
