@@ -1,7 +1,7 @@
 """One time-domain run of a system into a file: what is recorded survives whatever ends the run.
 
-    ready = Ready(system, files, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
-    ended = run(ready, path)
+    plan = RunPlan(system, files, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
+    summary = run(plan, path)
 
 Everything that is recorded is in the file; what is returned says how it went.
 """
@@ -36,7 +36,7 @@ _FASTER = 10
 
 
 @dataclass(frozen=True)
-class Ready:
+class RunPlan:
     """A system ready to run from 0 to `stop_time` [s], as plain data that any process can take.
 
     Attributes:
@@ -83,7 +83,7 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Ended:
+class RunSummary:
     """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first.
 
     `file` tells its results file from another that may have got its name since.
@@ -94,27 +94,27 @@ class Ended:
     file: Identity
 
 
-def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> Ended:
+def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> RunSummary:
     """Run into the file `path`, what tells of a limit (`measurement/limit_flags.py`) recorded as well.
 
     The file is written as the run goes on, about once a second; a `StepError` is written to it as well, with everything
     recorded before, and raised. `report` is called with the part done, 0 to 1, and may raise to end the run. `force`
     replaces a results file of that name (`results.RunFile`).
     """
-    steps, system = ready.steps, ready.assembly.system
+    steps, system = plan.steps, plan.assembly.system
     with contextlib.ExitStack() as stack:
-        master = open_master(ready.assembly, ready.algorithm, ready.step_size, ready.library, ready.tolerance)
+        master = open_master(plan.assembly, plan.algorithm, plan.step_size, plan.library, plan.tolerance)
         stack.callback(master.close)
         connectors = master.wiring.connectors
-        check_sample_times(system, connectors, {}, ready.step_size)
+        check_sample_times(system, connectors, {}, plan.step_size)
         limits = [system.own_name(name) for name in limit_signals(connectors)]
-        names = list(dict.fromkeys([*ready.names, *limits]))
+        names = list(dict.fromkeys([*plan.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
-        recording.watch.limit(ready.scales)
-        failed = _initialize(master, max(ready.stop_time, ready.end))
-        times = np.arange(steps + 1, dtype=np.float64) * ready.step_size
-        file = RunFile(path, times, units, ready.record, force)
+        recording.watch.limit(plan.scales)
+        failed = _initialize(master, max(plan.stop_time, plan.end))
+        times = np.arange(steps + 1, dtype=np.float64) * plan.step_size
+        file = RunFile(path, times, units, plan.record, force)
         written, failure, is_interrupted = 0, "stopped before the end", False
 
         def write() -> None:
@@ -149,7 +149,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None,
                 else:
                     file.close(failure)
         found = acting(recording.time, {name: recording[name] for name in limits})
-        return Ended(master.warnings, found, file.identity)
+        return RunSummary(master.warnings, found, file.identity)
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:

@@ -1,6 +1,6 @@
 """Runs of one system beside each other: each is made, measured by groups of outputs, and thinned for drawing.
 
-    outcome = perform(Trial(ready, path, outputs))
+    outcome = perform(Trial(plan, path, outputs))
     outcome.groups[0].peak, outcome.limits, outcome.sampling, outcome.failure
 
 A group is the outputs whose names differ in their indices only, `tracking.axis[1..3].error`. Of its members v(t)
@@ -25,7 +25,7 @@ from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.measurement.limit_flags import Acting, acting
 from hfsa.cosim.measurement.pool import is_stopping
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.verification import shares, verify
 from hfsa.cosim.results.files import ErrorEstimate, ResultsError, read_run
 from hfsa.cosim.systems.errors import StructureError
@@ -45,7 +45,7 @@ class Trial:
     The `outputs` and further `signals` (full names) are judged, with `verified` their errors as well.
     """
 
-    ready: Ready
+    plan: RunPlan
     path: Path
     outputs: Sequence[str]
     signals: Sequence[str] = ()
@@ -149,7 +149,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     begin, failure, failure_time = time.perf_counter(), "", None
     warnings: list[str] = []
     try:
-        warnings += run(trial.ready, trial.path, first, trial.force).warnings.values()
+        warnings += run(trial.plan, trial.path, first, trial.force).warnings.values()
     except StepError as error:
         failure, failure_time = str(error), error.time
     except ResultsError as error:
@@ -179,10 +179,10 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
 def _errors(trial: Trial, report: Callable[[float], None]) -> tuple[Mapping[str, ErrorEstimate], tuple[str, ...]]:
     """Return the error estimates of a run that is complete, and what is to be said of them, or why there are none."""
     try:
-        verification = verify(trial.ready, trial.path, report)
+        verification = verify(trial.plan, trial.path, report)
     except (StepError, ResultsError) as error:
         return {}, (f"no error estimate is known: {error}",)
-    sentence = verification.excess(trial.ready.tolerance)
+    sentence = verification.excess(trial.plan.tolerance)
     return verification.errors, (sentence,) if sentence else ()
 
 
@@ -221,7 +221,7 @@ def thinned(
 
 def _sampling(trial: Trial) -> tuple[SamplingLimit | None, tuple[str, ...]]:
     """Return the sampling limit of what runs, or why there is none."""
-    assembly = trial.ready.assembly
+    assembly = trial.plan.assembly
     with assembly.open() as instances:
         try:
             return sampling_limit(assembly.system, instances, trial.outputs), ()

@@ -1,9 +1,9 @@
 """Verification of a run: the error that its communication step makes, from a second run at half the step.
 
-    check_verifiable(ready)
-    run(ready, path)
-    verified = verify(ready, path)       # its errors are in the file as well
-    verified.excess(ready.tolerance)     # a sentence where one is above the tolerance
+    check_verifiable(plan)
+    run(plan, path)
+    verified = verify(plan, path)       # its errors are in the file as well
+    verified.excess(plan.tolerance)     # a sentence where one is above the tolerance
 
 Of a variable y that was recorded with steps of H, and again with steps of H / 2, an algorithm of order p errs by
 
@@ -25,7 +25,7 @@ from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
 from hfsa.cosim.measurement.limit_flags import is_limit
-from hfsa.cosim.measurement.run import Ready
+from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
@@ -43,18 +43,18 @@ _UNLIKE = 0.3
 """Relative error from which on the two runs have too little in common for a figure."""
 
 
-def check_verifiable(ready: Ready) -> None:
+def check_verifiable(plan: RunPlan) -> None:
     """Raise `StructureError` for an algorithm that takes no given step, and for ticks that half the step misses."""
-    row = algorithm_named(ready.algorithm)
+    row = algorithm_named(plan.algorithm)
     if not row.is_limited:
         reason = (
             "takes communication steps of its own choice, as long as --tolerance lets them be"
             if not row.is_model_exchange
             else "takes no communication steps: its step lies between two records"
         )
-        raise StructureError(f"--verify halves the communication step, but {ready.algorithm} {reason}")
+        raise StructureError(f"--verify halves the communication step, but {plan.algorithm} {reason}")
     try:
-        check_sample_times(ready.assembly.system, ready.assembly.connectors, {}, ready.step_size / 2)
+        check_sample_times(plan.assembly.system, plan.assembly.connectors, {}, plan.step_size / 2)
     except StructureError as error:
         raise StructureError(f"--verify halves the communication step: {error}") from None
 
@@ -99,25 +99,25 @@ def _of_higher_order(name: str) -> str | None:
     return alike.name if alike else None
 
 
-def verify(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Verification:
+def verify(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None) -> Verification:
     """Return the errors of what a run has recorded into the file `path`, and write them there as well.
 
     Limits, which are 0 or 1, have none. `report` is called with the part done, 0 to 1, and may raise to end it.
     `StepError` where the run at half the step cannot go on: the error is not known then.
     """
     recorded, units = read_run(path)
-    names = [name for name in ready.names if not is_limit(name)]
-    halved, order = _at_half_the_step(ready, names, report)
+    names = [name for name in plan.names if not is_limit(name)]
+    halved, order = _at_half_the_step(plan, names, report)
     size = {name: float(np.abs(recorded[name]).max()) for name in names}
     errors = {}
     for name in names:
         absolute = float(np.abs(recorded[name] - halved[name]).max()) / (1 - 2.0**-order)
-        scale = ready.scales[name].size if name in ready.scales else 0.0
+        scale = plan.scales[name].size if name in plan.scales else 0.0
         largest = max(size[other] for other in names if units[other] == units[name])
         relative = absolute / max(size[name], _ROUNDING * max(scale, largest)) if absolute else 0.0
         errors[name] = ErrorEstimate(absolute, relative)
     write_errors(path, errors)
-    return Verification(errors, ready.algorithm, order, ready.step_size)
+    return Verification(errors, plan.algorithm, order, plan.step_size)
 
 
 def shares(report: Callable[[float], None] | None) -> tuple[Callable[[float], None], Callable[[float], None]]:
@@ -127,16 +127,16 @@ def shares(report: Callable[[float], None] | None) -> tuple[Callable[[float], No
 
 
 def _at_half_the_step(
-    ready: Ready, names: list[str], report: Callable[[float], None] | None
+    plan: RunPlan, names: list[str], report: Callable[[float], None] | None
 ) -> tuple[dict[str, NDArray[np.float64]], int]:
     """Return values of variables at the points of a run, from one with half its step, and the order of its error."""
-    steps, step_size = 2 * ready.steps, ready.step_size / 2
-    master = open_master(ready.assembly, ready.algorithm, step_size, ready.library, ready.tolerance)
+    steps, step_size = 2 * plan.steps, plan.step_size / 2
+    master = open_master(plan.assembly, plan.algorithm, step_size, plan.library, plan.tolerance)
     with closing(master):
-        recording = master.record(names, rows=ready.steps + 1, every=2)
-        recording.watch.limit(ready.scales)
+        recording = master.record(names, rows=plan.steps + 1, every=2)
+        recording.watch.limit(plan.scales)
         try:
-            master.initialize(stop_time=max(ready.stop_time, ready.end))
+            master.initialize(stop_time=max(plan.stop_time, plan.end))
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 if report is not None:

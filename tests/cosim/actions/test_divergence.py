@@ -21,7 +21,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.trial import Outcome, measure
 from hfsa.cosim.results.files import SystemRecord, read_run, read_status
 from hfsa.cosim.systems.connectors import connector
@@ -39,7 +39,7 @@ LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"
 def unstable(exported, library):
     """A mass that a law pushes away, x = x0 cosh(RATE t), as a run of 2 s."""
 
-    def ready(algorithm: str, is_compiled: bool = True, **changes) -> Ready:
+    def plan(algorithm: str, is_compiled: bool = True, **changes) -> RunPlan:
         start = {"stiffness": -(RATE**2), "damping": 0.0}
         system = System(
             [Component("mass", "x", start={"q": START}), Component("law", "x", start=start)],
@@ -51,18 +51,18 @@ def unstable(exported, library):
         files = {"mass": exported(plant())[2], "law": exported(law())[2]}
         names, record = ("mass.velocity", "mass.position"), SystemRecord("unstable", "")
         scales = {"mass.position": SCALE}
-        made = Ready(
+        made = RunPlan(
             Assembly.read(system, files), names, 2.0, STEP, record, algorithm, library if is_compiled else None
         )
         return replace(made, **{"scales": scales, **changes})
 
-    return ready
+    return plan
 
 
-def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
+def stopped(plan: RunPlan) -> tuple[DivergenceError, dict[str, np.ndarray]]:
     """Return the error of a run that diverges, and what its file holds up to there."""
     with pytest.raises(DivergenceError) as caught:
-        run(ready, Path("it.h5"))
+        run(plan, Path("it.h5"))
     values, _ = read_run("it.h5")
     reached = np.isfinite(values["mass.position"])
     assert read_status("it.h5") == ("failed", str(caught.value))
