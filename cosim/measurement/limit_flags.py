@@ -1,7 +1,7 @@
 """Limits: outputs that are 1 while something is at its end and otherwise 0, told by the last part of their name.
 
     limit_signals(connectors)                  # ["controller.axis[1].saturation", "stack[1].contact_lost"]
-    for found in acting(time, values):         # values of a run by full name
+    for found in active_limits(time, values):         # values of a run by full name
         print(found.message)                   # what acts, first when, how often, what it means, what helps
 
 A part tells of a limit of its own by calling an output so; what follows is said by whoever runs it.
@@ -64,7 +64,7 @@ LIMITS: Mapping[str, Limit] = {
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActiveLimit:
     """A limit that acted.
 
     Attributes:
@@ -81,7 +81,7 @@ class Acting:
     @property
     def limit(self) -> Limit:
         """What kind of limit it is."""
-        return LIMITS[_kind(self.signal)]
+        return LIMITS[_flag_of(self.signal)]
 
     @property
     def message(self) -> str:
@@ -89,7 +89,7 @@ class Acting:
         limit = self.limit
         lasting = "" if self.lasting_since is None else f", to the end from {self.lasting_since:.9g} s on"
         return (
-            f"{_said(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
+            f"{_spelled_out(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
             f"the time{lasting}: {limit.meaning}; {limit.advice}"
         )
 
@@ -99,14 +99,14 @@ class Acting:
         limit = self.limit
         spoilt = ", and the response is not that to small signals" if limit.spoils_response else ""
         return (
-            f"{_said(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
+            f"{_spelled_out(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
             f"{limit.advice}"
         )
 
 
 def is_limit(name: str) -> bool:
     """Whether a variable of that name, full or not, tells of a limit."""
-    return _kind(name) in LIMITS
+    return _flag_of(name) in LIMITS
 
 
 def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str]:
@@ -119,7 +119,7 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
     ]
 
 
-def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
+def active_limits(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[ActiveLimit]:
     """Return the limits that acted in a run, the earliest first.
 
     `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN.
@@ -131,16 +131,16 @@ def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
         if acts.any():
             last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # points at the end at which it acts
             since = float(time[len(acts) - last]) if last else None
-            found.append(Acting(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
+            found.append(ActiveLimit(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
     return sorted(found, key=lambda limit: limit.first_time)
 
 
-def _kind(name: str) -> str:
+def _flag_of(name: str) -> str:
     """Return the last part of a name, a key of `LIMITS` where it tells of a limit."""
     return name.rpartition(".")[2]
 
 
-def _said(name: str) -> str:
+def _spelled_out(name: str) -> str:
     """Return a full name as messages say it: `controller: axis[1].saturation`."""
     component, _, variable = name.partition(".")
     return f"{component}: {variable}"

@@ -14,7 +14,7 @@ import numpy as np
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
-from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
@@ -152,7 +152,7 @@ class Rig:
                 f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
                 f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
             )
-        for found in self._acting()[:1]:
+        for found in self._active_limits()[:1]:
             if found.limit.spoils_response:
                 status, message = Status.LIMITED, found.response_message
             elif status is Status.DONE:
@@ -167,11 +167,11 @@ class Rig:
             message=message,
         )
 
-    def _acting(self) -> list[Acting]:
+    def _active_limits(self) -> list[ActiveLimit]:
         """Return the limits that acted within the last window, those that spoil the response first."""
         if self._limits is None:
             return []
-        found = acting(self._limits.time, {name: self._limits[name] for name in self._limits.names})
+        found = active_limits(self._limits.time, {name: self._limits[name] for name in self._limits.names})
         return sorted(found, key=lambda limit: not limit.limit.spoils_response)
 
     def close(self) -> None:

@@ -20,7 +20,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
@@ -90,7 +90,7 @@ class RunSummary:
     """
 
     warnings: Mapping[str, str]
-    limits: Sequence[Acting]
+    limits: Sequence[ActiveLimit]
     file: Identity
 
 
@@ -148,7 +148,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
                     file.interrupt()
                 else:
                     file.close(failure)
-        found = acting(recording.time, {name: recording[name] for name in limits})
+        found = active_limits(recording.time, {name: recording[name] for name in limits})
         return RunSummary(master.warnings, found, file.identity)
 
 
