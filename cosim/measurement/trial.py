@@ -63,7 +63,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Group:
+class OutputGroup:
     """Outputs that differ in indices only, and what a run made of them.
 
     Attributes:
@@ -120,7 +120,7 @@ class Outcome:
     """
 
     path: Path
-    groups: tuple[Group, ...] = ()
+    groups: tuple[OutputGroup, ...] = ()
     limits: tuple[ActiveLimit, ...] = ()
     warnings: tuple[str, ...] = ()
     steps: int = 0
@@ -188,7 +188,7 @@ def _errors(trial: Trial, report: Callable[[float], None]) -> tuple[Mapping[str,
 
 def measure(
     time: NDArray[np.float64], values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]
-) -> tuple[Group, ...]:
+) -> tuple[OutputGroup, ...]:
     """Return groups of outputs, values by full name over time [s], evenly spaced, all of one shape (points,)."""
     members: dict[tuple[str, str], list[str]] = {}
     for name in values:
@@ -200,7 +200,7 @@ def measure(
         with np.errstate(over="ignore"):  # of a run that diverged
             rms = np.sqrt(np.mean(v**2, axis=1)).max()
         curves = tuple(Curve(member, *thinned(time, row)) for member, row in zip(names, v, strict=True))
-        groups.append(Group(name, unit, float(size.max()), float(rms), float(size[:, -1].max()), curves))
+        groups.append(OutputGroup(name, unit, float(size.max()), float(rms), float(size[:, -1].max()), curves))
     return tuple(groups)
 
 
