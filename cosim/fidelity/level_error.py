@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import build, with_ports
-from hfsa.cosim.fidelity.nonlinearity import Effect, bending, measure_effect
+from hfsa.cosim.fidelity.nonlinearity import Effect, measure_effect, nonlinearity
 from hfsa.cosim.fidelity.step_judge import settled
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -78,7 +78,7 @@ def ask(scene: Scene, library: Path | None) -> Question:
 _NOTHING = 1e-12
 """Amplitude of an output, relative to its nominal, that is rounding."""
 
-_BENT = 1e-3
+_NONLINEAR = 1e-3
 """Relative change of an FMU's derivatives over its swing, relative to the tolerance, from which on it is not linear."""
 
 
@@ -88,7 +88,7 @@ class _Linearized:
 
     sweep: LinearSweep
     outputs: int
-    bending: Mapping[str, float]
+    nonlinearity: Mapping[str, float]
 
     def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return the scene's responses at frequencies [Hz], (frequencies, outputs, inputs)."""
@@ -100,9 +100,9 @@ class _Linearized:
         follows = np.hstack([self.sweep.found.C, self.sweep.found.D])[: self.outputs].any(axis=1)
         return set(np.flatnonzero(~follows).tolist())
 
-    def bent(self, most: float) -> set[str]:
+    def nonlinear(self, most: float) -> set[str]:
         """Return the components that bend by more than `most`."""
-        return {name for name, bending in self.bending.items() if bending > most}
+        return {name for name, nonlinearity in self.nonlinearity.items() if nonlinearity > most}
 
 
 class Responses:
@@ -119,7 +119,7 @@ class Responses:
         amplitudes = [signal.amplitude for signal in self._inputs]
         self._counts = _counting(self._size, scene, assembly, amplitudes)
         self._scale = Scale(self._grid, self._size)
-        self._straight = _BENT * scene.tolerance * self._smallest(assembly, amplitudes)
+        self._linear_up_to = _NONLINEAR * scene.tolerance * self._smallest(assembly, amplitudes)
 
     def error(self, system: System) -> float:
         """Return the error of a system; errors as `Question.error`."""
@@ -133,9 +133,9 @@ class Responses:
         difference = np.abs(found.response(frequency) - reference) / self._scale.at(frequency, reference)
         error = float(difference[:, self._counts].max())
         differing = {c.name for c in system.components if c != self._scene.system[c.name]}
-        bent = found.bent(self._straight)
-        if error <= self._scene.tolerance and differing & (bent | self._reference.bent(self._straight)):
-            error += self._amplitude_error(system if bent else None)
+        nonlinear = found.nonlinear(self._linear_up_to)
+        if error <= self._scene.tolerance and differing & (nonlinear | self._reference.nonlinear(self._linear_up_to)):
+            error += self._amplitude_error(system if nonlinear else None)
         return error
 
     def _linearized(self, assembly: Assembly) -> _Linearized:
@@ -147,12 +147,12 @@ class Responses:
             feeding = [connection.start for connection in system.connections]
             found = LinearSweep(linearize(system, instances, columns, [*scene.outputs, *feeding]), orders)
             swing = self._swing(found, system, instances)
-            bends = {}
+            nonlinearities = {}
             for name, instance in instances.items():
                 own = {variable: size for (owner, variable), size in swing.items() if owner == name}
                 seen = dict.fromkeys(v for o, v in map(system.split, found.found.outputs) if o == name)
-                bends[name] = bending(instance, own, list(seen))
-            return _Linearized(found, len(scene.outputs), bends)
+                nonlinearities[name] = nonlinearity(instance, own, list(seen))
+            return _Linearized(found, len(scene.outputs), nonlinearities)
 
     def _swing(
         self, found: LinearSweep, system: System, instances: Mapping[str, Instance]

@@ -1,6 +1,6 @@
 """What the amplitude of a sine adds to a system's response, and in harmonics: nothing, as long as it is linear.
 
-    bending(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
+    nonlinearity(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
     effect = measure_effect(scene, inputs, frequency, library)
 
 The response G(A) is measured by co-simulation at the scene's amplitude A and at a tenth of it, at one step, so that
@@ -42,7 +42,7 @@ class Effect:
     harmonics: NDArray[np.float64]
 
 
-def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
+def nonlinearity(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
     """Return by how much an FMU's derivatives change over a swing about where it is, in initialization mode.
 
     `swing` are sizes of states, sampled states and inputs; what it does not name stays. They move all at once, one way
