@@ -14,7 +14,7 @@ import math
 from collections.abc import Collection, Iterator
 
 from hfsa.cosim.analysis.sampling import sample_times, sampling_limit
-from hfsa.cosim.analysis.step_effect import Effect, Question
+from hfsa.cosim.analysis.step_effect import Question, StepEffect
 from hfsa.cosim.analysis.step_limits import advice, fitting
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES
@@ -41,7 +41,7 @@ def choose(
         if algorithm not in offered:
             continue
         try:
-            errors[algorithm] = judged(question.effect(algorithm, step_size))
+            errors[algorithm] = effective_error(question.effect(algorithm, step_size))
         except NOT_KNOWN as error:
             refusals[algorithm] = str(error)
             continue
@@ -54,16 +54,16 @@ def choose(
     return AlgorithmChoice(best, step_size, tolerance, about, errors, refusals)
 
 
-def judged(effect: Effect) -> float:
+def effective_error(effect: StepEffect) -> float:
     """Return the error of an effect; infinite where the steps change stability."""
-    return math.inf if effect.is_hidden or effect.is_made else effect.error
+    return math.inf if effect.hides_instability or effect.causes_instability else effect.error
 
 
-def warnings(question: Question, effect: Effect, tolerance: float) -> list[str]:
+def warnings(question: Question, effect: StepEffect, tolerance: float) -> list[str]:
     """Return what is to be said of an algorithm and a step: of instability, else of responses that err too much."""
     if effect.own:
-        return [_hidden(question, effect)] if effect.is_hidden else instability(question)
-    if effect.is_made:
+        return [_hidden(question, effect)] if effect.hides_instability else instability(question)
+    if effect.causes_instability:
         sentence = advice(question.coupled, effect.algorithm, effect.step_size, _times(question))
         return [sentence] if sentence else []
     return [] if effect.error <= tolerance else [_inaccurate(question, effect, tolerance)]
@@ -79,7 +79,7 @@ def instability(question: Question) -> list[str]:
     return [f"{_growing(question)}; {_sampling(question) or 'no step and no algorithm makes it stable'}"]
 
 
-def _hidden(question: Question, effect: Effect) -> str:
+def _hidden(question: Question, effect: StepEffect) -> str:
     """Return what to say of steps that make a system look stable that is not."""
     hides = (
         f"{_growing(question)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
@@ -108,7 +108,7 @@ def _sampling(question: Question) -> str:
     return f"it is stable up to a sample time of {found.longest:.4g} s, its own is {found.sample_time:.4g} s"
 
 
-def _shown(question: Question, effect: Effect) -> str:
+def _shown(question: Question, effect: StepEffect) -> str:
     """Return which algorithm and which step show that the system is unstable."""
     others = (algorithm for algorithm in CANDIDATES if algorithm != effect.algorithm)
     algorithm = next((name for name in others if _is_seen(question, name, effect.step_size)), None)
@@ -121,13 +121,13 @@ def _shown(question: Question, effect: Effect) -> str:
 def _is_seen(question: Question, algorithm: str, step_size: float) -> bool:
     """Whether an algorithm and a step [s] show that a system is unstable."""
     effect = _effect(question, algorithm, step_size)
-    return effect is not None and not effect.is_hidden
+    return effect is not None and not effect.hides_instability
 
 
 # Accuracy -------------------------------------------------------------------------------------------------------------
 
 
-def _inaccurate(question: Question, effect: Effect, tolerance: float) -> str:
+def _inaccurate(question: Question, effect: StepEffect, tolerance: float) -> str:
     """Return what to say of responses that err by more than the tolerance."""
     step = f"{effect.algorithm} at a step of {effect.step_size:.4g} s"
     limit = f"more than the tolerance of {100 * tolerance:.3g} %"
@@ -145,25 +145,25 @@ def _inaccurate(question: Question, effect: Effect, tolerance: float) -> str:
     return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was asked would do"
 
 
-def _better(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
+def _better(question: Question, effect: StepEffect, tolerance: float) -> Iterator[str]:
     """Yield the cheapest other algorithm that is good enough at this step."""
     for algorithm in CANDIDATES:
         other = None if algorithm == effect.algorithm else _effect(question, algorithm, effect.step_size)
-        if other and judged(other) <= tolerance:
+        if other and effective_error(other) <= tolerance:
             yield f"the algorithm {algorithm} ({100 * other.error:.2g} %)"
             return
 
 
-def _fine_enough(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
+def _fine_enough(question: Question, effect: StepEffect, tolerance: float) -> Iterator[str]:
     """Yield the longest of halved steps that is good enough with the same algorithm."""
     for shorter in _shorter(question, effect.step_size):
         other = _effect(question, effect.algorithm, shorter)
-        if other and judged(other) <= tolerance:
+        if other and effective_error(other) <= tolerance:
             yield f"a step of {shorter:.4g} s ({100 * other.error:.2g} %)"
             return
 
 
-def _effect(question: Question, algorithm: str, step_size: float) -> Effect | None:
+def _effect(question: Question, algorithm: str, step_size: float) -> StepEffect | None:
     """Return the effect of an algorithm and a step [s]; `None` where it is not offered, or the step does not fit."""
     try:
         return question.effect(algorithm, step_size)

@@ -3,7 +3,7 @@
     question = Question(system, instances, excitations, outputs, band=(1.0, 50.0))
     effect = question.effect("gauss_seidel", 50e-6)
     effect.error, effect.worst             # 2.23: the response of one output to one input at one frequency is 223 % off
-    effect.is_hidden                       # whether the steps make a system look stable that is not
+    effect.hides_instability                       # whether the steps make a system look stable that is not
     question.errors(coupled, frequency)      # |G - H| / |H| of every response at given frequencies
 
 G is the response that the algorithm's one-step matrix gives (`analysis/stability.py`), H that of the same linearised
@@ -67,7 +67,7 @@ class Excitation:
 
 
 @dataclass(frozen=True)
-class Effect:
+class StepEffect:
     """What an algorithm with a step does.
 
     Attributes:
@@ -77,8 +77,8 @@ class Effect:
         worst: that response, (output, what is excited, frequency [Hz]), `None` where there is none.
         own: growth without communication steps.
         growth: with them [1/s], of the modes that count.
-        is_hidden: whether the steps make a system look stable that is not.
-        is_made: whether they make one unstable that is not, or a pass of theirs diverges.
+        hides_instability: whether the steps make a system look stable that is not.
+        causes_instability: whether they make one unstable that is not, or a pass of theirs diverges.
     """
 
     algorithm: str
@@ -87,8 +87,8 @@ class Effect:
     worst: tuple[str, str, float] | None
     own: Growth
     growth: float
-    is_hidden: bool
-    is_made: bool
+    hides_instability: bool
+    causes_instability: bool
 
 
 @dataclass
@@ -114,7 +114,7 @@ class Question:
         self.coupled = CoupledStep(self.system, self.instances)
         self._exact = {e.source.component: self._without(e) for e in self.excitations}
 
-    def effect(self, algorithm: str, step_size: float) -> Effect:
+    def effect(self, algorithm: str, step_size: float) -> StepEffect:
         """Return what an algorithm does with a step [s].
 
         `StructureError` where the algorithm is not offered or the step does not fit the sample times.
@@ -126,9 +126,11 @@ class Question:
         else:
             error, worst = mode_error(coupled.exact.poles, one, self.band[0]), None
         # a free motion may grow slowly by the steps alone, which shows no instability that oscillates
-        is_hidden = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
-        is_made = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
-        return Effect(algorithm, step_size, error, worst, own, one.growth(coupled.counting), is_hidden, is_made)
+        hides_instability = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
+        causes_instability = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
+        return StepEffect(
+            algorithm, step_size, error, worst, own, one.growth(coupled.counting), hides_instability, causes_instability
+        )
 
     def errors(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return |G - H| / |H| at frequencies [Hz], (frequencies, outputs, excitations); NaN where H is negligible."""

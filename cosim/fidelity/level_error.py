@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import build, with_ports
-from hfsa.cosim.fidelity.nonlinearity import Effect, measure_effect, nonlinearity
+from hfsa.cosim.fidelity.nonlinearity import AmplitudeEffect, measure_amplitude_effect, nonlinearity
 from hfsa.cosim.fidelity.step_judge import settled
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -196,7 +196,9 @@ class Responses:
         frequency, reference = self._co_simulated, self._effect
         response, harmonics = reference.response, reference.harmonics
         if system is not None:
-            other = measure_effect(replace(self._scene, system=system), self._inputs, frequency, self._library)
+            other = measure_amplitude_effect(
+                replace(self._scene, system=system), self._inputs, frequency, self._library
+            )
             response, harmonics = response - other.response, harmonics - other.harmonics
         size = self._scale.at(frequency, self._reference.response(frequency))
         return float(((np.abs(response) + np.abs(harmonics)) / size)[:, self._counts].max())
@@ -212,9 +214,9 @@ class Responses:
         return np.unique(np.array([first, min(max(peak, first), last), last]))
 
     @cached_property
-    def _effect(self) -> Effect:
+    def _effect(self) -> AmplitudeEffect:
         """What the amplitude adds to the reference's response."""
-        return measure_effect(self._scene, self._inputs, self._co_simulated, self._library)
+        return measure_amplitude_effect(self._scene, self._inputs, self._co_simulated, self._library)
 
 
 class Motion:

@@ -1,7 +1,7 @@
 """What the amplitude of a sine adds to a system's response, and in harmonics: nothing, as long as it is linear.
 
     nonlinearity(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
-    effect = measure_effect(scene, inputs, frequency, library)
+    effect = measure_amplitude_effect(scene, inputs, frequency, library)
 
 The response G(A) is measured by co-simulation at the scene's amplitude A and at a tenth of it, at one step, so that
 what the step itself costs cancels:
@@ -35,7 +35,7 @@ _SEED = 1
 
 
 @dataclass(frozen=True)
-class Effect:
+class AmplitudeEffect:
     """What the amplitude adds: to the response, and in harmonics, (frequencies, outputs, inputs), output per input."""
 
     response: NDArray[np.complex128]
@@ -79,9 +79,9 @@ def nonlinearity(instance: Instance, swing: Mapping[str, float], outputs: Sequen
     return float(np.nan_to_num(relative, nan=np.inf).max(initial=0.0))
 
 
-def measure_effect(
+def measure_amplitude_effect(
     scene: Scene, inputs: Sequence[Signal], frequency: NDArray[np.float64], library: Path | None
-) -> Effect:
+) -> AmplitudeEffect:
     """Return what the scene's amplitude adds, to sines at one input and one frequency [Hz] at a time.
 
     `StructureError` for a response that does not settle; `StepError` as a master.
@@ -101,7 +101,7 @@ def measure_effect(
                 )
                 response[k, :, i] = (_array(full.response) - _array(small.response)) / (1 - _SMALLER)
                 harmonics[k, :, i] = np.nan_to_num(_array(full.harmonic_distortion)) * np.abs(_array(full.response))
-    return Effect(response, harmonics)
+    return AmplitudeEffect(response, harmonics)
 
 
 def _settled(point: Point, signal: Signal, frequency: float) -> Point:

@@ -39,19 +39,19 @@ def test_growth_that_steps_hide_is_told_of_every_random_system_and_of_no_other(o
         gained = neutral.stepped_growth(step)  # what the steps add to the growth
         ring = neutral.shifted(-gained * float(rng.uniform(-0.5, 1.5)))
         own, stepped = ring.growth(), ring.stepped_growth(step)
-        is_hidden = own > 0 > stepped
-        if min(abs(own), abs(stepped)) < 0.02 or (hidden >= 200 if is_hidden else others >= 100):
+        hides_instability = own > 0 > stepped
+        if min(abs(own), abs(stepped)) < 0.02 or (hidden >= 200 if hides_instability else others >= 100):
             continue
-        hidden, others = hidden + is_hidden, others + (not is_hidden)
+        hidden, others = hidden + hides_instability, others + (not hides_instability)
         question = asked(ring, opened, fmus)
         effect = question.effect("gauss_seidel", step)
         assert question.coupled.exact.growth.rate == pytest.approx(max(own, 0.0), rel=1e-6)
         assert effect.growth == pytest.approx(stepped, rel=1e-6, abs=1e-6)
-        assert effect.is_hidden == is_hidden
-        assert effect.is_made == (own < 0 < stepped)
+        assert effect.hides_instability == hides_instability
+        assert effect.causes_instability == (own < 0 < stepped)
         said = warnings(question, effect, tolerance=np.inf)
         assert any(SAYS in sentence for sentence in said) == (own > 0)
-        assert any("hides" in sentence for sentence in said) == is_hidden
+        assert any("hides" in sentence for sentence in said) == hides_instability
         for instance in question.instances.values():
             instance.close()
 
@@ -66,7 +66,7 @@ def test_auto_takes_no_algorithm_that_hides_growth(opened, fmus):
             choice = choose(question, step, 1e-3)
             assert choice.errors["gauss_seidel"] == np.inf
             if np.isfinite(choice.error):
-                assert not question.effect(choice.algorithm, step).is_hidden
+                assert not question.effect(choice.algorithm, step).hides_instability
             found += 1
 
 
@@ -99,7 +99,7 @@ def drawn(rng, opened, fmus):
         excitation = entering("part[1].push", "1/s", 1.0, system, instances, Source("source"), "lock_in")
         question = Question(inner, plain, [excitation], ["part[1].y"], (frequency / 2, frequency * 2))
         effect = question.effect(algorithm, step)
-        if not effect.is_made and effect.growth < -0.05:
+        if not effect.causes_instability and effect.growth < -0.05:
             return system, files, question, algorithm, step, frequency
 
 
