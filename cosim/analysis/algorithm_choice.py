@@ -1,7 +1,7 @@
 """Algorithm `auto`: the cheapest way to step a system whose error is within the tolerance; and what to warn of.
 
-    choice = choose(question, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
-    for sentence in warnings(question, question.effect("gauss_seidel", 50e-6), tolerance=1e-3):
+    choice = choose(analysis, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
+    for sentence in warnings(analysis, analysis.effect("gauss_seidel", 50e-6), tolerance=1e-3):
         print(sentence)
 
 Tried are the algorithms of `CANDIDATES`, the cheapest first, until one is good enough: its responses err by less than
@@ -14,7 +14,7 @@ import math
 from collections.abc import Collection, Iterator
 
 from hfsa.cosim.analysis.sampling import sample_times, sampling_limit
-from hfsa.cosim.analysis.step_effect import Question, StepEffect
+from hfsa.cosim.analysis.step_effect import StepAnalysis, StepEffect
 from hfsa.cosim.analysis.step_limits import advice, fitting
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES
@@ -29,7 +29,7 @@ NOT_KNOWN = (ValueError, ArithmeticError, StepError)
 
 
 def choose(
-    question: Question, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
+    analysis: StepAnalysis, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
 ) -> AlgorithmChoice:
     """Return the algorithm for a step [s]; `offered` are those of `CANDIDATES` that may be taken.
 
@@ -41,7 +41,7 @@ def choose(
         if algorithm not in offered:
             continue
         try:
-            errors[algorithm] = effective_error(question.effect(algorithm, step_size))
+            errors[algorithm] = effective_error(analysis.effect(algorithm, step_size))
         except NOT_KNOWN as error:
             refusals[algorithm] = str(error)
             continue
@@ -50,7 +50,7 @@ def choose(
     if not errors:
         raise StructureError("; ".join(refusals.values()))
     best = min(errors, key=errors.__getitem__)
-    about = "response" if question.excitations else "modes"
+    about = "response" if analysis.excitations else "modes"
     return AlgorithmChoice(best, step_size, tolerance, about, errors, refusals)
 
 
@@ -59,46 +59,46 @@ def effective_error(effect: StepEffect) -> float:
     return math.inf if effect.hides_instability or effect.causes_instability else effect.error
 
 
-def warnings(question: Question, effect: StepEffect, tolerance: float) -> list[str]:
+def warnings(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> list[str]:
     """Return what is to be said of an algorithm and a step: of instability, else of responses that err too much."""
     if effect.own:
-        return [_hidden(question, effect)] if effect.hides_instability else instability(question)
+        return [_hidden(analysis, effect)] if effect.hides_instability else instability(analysis)
     if effect.causes_instability:
-        sentence = advice(question.coupled, effect.algorithm, effect.step_size, _times(question))
+        sentence = advice(analysis.coupled, effect.algorithm, effect.step_size, _times(analysis))
         return [sentence] if sentence else []
-    return [] if effect.error <= tolerance else [_inaccurate(question, effect, tolerance)]
+    return [] if effect.error <= tolerance else [_inaccurate(analysis, effect, tolerance)]
 
 
 # Instability ----------------------------------------------------------------------------------------------------------
 
 
-def instability(question: Question) -> list[str]:
+def instability(analysis: StepAnalysis) -> list[str]:
     """Return what is to be said of a system that is unstable without communication steps; nothing of a stable one."""
-    if not question.coupled.exact.growth:
+    if not analysis.coupled.exact.growth:
         return []
-    return [f"{_growing(question)}; {_sampling(question) or 'no step and no algorithm makes it stable'}"]
+    return [f"{_growing(analysis)}; {_sampling(analysis) or 'no step and no algorithm makes it stable'}"]
 
 
-def _hidden(question: Question, effect: StepEffect) -> str:
+def _hidden(analysis: StepAnalysis, effect: StepEffect) -> str:
     """Return what to say of steps that make a system look stable that is not."""
     hides = (
-        f"{_growing(question)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
+        f"{_growing(analysis)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
         "is not the motion of the system"
     )
-    return "; ".join(filter(None, (hides, _sampling(question), _shown(question, effect))))
+    return "; ".join(filter(None, (hides, _sampling(analysis), _shown(analysis, effect))))
 
 
-def _growing(question: Question) -> str:
+def _growing(analysis: StepAnalysis) -> str:
     """Return that a system is unstable, and how fast."""
-    own = question.coupled.exact.growth
+    own = analysis.coupled.exact.growth
     at = f" at {own.frequency:.4g} Hz" if own.frequency else ""
     return f"the system itself is unstable: without communication steps a mode grows by {own.rate:.4g} 1/s{at}"
 
 
-def _sampling(question: Question) -> str:
+def _sampling(analysis: StepAnalysis) -> str:
     """Return up to which sample time the system is stable; empty where nothing is sampled or that is not known."""
     try:
-        found = sampling_limit(question.system, question.instances, question.outputs)
+        found = sampling_limit(analysis.system, analysis.instances, analysis.outputs)
     except NOT_KNOWN:
         return ""
     if found is None or math.isinf(found.longest):
@@ -108,26 +108,26 @@ def _sampling(question: Question) -> str:
     return f"it is stable up to a sample time of {found.longest:.4g} s, its own is {found.sample_time:.4g} s"
 
 
-def _shown(question: Question, effect: StepEffect) -> str:
+def _shown(analysis: StepAnalysis, effect: StepEffect) -> str:
     """Return which algorithm and which step show that the system is unstable."""
     others = (algorithm for algorithm in CANDIDATES if algorithm != effect.algorithm)
-    algorithm = next((name for name in others if _is_seen(question, name, effect.step_size)), None)
-    steps = _shorter(question, effect.step_size)
-    shorter = next((step for step in steps if _is_seen(question, effect.algorithm, step)), None)
+    algorithm = next((name for name in others if _is_seen(analysis, name, effect.step_size)), None)
+    steps = _shorter(analysis, effect.step_size)
+    shorter = next((step for step in steps if _is_seen(analysis, effect.algorithm, step)), None)
     words = [*([algorithm] if algorithm else []), *([f"a step of {shorter:.4g} s"] if shorter else [])]
     return f"{' or '.join(words)} shows it" if words else ""
 
 
-def _is_seen(question: Question, algorithm: str, step_size: float) -> bool:
+def _is_seen(analysis: StepAnalysis, algorithm: str, step_size: float) -> bool:
     """Whether an algorithm and a step [s] show that a system is unstable."""
-    effect = _effect(question, algorithm, step_size)
+    effect = _effect(analysis, algorithm, step_size)
     return effect is not None and not effect.hides_instability
 
 
 # Accuracy -------------------------------------------------------------------------------------------------------------
 
 
-def _inaccurate(question: Question, effect: StepEffect, tolerance: float) -> str:
+def _inaccurate(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> str:
     """Return what to say of responses that err by more than the tolerance."""
     step = f"{effect.algorithm} at a step of {effect.step_size:.4g} s"
     limit = f"more than the tolerance of {100 * tolerance:.3g} %"
@@ -141,43 +141,43 @@ def _inaccurate(question: Question, effect: StepEffect, tolerance: float) -> str
             f"with {step} the response of {output} to {excited} errs by {100 * effect.error:.3g} % at "
             f"{frequency:.4g} Hz, {limit}"
         )
-    would = [*_better(question, effect, tolerance), *_fine_enough(question, effect, tolerance)]
+    would = [*_better(analysis, effect, tolerance), *_fine_enough(analysis, effect, tolerance)]
     return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was asked would do"
 
 
-def _better(question: Question, effect: StepEffect, tolerance: float) -> Iterator[str]:
+def _better(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
     """Yield the cheapest other algorithm that is good enough at this step."""
     for algorithm in CANDIDATES:
-        other = None if algorithm == effect.algorithm else _effect(question, algorithm, effect.step_size)
+        other = None if algorithm == effect.algorithm else _effect(analysis, algorithm, effect.step_size)
         if other and effective_error(other) <= tolerance:
             yield f"the algorithm {algorithm} ({100 * other.error:.2g} %)"
             return
 
 
-def _fine_enough(question: Question, effect: StepEffect, tolerance: float) -> Iterator[str]:
+def _fine_enough(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
     """Yield the longest of halved steps that is good enough with the same algorithm."""
-    for shorter in _shorter(question, effect.step_size):
-        other = _effect(question, effect.algorithm, shorter)
+    for shorter in _shorter(analysis, effect.step_size):
+        other = _effect(analysis, effect.algorithm, shorter)
         if other and effective_error(other) <= tolerance:
             yield f"a step of {shorter:.4g} s ({100 * other.error:.2g} %)"
             return
 
 
-def _effect(question: Question, algorithm: str, step_size: float) -> StepEffect | None:
+def _effect(analysis: StepAnalysis, algorithm: str, step_size: float) -> StepEffect | None:
     """Return the effect of an algorithm and a step [s]; `None` where it is not offered, or the step does not fit."""
     try:
-        return question.effect(algorithm, step_size)
+        return analysis.effect(algorithm, step_size)
     except NOT_KNOWN:
         return None
 
 
-def _shorter(question: Question, step_size: float) -> Iterator[float]:
+def _shorter(analysis: StepAnalysis, step_size: float) -> Iterator[float]:
     """Yield shorter steps [s] that fit the sample times, each about half of the one before."""
-    times = _times(question)
+    times = _times(analysis)
     for n in range(1, _HALVINGS + 1):
         yield fitting(step_size / 2**n, times)
 
 
-def _times(question: Question) -> Collection[float]:
-    """Return the sample times [s] of a question's system."""
-    return sample_times(question.system, question.instances, {}).values()
+def _times(analysis: StepAnalysis) -> Collection[float]:
+    """Return the sample times [s] of a analysis's system."""
+    return sample_times(analysis.system, analysis.instances, {}).values()

@@ -1,10 +1,10 @@
 """What communication steps do to a system's responses and to its stability, known before anything runs.
 
-    question = Question(system, instances, excitations, outputs, band=(1.0, 50.0))
-    effect = question.effect("gauss_seidel", 50e-6)
+    analysis = StepAnalysis(system, instances, excitations, outputs, band=(1.0, 50.0))
+    effect = analysis.effect("gauss_seidel", 50e-6)
     effect.error, effect.worst             # 2.23: the response of one output to one input at one frequency is 223 % off
     effect.hides_instability                       # whether the steps make a system look stable that is not
-    question.errors(coupled, frequency)      # |G - H| / |H| of every response at given frequencies
+    analysis.errors(coupled, frequency)      # |G - H| / |H| of every response at given frequencies
 
 G is the response that the algorithm's one-step matrix gives (`analysis/stability.py`), H that of the same linearised
 FMUs without communication steps (`linear/linearize.py`), both at one operating point. Excited are free inputs, or what
@@ -92,7 +92,7 @@ class StepEffect:
 
 
 @dataclass
-class Question:
+class StepAnalysis:
     """A system and what is wanted of it; `instances` are of its components, with directional derivatives.
 
     Attributes:
@@ -161,8 +161,8 @@ class Question:
             found[:, self._rows(excitation), k] = coupled.over(step_size).response(frequency)
         return found
 
-    def at(self, frequency: float) -> "Question":
-        """Return the same question, of one frequency [Hz] alone."""
+    def at(self, frequency: float) -> "StepAnalysis":
+        """Return the same analysis, of one frequency [Hz] alone."""
         other = copy(self)
         other._moves = self._moves
         other.frequency = np.array([frequency])

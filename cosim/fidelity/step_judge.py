@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
-from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
+from hfsa.cosim.analysis.step_effect import Excitation, StepAnalysis, entering, motions
 from hfsa.cosim.assembly.assemble import assemble, instrumented
 from hfsa.cosim.assembly.build import LOCK_IN
 from hfsa.cosim.fmi.assembly import Assembly
@@ -35,9 +35,9 @@ from hfsa.cosim.systems.system import System
 
 @dataclass(frozen=True)
 class Judge:
-    """What is known of a scene's steps: a question to its linearised FMUs, or why there is none."""
+    """What is known of a scene's steps: a analysis to its linearised FMUs, or why there is none."""
 
-    question: Question | None
+    analysis: StepAnalysis | None
     unknown: str = ""
 
     def decided(
@@ -49,8 +49,8 @@ class Judge:
         responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
         """
         scene, choice = self.settled(scene, offered)
-        if self.question is not None:
-            return scene, choice, self._warnings(self.question, scene, frequency)
+        if self.analysis is not None:
+            return scene, choice, self._warnings(self.analysis, scene, frequency)
         unknown = f"the error of the communication steps is not known: {self.unknown}"
         return scene, choice, [] if choice or scene.algorithm not in LIMITED else [unknown]
 
@@ -58,32 +58,32 @@ class Judge:
         """Return the scene with an algorithm in place of `auto`, and the choice, as `decided`."""
         if scene.algorithm != AUTO:
             return scene, None
-        if self.question is None:
+        if self.analysis is None:
             choice = AlgorithmChoice(CANDIDATES[0], scene.step_size, scene.tolerance, unknown=self.unknown)
         else:
-            choice = choose(self.question, scene.step_size, scene.tolerance, offered)
+            choice = choose(self.analysis, scene.step_size, scene.tolerance, offered)
         return dataclasses.replace(scene, algorithm=choice.algorithm), choice
 
-    def _warnings(self, question: Question, scene: Scene, frequency: float | None) -> list[str]:
+    def _warnings(self, analysis: StepAnalysis, scene: Scene, frequency: float | None) -> list[str]:
         """Return what is known against a scene's algorithm and step."""
         if scene.algorithm not in LIMITED:
-            return instability(question)
-        asked = question if frequency is None else question.at(frequency)
+            return instability(analysis)
+        analysed = analysis if frequency is None else analysis.at(frequency)
         try:
-            effect = asked.effect(scene.algorithm, scene.step_size)
+            effect = analysed.effect(scene.algorithm, scene.step_size)
         except NOT_KNOWN as error:
             return [f"the error of the communication steps is not known: {error}"]
-        return warnings(asked, effect, scene.tolerance)
+        return warnings(analysed, effect, scene.tolerance)
 
     def step_error(self, scene: Scene, frequency: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Return the relative error of each response, (frequencies, outputs, inputs); `None` where it is not known.
 
         NaN where a response is zero by symmetry.
         """
-        if self.question is None or scene.algorithm not in LIMITED:
+        if self.analysis is None or scene.algorithm not in LIMITED:
             return None
         try:
-            return self.question.errors(scene.algorithm, scene.step_size, frequency)
+            return self.analysis.errors(scene.algorithm, scene.step_size, frequency)
         except NOT_KNOWN:
             return None
 
@@ -104,7 +104,7 @@ def judge(
         is_part = len(leading.components) < len(assembly.system.components)
         for considered in (assembly, assembly.of(leading)) if is_part else (assembly,):
             try:
-                found = Judge(_question(scene, considered, excited, outputs, band, stack))
+                found = Judge(_analysis_of(scene, considered, excited, outputs, band, stack))
                 break
             except NOT_KNOWN as error:
                 found = Judge(None, str(error))
@@ -120,25 +120,25 @@ def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
         return found.settled(scene)
 
 
-def _question(
+def _analysis_of(
     scene: Scene,
     assembly: Assembly,
     excited: Mapping[str, Assembly],
     outputs: Sequence[str],
     band: tuple[float, float],
     stack: ExitStack,
-) -> Question:
-    """Return the question to an assembly's FMUs, which are loaded until the stack ends."""
+) -> StepAnalysis:
+    """Return the analysis to an assembly's FMUs, which are loaded until the stack ends."""
     instances: dict[str, Instance] = dict(stack.enter_context(assembly.open()))
     if not excited:
         found = motions(assembly.system, instances)
     else:
         instruments: dict[tuple[str, Path], Instance] = {}
         found = [_excitation(scene, name, whole, instances, instruments, stack) for name, whole in excited.items()]
-    question = Question(assembly.system, instances, found, outputs, band)
+    analysis = StepAnalysis(assembly.system, instances, found, outputs, band)
     if not any(excitation.lock_in for excitation in found):
-        question.ignored = question.jumping
-    return question
+        analysis.ignored = analysis.jumping
+    return analysis
 
 
 def _excitation(
