@@ -1,7 +1,7 @@
 """The order in which an algorithm steps what is not sampled: which one errs least, before anything runs.
 
-    question = Responses(case, excitations, outputs, band=(1.0, 50.0))      # or Modes(case, outputs, lowest=1.0)
-    choice = best_order(case, question)
+    criterion = ResponseCriterion(problem, excitations, outputs, band=(1.0, 50.0))      # or ModeCriterion(problem, outputs, lowest=1.0)
+    choice = best_order(problem, criterion)
     system = in_order(system, choice.order)
 
 Gauss-Seidel hands the newest outputs on to those that wait. What steps before what it feeds thus leads by half a step,
@@ -49,7 +49,7 @@ Before = frozenset[tuple[str, str]]
 
 
 @dataclass(frozen=True)
-class Case:
+class OrderProblem:
     """A system to be stepped; `instances` are of its components, `step_size` in s."""
 
     system: System
@@ -59,8 +59,8 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Excitation:
-    """The system of a case with a sine source at `input` and a lock-in amplifier at the outputs that are asked for.
+class ExcitedSystem:
+    """The system of a problem with a sine source at `input` and a lock-in amplifier at the outputs that are asked for.
 
     `instances` are of all its components, `source` and `lock_in` those two, `amplitude` in the input's unit.
     """
@@ -73,7 +73,7 @@ class Excitation:
     amplitude: float
 
 
-class Question(Protocol):
+class Criterion(Protocol):
     """What of a system shall err least."""
 
     about: str
@@ -83,7 +83,7 @@ class Question(Protocol):
         ...
 
 
-class Responses:
+class ResponseCriterion:
     """The responses of outputs to inputs, against the exact ones.
 
     The error is the largest at any frequency of the band, relative to what the output shows there at most, of whichever
@@ -94,9 +94,13 @@ class Responses:
     about = "response"
 
     def __init__(
-        self, case: Case, excitations: Sequence[Excitation], outputs: Sequence[str], band: tuple[float, float]
+        self,
+        problem: OrderProblem,
+        excitations: Sequence[ExcitedSystem],
+        outputs: Sequence[str],
+        band: tuple[float, float],
     ):
-        system, instances = case.system, case.instances
+        system, instances = problem.system, problem.instances
         columns, orders = sinusoids(system, instances, [excitation.input for excitation in excitations])
         linear = linearize(system, instances, columns, outputs)
         grid = logarithmic(*band, _POINTS)
@@ -108,9 +112,10 @@ class Responses:
         units = [connector(system, variables, name).unit or "1" for name in outputs]
         self._moving = ~negligible(scale, units, np.ones(len(excitations))).all(axis=1)
         self._size = scale.max(axis=2, keepdims=True)
-        self._step_size = case.step_size
+        self._step_size = problem.step_size
         self._coupled_steps = [
-            CoupledStep(e.system, e.instances, case.algorithm, source=e.source, lock_in=e.lock_in) for e in excitations
+            CoupledStep(e.system, e.instances, problem.algorithm, source=e.source, lock_in=e.lock_in)
+            for e in excitations
         ]
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
@@ -122,7 +127,7 @@ class Responses:
         return float(difference[:, self._moving].max(initial=0.0))
 
 
-class Modes:
+class ModeCriterion:
     """The modes of a system that moves by itself, as rates and frequencies, against the exact ones.
 
     Errors are those of `step_effect.mode_error`, relative to 2 pi `lowest` [Hz] where a mode is slower.
@@ -130,34 +135,34 @@ class Modes:
 
     about = "modes"
 
-    def __init__(self, case: Case, outputs: Sequence[str], lowest: float):
-        self._poles, self._lowest = linearize(case.system, case.instances, [], outputs).poles, lowest
+    def __init__(self, problem: OrderProblem, outputs: Sequence[str], lowest: float):
+        self._poles, self._lowest = linearize(problem.system, problem.instances, [], outputs).poles, lowest
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
         """Return the largest error of a mode."""
         return mode_error(self._poles, own, self._lowest)
 
 
-def best_order(case: Case, question: Question) -> OrderChoice:
-    """Return the order of a case that errs least; raises `StructureError` where a response or modes are not known."""
-    descriptions = {c.name: case.instances[c.name].fmu.description for c in case.system.components}
+def best_order(problem: OrderProblem, criterion: Criterion) -> OrderChoice:
+    """Return the order of a problem that errs least; raises `StructureError` where a response or modes are not known."""
+    descriptions = {c.name: problem.instances[c.name].fmu.description for c in problem.system.components}
     names = [name for name, description in descriptions.items() if not description.is_sampled]
     fixed = {name for name in names if descriptions[name].has_sample_time}
-    coupled = CoupledStep(case.system, case.instances, case.algorithm)
+    coupled = CoupledStep(problem.system, problem.instances, problem.algorithm)
     kind = coupled.counting
 
     def merit(before: Before) -> tuple[float, float]:
         """What an order is worth, the less the better: how fast it grows, 0 where it is stable, and its error."""
         order = order_of(names, before)
-        own = coupled.in_order(order).over(case.step_size)
-        return (0.0, question.error(order, own)) if own.is_stable(kind) else (own.growth(kind), math.inf)
+        own = coupled.in_order(order).over(problem.step_size)
+        return (0.0, criterion.error(order, own)) if own.is_stable(kind) else (own.growth(kind), math.inf)
 
-    own = joined(case.system, names)
+    own = joined(problem.system, names)
     found = search(own, lambda before: exchanged(before, fixed), merit)
     return OrderChoice(
         order=order_of(names, found.best),
         own=tuple(names),
-        about=question.about,
+        about=criterion.about,
         error=found.merits[found.best][1],
         own_error=found.merits[own][1],
         compared=len(found.merits),

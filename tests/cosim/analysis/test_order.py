@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hfsa.cosim.analysis.order import MOST, Before, Case, Modes, best_order, exchanged, order_of, search
+from hfsa.cosim.analysis.order import MOST, Before, ModeCriterion, OrderProblem, best_order, exchanged, order_of, search
 from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
@@ -147,8 +147,8 @@ def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring
         master.advance(1000)
         found = decay(recording.values[300:, 0], step_size)
         errors[order] = abs(complex(found.real, abs(found.imag)) - pole) / abs(pole)
-        case = Case(ordered, instances, "gauss_seidel", step_size)
-        choices[order] = best_order(case, Modes(case, ["plant.position"], 1.0))
+        case = OrderProblem(ordered, instances, "gauss_seidel", step_size)
+        choices[order] = best_order(case, ModeCriterion(case, ["plant.position"], 1.0))
     for order, choice in choices.items():
         assert choice.own_error == pytest.approx(errors[order], rel=1e-4)
         assert errors[choice.order] == pytest.approx(min(errors.values()), rel=1e-4)

@@ -26,12 +26,12 @@ def fmus(exported):
 
 
 def analysis_of(ring, opened, fmus):
-    """The analysis to a ring's stability."""
+    """The analysis of a ring's stability."""
     return StepAnalysis(ring.system(), opened(ring.files(fmus["linear"], fmus["law"])), [], ["part[1].y"], (0.1, 10.0))
 
 
 def test_growth_that_steps_hide_is_told_of_every_random_system_and_of_no_other(opened, fmus, monkeypatch):
-    # the sample time that would do is another analysis, of seconds
+    # the sample time that would do takes seconds more
     monkeypatch.setattr("hfsa.cosim.analysis.algorithm_choice.sampling_limit", lambda *_: None)
     rng, hidden, others = np.random.default_rng(7), 0, 0
     while hidden < 200 or others < 100:
@@ -49,9 +49,9 @@ def test_growth_that_steps_hide_is_told_of_every_random_system_and_of_no_other(o
         assert effect.growth == pytest.approx(stepped, rel=1e-6, abs=1e-6)
         assert effect.hides_instability == hides_instability
         assert effect.causes_instability == (own < 0 < stepped)
-        said = warnings(analysis, effect, tolerance=np.inf)
-        assert any(SAYS in sentence for sentence in said) == (own > 0)
-        assert any("hides" in sentence for sentence in said) == hides_instability
+        sentences = warnings(analysis, effect, tolerance=np.inf)
+        assert any(SAYS in sentence for sentence in sentences) == (own > 0)
+        assert any("hides" in sentence for sentence in sentences) == hides_instability
         for instance in analysis.instances.values():
             instance.close()
 
