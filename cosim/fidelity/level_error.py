@@ -1,7 +1,7 @@
 """How far a system's answer is from that of a reference: the error of a cheaper level of fidelity.
 
-    question = ask(scene, library)                # the scene at its reference levels
-    question.error(cheaper)                       # 0.012: 1.2 %
+    reference = reference_of(scene, library)                # the scene at its reference levels
+    reference.error(cheaper)                       # 0.012: 1.2 %
 
 Of a scene with inputs the answer is its response H(f), outputs over inputs, from the FMUs' own derivatives, at
 frequencies over the band and close together around every mode of both systems:
@@ -56,7 +56,7 @@ _LONGEST_PERIOD = 5000
 """Steps in a period of the slowest sine that is co-simulated: at the low end of a wide band it would take minutes."""
 
 
-class Question(Protocol):
+class Reference(Protocol):
     """What a scene asks, with the answer of its reference."""
 
     def error(self, system: System) -> float:
@@ -67,12 +67,12 @@ class Question(Protocol):
         ...
 
 
-def ask(scene: Scene, library: Path | None) -> Question:
-    """Return a scene's question and its reference's answer; `library` is the stepping loop in C, `None` for Python's.
+def reference_of(scene: Scene, library: Path | None) -> Reference:
+    """Return a scene's reference and its reference's answer; `library` is the stepping loop in C, `None` for Python's.
 
     `StructureError` where there is no answer to compare with.
     """
-    return Responses(scene, library) if scene.inputs else Motion(scene, library)
+    return ReferenceResponses(scene, library) if scene.inputs else ReferenceMotion(scene, library)
 
 
 _NOTHING = 1e-12
@@ -105,15 +105,15 @@ class _Linearized:
         return {name for name, nonlinearity in self.nonlinearity.items() if nonlinearity > most}
 
 
-class Responses:
+class ReferenceResponses:
     """The responses of a scene with inputs."""
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
         assembly = build(scene.system).check()
         self._grid = logarithmic(*scene.band, _POINTS)
-        asked = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
-        self._inputs = plan_sweep(assembly, *asked, Settings(method="linear")).inputs
+        arguments = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
+        self._inputs = plan_sweep(assembly, *arguments, Settings(method="linear")).inputs
         self._reference = self._linearized(assembly)
         self._size = np.abs(self._reference.response(self._grid))
         amplitudes = [signal.amplitude for signal in self._inputs]
@@ -122,7 +122,7 @@ class Responses:
         self._linear_up_to = _NONLINEAR * scene.tolerance * self._smallest(assembly, amplitudes)
 
     def error(self, system: System) -> float:
-        """Return the error of a system; errors as `Question.error`."""
+        """Return the error of a system; errors as `Reference.error`."""
         found = self._linearized(build(system).check())
         if found.sweep.growth and not self._reference.sweep.growth:
             raise StructureError(f"a mode grows by {found.sweep.growth:.3g} 1/s, which none of the reference does")
@@ -219,7 +219,7 @@ class Responses:
         return measure_amplitude_effect(self._scene, self._inputs, self._co_simulated, self._library)
 
 
-class Motion:
+class ReferenceMotion:
     """The motion of a scene without inputs."""
 
     def __init__(self, scene: Scene, library: Path | None):
@@ -230,7 +230,7 @@ class Motion:
         self._counts = _counting(np.abs(self._reference)[:, :, None], scene, assembly, [1.0])[:, 0]
 
     def error(self, system: System) -> float:
-        """Return the error of a system; errors as `Question.error`."""
+        """Return the error of a system; errors as `Reference.error`."""
         reference = self._reference[:, self._counts]
         difference = np.abs(self._outputs(system)[:, self._counts] - reference).max(axis=0)
         return float((difference / np.abs(reference).max(axis=0)).max())

@@ -28,7 +28,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
 from hfsa.cosim.assembly.models import AUTO, parts
-from hfsa.cosim.fidelity.level_error import Question, ask
+from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.results.records import LevelChoice, SystemRecord
@@ -95,7 +95,7 @@ class _Judge:
     def __init__(self, scene: Scene, library: Path | None):
         self._scene = scene
         self._levels = {name: _levels(scene.system[name]) for name in automatic(scene)}
-        self._question = self._asked(at_highest(scene), library)
+        self._reference = self._opened_reference(at_highest(scene), library)
         self._errors: dict[str, dict[str, float]] = {}
         self._refusals: dict[str, dict[str, str]] = {}
 
@@ -118,10 +118,10 @@ class _Judge:
             for name, level in chosen.items()
         }
 
-    def _asked(self, reference: Scene, library: Path | None) -> Question:
+    def _opened_reference(self, reference: Scene, library: Path | None) -> Reference:
         """Return the question to the reference."""
         try:
-            return ask(reference, library)
+            return reference_of(reference, library)
         except (StructureError, StepError) as error:
             words = "; ".join(f"{name}: {', '.join(levels)}" for name, levels in self._levels.items())
             raise StructureError(
@@ -135,7 +135,7 @@ class _Judge:
             scene = _at(self._scene, {**self._highest, name: level})
             if missing := _missing_outputs(scene, name):
                 return 1.0, f"it has no {', '.join(missing)}"
-            return self._question.error(scene.system), ""
+            return self._reference.error(scene.system), ""
         except (StructureError, StepError, ModelError) as error:
             return math.nan, str(error)
 
@@ -152,7 +152,7 @@ class _Judge:
         if len(lower) == 1:
             return self._errors[lower[0]][chosen[lower[0]]]
         try:
-            return self._question.error(_at(self._scene, chosen).system)
+            return self._reference.error(_at(self._scene, chosen).system)
         except (StructureError, StepError):
             return math.nan
 

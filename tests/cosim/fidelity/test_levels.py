@@ -11,7 +11,7 @@ from hfsa.components import tba_accelerometer
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.fidelity.level_error import ask
+from hfsa.cosim.fidelity.level_error import reference_of
 from hfsa.cosim.signals.response_scale import filled
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
@@ -188,11 +188,11 @@ def test_a_zero_that_moves_a_little_is_a_little_wrong(library):
     """The robot's antiresonance at 31.8 Hz, with another damping: at the zero itself, |H| is almost all damping."""
     horizontal = {"inputs": ["reference.command.position[1]"], "outputs": ["robot.platform.position[1]"]}
     scene = replace(load_scene("sdelta_shaker"), band=(30.0, 34.0), **horizontal)
-    question = ask(scene, library)
+    reference = reference_of(scene, library)
     robot = replace(scene.system["robot"], start={"damping_ratio": 0.011})
     other = System([scene.system["reference"], robot], scene.system.connections)
-    assert question.error(scene.system) == 0
-    assert 1e-3 < question.error(other) < 0.05
+    assert reference.error(scene.system) == 0
+    assert 1e-3 < reference.error(other) < 0.05
 
 
 # What cannot be chosen ------------------------------------------------------------------------------------------------
