@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import build, with_ports
 from hfsa.cosim.fidelity.nonlinearity import AmplitudeEffect, measure_amplitude_effect, nonlinearity
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
@@ -224,7 +224,7 @@ class ReferenceMotion:
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
-        self._algorithm = settled(scene)[0].algorithm
+        self._algorithm = with_algorithm(scene)[0].algorithm
         self._reference = self._outputs(scene.system)
         assembly = build(scene.system).check()
         self._counts = _counting(np.abs(self._reference)[:, :, None], scene, assembly, [1.0])[:, 0]

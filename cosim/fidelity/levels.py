@@ -2,7 +2,7 @@
 
     scene = at_highest(scene)                     # every `auto` at its part's last level: all its ports are there
     choices = choose(scene, library)              # of the scene as it stands in the file: inputs, outputs, band, ...
-    scene = settled(scene, choices)               # levels named; `choices["sensor"]` says why
+    scene = with_chosen(scene, choices)               # levels named; `choices["sensor"]` says why
 
 The reference is the scene with every `auto` at its part's last level. One component after the other is judged alone,
 the others at the reference, by the error of `fidelity/level_error.py`: the first of its levels, cheapest first, that is
@@ -69,7 +69,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 
-def settled(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
+def with_chosen(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
     """Return the scene with the chosen levels."""
     return _at(scene, {name: choice.level for name, choice in choices.items()})
 

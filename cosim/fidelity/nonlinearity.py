@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import instrumented
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
@@ -86,7 +86,7 @@ def measure_amplitude_effect(
 
     `StructureError` for a response that does not settle; `StepError` as a master.
     """
-    scene, _ = settled(scene)
+    scene, _ = with_algorithm(scene)
     settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)

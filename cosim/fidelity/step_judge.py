@@ -48,13 +48,15 @@ class Judge:
         The choice is `None` where the scene names an algorithm; `offered` are those that may be taken. What is said of
         responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
         """
-        scene, choice = self.settled(scene, offered)
+        scene, choice = self.with_algorithm(scene, offered)
         if self.analysis is not None:
             return scene, choice, self._warnings(self.analysis, scene, frequency)
         unknown = f"the error of the communication steps is not known: {self.unknown}"
         return scene, choice, [] if choice or scene.algorithm not in LIMITED else [unknown]
 
-    def settled(self, scene: Scene, offered: Collection[str] = CANDIDATES) -> tuple[Scene, AlgorithmChoice | None]:
+    def with_algorithm(
+        self, scene: Scene, offered: Collection[str] = CANDIDATES
+    ) -> tuple[Scene, AlgorithmChoice | None]:
         """Return the scene with an algorithm in place of `auto`, and the choice, as `decided`."""
         if scene.algorithm != AUTO:
             return scene, None
@@ -111,13 +113,13 @@ def judge(
         yield found
 
 
-def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
+def with_algorithm(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
     """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
     if scene.algorithm != AUTO:
         return scene, None
     excited = {name: instrumented(scene, name) for name in scene.inputs}
     with judge(scene, assemble(scene), excited, scene.outputs, scene.band) as found:
-        return found.settled(scene)
+        return found.with_algorithm(scene)
 
 
 def _analysis_of(

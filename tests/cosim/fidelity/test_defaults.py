@@ -6,7 +6,7 @@ from itertools import product
 import pytest
 
 from hfsa.cosim.assembly.load_scene import load_scene
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.results.files import read_algorithm, read_sweep
 
 ROBOT = [
@@ -54,7 +54,7 @@ QUICK = [
 def within(name: str, arguments: dict[str, str]) -> None:
     """Assert that the algorithm taken is known to be within the tolerance."""
     scene = load_scene(name, arguments)
-    _, choice = settled(scene)
+    _, choice = with_algorithm(scene)
     assert choice is not None
     assert choice.unknown == ""
     assert choice.error <= scene.tolerance, choice.sentence

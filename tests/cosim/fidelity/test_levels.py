@@ -96,7 +96,7 @@ def test_a_rigid_robot_will_do_far_below_its_resonance(library):
     assert low.level == "rigid"
     assert low.error == pytest.approx((1.0 / 24.54) ** 2, rel=0.02)
     assert levels.choose(replace(scene, band=(0.1, 2.0), tolerance=0.002), library)["robot"].level == "cartesian"
-    assert levels.settled(scene, {"robot": low}).system["robot"].level == "rigid"
+    assert levels.with_chosen(scene, {"robot": low}).system["robot"].level == "rigid"
 
 
 def test_a_level_that_does_not_fit_its_neighbours_takes_no_part(library):
@@ -114,11 +114,11 @@ def test_start_values_that_a_level_leaves_out_and_outputs_that_it_lacks(library)
     assert choice.level == "linear"  # which `hysteretic` without hysteresis is
     assert choice.error < 1e-9
     assert choice.errors["static"] > 0.1
-    assert "amplifier.resistance" in levels.settled(scene, {"stack[1]": choice}).system["stack[1]"].start
+    assert "amplifier.resistance" in levels.with_chosen(scene, {"stack[1]": choice}).system["stack[1]"].start
     recorded = replace(scene, band=(1.0, 20.0), outputs=["stage.stack[1].force"], tolerance=0.02)
     stage = replace(recorded.system["stage"], level="auto")
     system = System([stage, *recorded.system.components[1:]], recorded.system.connections)
-    named = levels.settled(replace(recorded, system=system), {"stack[1]": choice})
+    named = levels.with_chosen(replace(recorded, system=system), {"stack[1]": choice})
     found = levels.choose(named, library)["stage"]
     assert found.level == "constant_jacobian"
     assert found.errors["jacobian"] == 1
@@ -162,7 +162,7 @@ def test_what_was_measured_is_not_measured_again(library, monkeypatch):
     assert levels.choose(scene, library) == before
     with pytest.raises(NameError):
         levels.choose(replace(scene, tolerance=0.011), library)
-    assert levels.choose(levels.settled(scene, before), library) == {}
+    assert levels.choose(levels.with_chosen(scene, before), library) == {}
 
 
 # What an error is relative to -----------------------------------------------------------------------------------------
