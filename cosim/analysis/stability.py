@@ -28,7 +28,7 @@ import numpy as np
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block, Blocks, block
-from hfsa.cosim.linear.cycle import Layout, Listen, Replace, Source, operations
+from hfsa.cosim.linear.cycle import Layout, Replace, SampleSignals, Source, operations
 from hfsa.cosim.linear.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
 from hfsa.cosim.masters.algorithms import DEFAULT, algorithm_named
 from hfsa.cosim.systems.errors import StructureError
@@ -176,7 +176,7 @@ class OneStep:
                         v[rows] = v[columns]
                     case Replace(rows, columns, matrix):
                         v[rows] = matrix @ v[columns]
-                    case Listen():
+                    case SampleSignals():
                         yield v
 
 
@@ -289,8 +289,8 @@ class CoupledStep:
         for action in self._layout.cycle:
             if isinstance(action, IteratedStep) and action.method == "fixed_point":
                 steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.continuous]
-                gradient = self._layout.gradient(action, step_size, steps)
-                return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))
+                jacobian = self._layout.interface_jacobian(action, step_size, steps)
+                return float(np.max(np.abs(np.linalg.eigvals(jacobian)), initial=0.0))
         return 0.0
 
     def stability_limits(

@@ -73,7 +73,7 @@ def block(instance: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> 
     return Block(states, sampled, held, inputs, outputs, sample_time, jacobian[:n], jacobian[n : n + v], output)
 
 
-def unmoved(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
+def zero_block(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
     """Return a block whose outputs follow nothing, for an FMU that does not tell."""
     inputs, outputs = tuple(dict.fromkeys(inputs)), tuple(dict.fromkeys(outputs))
     nothing = np.zeros((0, len(inputs)))
@@ -82,7 +82,7 @@ def unmoved(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block
 
 @dataclass(frozen=True)
 class Ticking:
-    """One FMU that ticks: the rows of `Closed.tick` that are its, and its sample time [s]."""
+    """One FMU that ticks: the rows of `ClosedSystem.tick` that are its, and its sample time [s]."""
 
     component: str
     rows: np.ndarray
@@ -90,7 +90,7 @@ class Ticking:
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedSystem:
     """A system of linearised FMUs from excitations to outputs.
 
     Attributes:
@@ -110,7 +110,7 @@ class Closed:
     output: np.ndarray
     ticking: tuple[Ticking, ...]
 
-    def balanced(self) -> "Closed":
+    def balanced(self) -> "ClosedSystem":
         """Return the same system in units of [x; v] that bring rows and columns of its matrix to one size."""
         n = len(self.states) + len(self.sampled)
         square = np.vstack([self.rate, self.tick])[:, :n]
@@ -118,11 +118,11 @@ class Closed:
         columns = np.concatenate([scale, np.ones(len(self.inputs))])  # powers of two: nothing is rounded
         x = len(self.states)
         rate, tick = self.rate * columns / scale[:x, None], self.tick * columns / scale[x:, None]
-        return Closed(
+        return ClosedSystem(
             self.states, self.sampled, self.inputs, self.outputs, rate, tick, self.output * columns, self.ticking
         )
 
-    def holding(self, component: str, name: str) -> "Closed":
+    def holding(self, component: str, name: str) -> "ClosedSystem":
         """Return the system whose input `name` changes at the ticks of a component only, right after it, like its own.
 
         What is held becomes one more sampled value.
@@ -141,7 +141,7 @@ class Closed:
         (index,) = [i for i, ticking in enumerate(self.ticking) if ticking.component == component]
         sample_time = self.ticking[index].sample_time
         holder = Ticking(f"{name} held", np.array([len(self.sampled)]), sample_time)
-        return Closed(
+        return ClosedSystem(
             self.states,
             (*self.sampled, f"{name} held"),
             self.inputs,
@@ -207,7 +207,7 @@ class Blocks:
         change /= np.maximum(np.abs(change).max(axis=1, initial=0.0), 1e-300)[:, None]
         return bool(np.linalg.matrix_rank(change) < len(change)) if len(change) else False
 
-    def close(self, opened: Connection | None = None) -> Closed:
+    def close(self, opened: Connection | None = None) -> ClosedSystem:
         """Return the system at the instances' present values, connections closed.
 
         A connection that is left open adds its end to the inputs, last, and its start to the outputs, last.
@@ -226,7 +226,7 @@ class Blocks:
         # fed input i follows feeding output i
         through = np.linalg.solve(np.eye(len(fed)) - output[np.ix_(fed, loops)], output[np.ix_(fed, free)])
         rate, tick, output = (m[:, free] + m[:, loops] @ through for m in (rate, tick, output[wanted]))
-        return Closed(
+        return ClosedSystem(
             self.states,
             self.sampled,
             (*self.inputs[k:], *(self.inputs[i] for i in ends)),

@@ -32,7 +32,7 @@ from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.linear.blocks import Block, block, unmoved
+from hfsa.cosim.linear.blocks import Block, block, zero_block
 from hfsa.cosim.linear.sampled import grid
 from hfsa.cosim.systems.errors import StructureError
 
@@ -72,7 +72,7 @@ class Replace:
 
 
 @dataclass(frozen=True)
-class Listen:
+class SampleSignals:
     """The observed signals are sampled."""
 
 
@@ -85,7 +85,7 @@ class Observation:
     points: int
 
 
-Operation = Replace | Listen
+Operation = Replace | SampleSignals
 
 
 class Layout:
@@ -134,19 +134,19 @@ class Layout:
             if isinstance(action, History):
                 self._past = self._new(3 * n).reshape(3, n)
             elif isinstance(action, Extrapolate):
-                self._let_move(action.instance, action.places)
+                self._add_slopes(action.instance, action.places)
             elif isinstance(action, IteratedStep):
                 self._guess = self._new(len(action.places))
                 for line in action.lines:
                     if line.is_able:
-                        self._let_move(line.instance, line.places)
+                        self._add_slopes(line.instance, line.places)
 
     def _new(self, count: int) -> np.ndarray:
         """Return the places of so many new members."""
         self.size += count
         return np.arange(self.size - count, self.size)
 
-    def _let_move(self, instance: str, places: np.ndarray) -> None:
+    def _add_slopes(self, instance: str, places: np.ndarray) -> None:
         """Make members for the derivatives of inputs."""
         inputs = [self.wiring.split(self.wiring.connections[i].end)[1] for i in places]
         self._moving[instance] = inputs, self._new(2 * len(inputs)).reshape(2, -1)
@@ -222,7 +222,7 @@ class Layout:
                 matrix[order * n + np.arange(n), np.searchsorted(columns, nodes[k])] += weights
         return Replace(derivatives.ravel(), columns, matrix)
 
-    def aim(self, action: IteratedStep, step_size: float) -> list[Operation]:
+    def set_slopes(self, action: IteratedStep, step_size: float) -> list[Operation]:
         """Return what laying the lines of all inputs from the bus to the guess does."""
         found: list[Operation] = []
         first = 0
@@ -239,23 +239,23 @@ class Layout:
                 found.append(Replace(rows, columns, halves))
         return found
 
-    def try_out(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+    def guessed_step(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
         """Return what a step with a given guess does, (members, members)."""
         whole = np.eye(self.size)
         exchange = [self.exchange(stage) for stage in action.exchange]
-        for operation in (*self.aim(action, step_size), *steps, *exchange):
+        for operation in (*self.set_slopes(action, step_size), *steps, *exchange):
             assert isinstance(operation, Replace)
             replaced = whole[operation.columns]
             whole[operation.rows] = replaced if operation.matrix is None else operation.matrix @ replaced
         return whole
 
-    def gradient(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+    def interface_jacobian(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
         """Return how what a step comes to follows the guess, both at the places that move."""
-        return self.try_out(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
+        return self.guessed_step(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
 
-    def converge(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> Operation:
+    def iterated_step(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> Operation:
         """Return what a step does whose guess is what it comes to."""
-        whole = self.try_out(action, step_size, steps)
+        whole = self.guessed_step(action, step_size, steps)
         ends = whole[self._bus[action.places]]
         through, rest = ends[:, self._guess], np.delete(np.arange(self.size), self._guess)
         guess = np.linalg.solve(np.eye(len(self._guess)) - through, ends[:, rest])
@@ -278,7 +278,7 @@ class Layout:
         if self.source and component == self.source.component:
             return Replace(self.now, self.next, None)
         if component == self.lock_in:
-            return Listen()
+            return SampleSignals()
         block = self.blocks[component]
         values, inputs = self.at(component, block.values), self.at(component, block.inputs)
         if component not in self._moving:
@@ -316,14 +316,14 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
                 return [step(action.instance, k)]
             case IteratedStep():
                 return [
-                    layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.continuous])
+                    layout.iterated_step(action, step_size, [step(line.instance, k) for line in layout.wiring.continuous])
                 ]
             case Group() | Transfer() | AlgebraicLoop():
                 return [layout.exchange(action)]
             case _:
                 return layout.prepare(action, step_size)
 
-    ends = [Listen()] if layout.observed else []
+    ends = [SampleSignals()] if layout.observed else []
     return [[operation for action in layout.cycle for operation in done(action, k)] + ends for k in range(steps)]
 
 
@@ -375,8 +375,8 @@ def interface_jacobian(wiring: Wiring, action: IteratedStep, step_size: float) -
     for name, instance in wiring.instances.items():
         inputs = [variable for owner, variable in (wiring.split(c.end) for c in wiring.connections) if owner == name]
         outputs = [variable for owner, variable in (wiring.split(c.start) for c in wiring.connections) if owner == name]
-        make = block if instance.fmu.description.has_derivatives else unmoved
+        make = block if instance.fmu.description.has_derivatives else zero_block
         blocks[name] = make(instance, inputs, outputs)
     layout = Layout(wiring, [action], blocks)
     steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.continuous]
-    return layout.gradient(action, step_size, steps)
+    return layout.interface_jacobian(action, step_size, steps)

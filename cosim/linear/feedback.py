@@ -3,8 +3,8 @@
 The law is that of `masters/linearized_feedback.py`. With the controllers' derivatives G = du/dy, the inputs s of a
 plant that move on lines, and y = C x + D u of the plant,
 
-    Point     values = bus,   y0 = y,   rates of the bus in feedthrough order: C der(x) + D rates of u
-    Lines     s' = (bus - values) / H to where the feeding instance has stepped, else rates - G rates of y
+    StorePoint     values = bus,   y0 = y,   rates of the bus in feedthrough order: C der(x) + D rates of u
+    SetSlopes     s' = (bus - values) / H to where the feeding instance has stepped, else rates - G rates of y
     Stepper   der(x) = A x + B (u + G (y - y0)) as it is of the FMU's own equations, u going on with s'
 
 so that a plant is the block of its FMU with G (y - y0) in the place of its ports: an FMU without ports will do.
@@ -25,12 +25,12 @@ from hfsa.cosim.systems.feedback_loops import FeedbackLoop
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class StorePoint:
     """What is known at a communication point is kept: values, and rates."""
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class SetSlopes:
     """The inputs of an instance at `places` of the bus get their slopes; of those in `known` the end is known."""
 
     instance: str
@@ -39,7 +39,7 @@ class Lines:
 
 
 @dataclass(frozen=True, eq=False)
-class Ended:
+class FetchNewest:
     """Outputs of an instance that has stepped are fetched, before its inputs are set anew."""
 
     group: Group
@@ -66,12 +66,12 @@ class FeedbackLayout(Layout):
         n = len(wiring.bus)
         self._values, self._rates = self._new(n), self._new(n)
         for action in cycle:
-            if isinstance(action, Lines):
-                self._let_move(action.instance, action.places)
+            if isinstance(action, SetSlopes):
+                self._add_slopes(action.instance, action.places)
 
-    def _steps(self, wiring: Wiring) -> Iterable[Action | Point | Lines | Ended]:
+    def _steps(self, wiring: Wiring) -> Iterable[Action | StorePoint | SetSlopes | FetchNewest]:
         """Yield what is done between two communication points: plants step first."""
-        yield Point()
+        yield StorePoint()
         order = sorted(wiring.continuous, key=lambda stepper: stepper.instance not in self._gains)
         waiting, stepped = [stepper.instance for stepper in order], []
         for stepper in order:
@@ -79,16 +79,16 @@ class FeedbackLayout(Layout):
             yield from self._lines(wiring, stepper, stepped)
             yield stepper
             stepped.append(stepper.instance)
-            yield from (Ended(g) for g in stepper.groups if any(t.target in waiting for t in g.transfers))
+            yield from (FetchNewest(g) for g in stepper.groups if any(t.target in waiting for t in g.transfers))
 
-    def _lines(self, wiring: Wiring, stepper: Stepper, stepped: Collection[str]) -> Iterable[Lines]:
+    def _lines(self, wiring: Wiring, stepper: Stepper, stepped: Collection[str]) -> Iterable[SetSlopes]:
         """Yield what lets an instance's inputs move, where they can: all but those that a sampled output feeds."""
         name, fed_back = stepper.instance, {u for u, _ in self._gains.get(stepper.instance, {})}
         ends = [(i, c.start, *wiring.split(c.end)) for i, c in enumerate(wiring.connections)]
         moving = [(i, start, u) for i, start, owner, u in ends if owner == name and not wiring.is_sampled(start)]
         if moving and wiring.instances[name].has_input_derivatives([u for _, _, u in moving], 1):
             known = [wiring.split(start)[0] in stepped and u not in fed_back for _, start, u in moving]
-            yield Lines(name, np.array([i for i, _, _ in moving]), np.array(known))
+            yield SetSlopes(name, np.array([i for i, _, _ in moving]), np.array(known))
 
     def fetch(self, group: Group) -> Replace:
         """Return what fetching a group at a communication point does, where y is y0."""
@@ -105,23 +105,23 @@ class FeedbackLayout(Layout):
     def prepare(self, action: Any, step_size: float) -> Sequence[Operation]:
         """Return what an action does that only makes steps ready."""
         match action:
-            case Point():
-                return [Replace(self._values, self._bus, None), *self._marks(), *self._all_rates()]
-            case Lines():
+            case StorePoint():
+                return [Replace(self._values, self._bus, None), *self._store_outputs(), *self._all_rates()]
+            case SetSlopes():
                 return [self._slopes(action, step_size)]
-            case Ended(group) if group.instance in self._gains:
+            case FetchNewest(group) if group.instance in self._gains:
                 return [self._fetched(group, self.blocks[group.instance])]
-            case Ended(group):
+            case FetchNewest(group):
                 return [self.fetch(group)]
         return super().prepare(action, step_size)
 
-    def _marks(self) -> list[Operation]:
+    def _store_outputs(self) -> list[Operation]:
         """Return what keeps y0."""
         found: list[Operation] = []
         for plant, gains in self._gains.items():
             outputs = list(dict.fromkeys(y for _, y in gains))
             places = [self._place_of(plant, y) for y in outputs]
-            found.append(Replace(self.at(plant, [mark(y) for y in outputs]), self._bus[places], None))
+            found.append(Replace(self.at(plant, [held_output(y) for y in outputs]), self._bus[places], None))
         return found
 
     def _place_of(self, component: str, output: str) -> int:
@@ -148,7 +148,7 @@ class FeedbackLayout(Layout):
                 found.append(Replace(rows, columns, np.hstack([matrix[:, :count] @ block.rate, direct])))
         return found
 
-    def _slopes(self, action: Lines, step_size: float) -> Operation:
+    def _slopes(self, action: SetSlopes, step_size: float) -> Operation:
         """Return what lays the lines of an instance."""
         names, derivatives = self._moving[action.instance]
         n, places = len(names), action.places
@@ -161,7 +161,7 @@ class FeedbackLayout(Layout):
         return Replace(derivatives[0], np.concatenate(columns), np.hstack([known, -known, rest, -own]))
 
 
-def followed(loops: Iterable[FeedbackLoop], blocks: Mapping[str, Block]) -> list[FeedbackLoop]:
+def with_states(loops: Iterable[FeedbackLoop], blocks: Mapping[str, Block]) -> list[FeedbackLoop]:
     """Return the loops of which a state follows the plant's input: the others have no ports."""
 
     def is_followed(loop: FeedbackLoop) -> bool:
@@ -172,7 +172,7 @@ def followed(loops: Iterable[FeedbackLoop], blocks: Mapping[str, Block]) -> list
     return [loop for loop in loops if is_followed(loop)]
 
 
-def mark(output: str) -> str:
+def held_output(output: str) -> str:
     """Return the name of y0 among a plant's inputs."""
     return f"feedback.at.{output}"
 
@@ -186,7 +186,7 @@ def with_feedback(block: Block, gains: Mapping[tuple[str, str], float]) -> Block
         row = n + block.inputs.index(u)
         inside[row, :size] += gain * block.output[block.outputs.index(y)]
         inside[row, size + outputs.index(y)] -= gain
-    inputs = (*block.inputs, *map(mark, outputs))
+    inputs = (*block.inputs, *map(held_output, outputs))
     matrices = {name: getattr(block, name) @ inside for name in ("rate", "tick", "output")}
     return replace(block, inputs=inputs, **matrices)
 

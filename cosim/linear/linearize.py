@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.linear.blocks import Blocks, Closed
+from hfsa.cosim.linear.blocks import Blocks, ClosedSystem
 from hfsa.cosim.linear.equilibrium import equilibrium
 from hfsa.cosim.linear.sampled import SampledSystem
 from hfsa.cosim.systems.errors import StructureError
@@ -78,7 +78,7 @@ class Linearization:
         operating_point: states, and sampled states and outputs, at the equilibrium by full name.
     """
 
-    def __init__(self, closed: Closed, operating_point: Mapping[str, float]):
+    def __init__(self, closed: ClosedSystem, operating_point: Mapping[str, float]):
         self.closed, self.operating_point = closed, operating_point
         self.states, self.inputs, self.outputs = closed.states, closed.inputs, closed.outputs
         self.is_sampled = bool(closed.ticking)
@@ -158,7 +158,7 @@ class Linearization:
 class _Continuous:
     """A closed system without ticks."""
 
-    def __init__(self, closed: Closed):
+    def __init__(self, closed: ClosedSystem):
         self._closed, self._n = closed.balanced(), len(closed.states)
 
     def response(self, omega: float, enters: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.linalg
 
-from hfsa.cosim.linear.blocks import Closed, Ticking
+from hfsa.cosim.linear.blocks import ClosedSystem, Ticking
 from hfsa.cosim.systems.errors import StructureError
 
 LONGEST_PATTERN = 10_000
@@ -36,7 +36,7 @@ class SampledSystem:
         transition: [x; v] over one period without excitation, beginning right before the ticks.
     """
 
-    def __init__(self, closed: Closed):
+    def __init__(self, closed: ClosedSystem):
         self.closed = closed = closed.balanced()
         self.spacing, ratios = grid([ticking.sample_time for ticking in closed.ticking])
         self.period = self.spacing * math.lcm(*ratios)

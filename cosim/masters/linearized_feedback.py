@@ -28,7 +28,7 @@ from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block
-from hfsa.cosim.linear.feedback import FeedbackLayout, followed
+from hfsa.cosim.linear.feedback import FeedbackLayout, with_states
 from hfsa.cosim.masters.algorithm import Algorithm, Ports, Scheme
 from hfsa.cosim.masters.stepped import stepped
 from hfsa.cosim.systems.connectors import Connector
@@ -88,7 +88,7 @@ def layout(
 ) -> FeedbackLayout:
     """Return its linear map, which the FMUs' blocks suffice for: no ports are asked of them."""
     wiring = Wiring(system, instances)
-    found = followed(feedback_loops(system, wiring.connectors), blocks)
+    found = with_states(feedback_loops(system, wiring.connectors), blocks)
     # a component that is made of parts can be exported with ports
     loops = [o for o in found if not system[o.plant].part.endswith(".fmu") or o.gain in wiring.connectors[o.plant]]
     if not loops:
