@@ -1,7 +1,7 @@
-"""What a master does between two communication points: fetch outputs, set inputs, step.
+"""Actions between two communication points: fetch outputs, set inputs, step.
 
 All connected outputs lie in one array, the bus. An algorithm is an order of actions; each has a `call`, whose `run`
-returns the status of what it did.
+performs the action and returns its FMI status.
 """
 
 from collections.abc import Iterable
@@ -12,21 +12,21 @@ from hfsa.cosim.fmi.co_simulation import Call
 
 
 class CompositeAction:
-    """An action that is more than one call of an FMU: what a master runs is the action itself.
+    """An action made of several FMI calls; the action is its own `call`.
 
     Attributes:
-        failing: the call that the last status is of.
+        failing: the FMI call that produced the last status.
     """
 
     failing: Call | None = None
 
     @property
     def call(self) -> Self:
-        """What a master runs."""
+        """The action itself."""
         return self
 
     def _run(self, calls: Iterable[Call]) -> int:
-        """Run calls; return the first status that is worse than a warning, else the first warning's."""
+        """Run calls; return the first status worse than a warning, else the first warning."""
         warning = 0
         for call in calls:
             if status := call.run():
@@ -36,7 +36,7 @@ class CompositeAction:
         return warning
 
     def _checked(self, status: int, time: float) -> int:
-        """Return a status that is not worse than a warning; `StepError` at `time` [s] for any other."""
+        """Return a status that is ok or a warning; raise `StepError` at `time` [s] for a worse one."""
         if status > 1:
             assert self.failing is not None
             self.failing.instance.time = time
@@ -45,7 +45,7 @@ class CompositeAction:
 
 
 def failing_call(call: Call | CompositeAction) -> Call | None:
-    """Return the FMU's own call that the last status of a call is of."""
+    """Return the FMI call that produced the last status."""
     return call if isinstance(call, Call) else call.failing
 
 
@@ -54,8 +54,8 @@ class Group:
     """Connected outputs of one instance at one feedthrough level, fetched by one call.
 
     Attributes:
-        transfers: what it feeds.
-        loop: number of the algebraic loop that it is on.
+        transfers: inputs that these outputs feed.
+        loop: number of the algebraic loop through the group, `None` if there is none.
     """
 
     instance: str
@@ -67,7 +67,11 @@ class Group:
 
 @dataclass(eq=False)
 class Transfer:
-    """Inputs of instance `target` that one group feeds, set by one call; `affected` groups follow them directly."""
+    """Inputs of instance `target` that one group feeds, set by one call.
+
+    Attributes:
+        affected: groups with direct feedthrough from these inputs.
+    """
 
     target: str
     inputs: list[str]
@@ -77,7 +81,7 @@ class Transfer:
 
 @dataclass(eq=False)
 class Stepper:
-    """One step of one instance; afterwards all its `groups` may have changed."""
+    """One step of one instance; it may change all `groups` of that instance."""
 
     instance: str
     call: Call

@@ -1,4 +1,4 @@
-"""The order of actions between two communication points: sampled instances first, and nothing done twice."""
+"""Schedule of the actions between two communication points: sampled instances first, no action without effect."""
 
 from collections.abc import Iterable, Iterator
 
@@ -11,15 +11,15 @@ from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
 Runnable = Call | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains | Rates | Lines
-"""What an action runs."""
+"""Types of the `call` of an action."""
 
 Action = Group | Transfer | Stepper | AlgebraicLoop | History | Extrapolate | IteratedStep | Gains | Rates | Lines
 
 
 def discrete_first(wiring: Wiring) -> Iterator[Action]:
-    """Yield the steps of the sampled instances, one after the other, each with what its tick changes for those behind.
+    """Yield the steps of the sampled instances, one after the other, each followed by an exchange.
 
-    What is passed on goes to all that have not stepped, through direct feedthrough where there is some.
+    The exchange sets the inputs of all instances that have not stepped yet, through direct feedthrough as well.
     """
     stepped = set()
     for stepper in wiring.discrete:
@@ -31,16 +31,17 @@ def discrete_first(wiring: Wiring) -> Iterator[Action]:
 
 
 def without_repetition(cycle: Iterable[Action]) -> list[Action]:
-    """Leave out fetching what cannot have changed since it was fetched, and setting what has not been fetched anew.
+    """Return a cycle without the actions that would repeat an earlier one.
 
-    The cycle begins after a complete exchange and ends with one, so what is left out is the same in every cycle.
+    Outputs are fetched only where they may have changed since the last fetch, and inputs set only after a new fetch.
+    The cycle begins after a complete exchange and ends with one, so the result is the same for every cycle.
     """
     stale_groups: set[Group] = set()
     stale_transfers: set[Transfer] = set()
     stale_loops: set[int] = set()
 
     def touch(groups: Iterable[Group]) -> None:
-        """What has changed is to be fetched, and a loop that it is on to be solved."""
+        """Mark groups, and the algebraic loops through them, as changed."""
         for group in groups:
             stale_groups.add(group)
             if group.loop is not None:

@@ -316,7 +316,9 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
                 return [step(action.instance, k)]
             case IteratedStep():
                 return [
-                    layout.iterated_step(action, step_size, [step(line.instance, k) for line in layout.wiring.continuous])
+                    layout.iterated_step(
+                        action, step_size, [step(line.instance, k) for line in layout.wiring.continuous]
+                    )
                 ]
             case Group() | Transfer() | AlgebraicLoop():
                 return [layout.exchange(action)]

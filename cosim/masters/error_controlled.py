@@ -76,7 +76,7 @@ class ErrorControlled(Master):
         assert isinstance(self._scheme.moving, IteratedStep)
         self.tolerance = tolerance
         self._half = self._scheme.moving
-        self._whole = self._half.another()  # each keeps the derivatives that suit its step
+        self._whole = self._half.duplicate()  # each keeps the derivatives that suit its step
         if library is not None:
             for converge in (self._half, self._whole):
                 step_in_c(converge, library)
