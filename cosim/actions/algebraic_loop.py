@@ -165,8 +165,9 @@ def product(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def direct_gain(instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:
-    """Return the direct feedthrough d output / d input, (outputs, inputs); finite differences replace derivatives that
-    the FMU does not provide.
+    """Return the direct feedthrough d output / d input, (outputs, inputs).
+
+    Finite differences replace directional derivatives that the FMU does not provide.
     """
     if instance.fmu.description.has_derivatives:
         distinct = list(dict.fromkeys(outputs))

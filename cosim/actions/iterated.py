@@ -6,10 +6,10 @@ the output at t_k + H. All instances step, the exchange at t_k + H yields the ou
     fixed_point     w <- y(w)
     quasi_newton    w <- w + (1 - dy/dw)^-1 (y(w) - w)
 
-until the change is at most `TOLERANCE` of the value, or of its nominal where that is larger, or at most `ROUNDING` of it
-and no longer decreasing. All instances return to their states at t_k before each further pass. The interface Jacobian
-dy/dw is that of the linearised FMUs over a step of H. It is computed at the first step, and again where the passes do
-not converge or the step size has changed much. The first guess extrapolates the last communication points.
+until the change is at most `TOLERANCE` of the value, or of its nominal where that is larger, or at most `ROUNDING` of
+it and no longer decreasing. All instances return to their states at t_k before each further pass. The interface
+Jacobian dy/dw is that of the linearised FMUs over a step of H. It is computed at the first step, and again where the
+passes do not converge or the step size has changed much. The first guess extrapolates the last communication points.
 
 Sampled outputs are held. Where an FMU accepts no input derivatives, its inputs are held at the middle of the line. With
 straight lines the coupling is of second order and as stable as the trapezoidal rule.
@@ -249,7 +249,7 @@ class IteratedStep(CompositeAction):
         return float(np.max(np.abs(self.change) / np.maximum(np.abs(now), self.nominal), initial=0.0))
 
     def _resolve(self, time: float) -> None:
-        """Resolve a status `STALE`: solve an algebraic loop, compute an inverse or begin duplicate round.
+        """Resolve a status `STALE`: solve an algebraic loop, compute an inverse or begin another round.
 
         `StepError` where all rounds are used up.
         """
@@ -279,7 +279,7 @@ class IteratedStep(CompositeAction):
             connection = self.wiring.connections[self.places[0]]
             message = (
                 f"{self.method} coupling over {connection} has loop gain 1 over a step of {step_size:.6g} s, and so no "
-                "solution or any number of them; duplicate step has one"
+                "solution or any number of them; another step has one"
             )
             raise StepError(*self.wiring.split(connection.start), "does not converge", time, message) from None
         self.progress.inverse_step = step_size

@@ -1,8 +1,8 @@
 """Wiring of a system: prepared FMI calls that share one array of output values, the bus.
 
-A `Group` fetches outputs of one instance into its part of the bus, a `Transfer` sets inputs of one instance from part of
-a group, and a `Stepper` steps one instance. An `AlgebraicLoop` replaces the groups whose outputs depend on each other
-through direct feedthrough.
+A `Group` fetches outputs of one instance into its part of the bus, a `Transfer` sets inputs of one instance from part
+of a group, and a `Stepper` steps one instance. An `AlgebraicLoop` replaces the groups whose outputs depend on each
+other through direct feedthrough.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -95,7 +95,7 @@ class Wiring:
         return self.connectors[component][variable].variability == "discrete"
 
     def jumping(self) -> set[str]:
-        """Return the connected outputs (full names) that jump at ticks: sampled ones, and direct feedthrough of them."""
+        """Return the connected outputs (full names) that jump at ticks: sampled ones, and those they feed through."""
         found = {connection.start for connection in self.connections if self.is_sampled(connection.start)}
         before = -1
         while len(found) > before:
