@@ -1,13 +1,13 @@
-"""Algorithm `auto`: the cheapest way to step a system whose error is within the tolerance; and what to warn of.
+"""Algorithm `auto`: the cheapest algorithm within the tolerance; and the warnings about an algorithm and its step.
 
     choice = choose(analysis, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
     for sentence in warnings(analysis, analysis.effect("gauss_seidel", 50e-6), tolerance=1e-3):
         print(sentence)
 
-Tried are the algorithms of `CANDIDATES`, the cheapest first, until one is good enough: its responses err by less than
-the tolerance, and it is stable where the system is and unstable where the system is. Where none is, the one that errs
-least is taken, and the warning says which step would do. All is known from the linearised FMUs
-(`analysis/step_effect.py`) before anything runs.
+The algorithms of `CANDIDATES` are evaluated, the cheapest first, until one is good enough: the error of its responses
+is within the tolerance, and it is stable exactly where the system is. If none is, `auto` takes the one with the
+smallest error, and the warning names a sufficient step. Everything follows from the linearised FMUs
+(`analysis/step_effect.py`) before a run.
 """
 
 import math
@@ -22,18 +22,18 @@ from hfsa.cosim.results.records import AlgorithmChoice
 from hfsa.cosim.systems.errors import StructureError
 
 _HALVINGS = 12
-"""Halved steps that are tried to show what a step hides, or until one is good enough."""
+"""Largest number of halvings in the search for a step that is good enough or reveals an instability."""
 
 NOT_KNOWN = (ValueError, ArithmeticError, StepError)
-"""Why nothing is known of a system: StructureError and LinAlgError are values that are wrong."""
+"""Errors of an analysis that is not possible; StructureError and LinAlgError are ValueErrors."""
 
 
 def choose(
     analysis: StepAnalysis, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
 ) -> AlgorithmChoice:
-    """Return the algorithm for a step [s]; `offered` are those of `CANDIDATES` that may be taken.
+    """Return the choice of an algorithm for a step [s], among the algorithms of `CANDIDATES` in `offered`.
 
-    `StructureError` where none is offered.
+    Raises `StructureError` where none of them can run the system.
     """
     errors: dict[str, float] = {}
     refusals: dict[str, str] = {}
@@ -60,7 +60,7 @@ def effective_error(effect: StepEffect) -> float:
 
 
 def warnings(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> list[str]:
-    """Return what is to be said of an algorithm and a step: of instability, else of responses that err too much."""
+    """Return the warnings about an algorithm and a step: of instability, else of responses beyond the tolerance."""
     if effect.own:
         return [_hidden(analysis, effect)] if effect.hides_instability else instability(analysis)
     if effect.causes_instability:
@@ -73,30 +73,30 @@ def warnings(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> li
 
 
 def instability(analysis: StepAnalysis) -> list[str]:
-    """Return what is to be said of a system that is unstable without communication steps; nothing of a stable one."""
+    """Return the warnings about a system that is unstable without communication steps; none for a stable system."""
     if not analysis.coupled.exact.growth:
         return []
     return [f"{_growing(analysis)}; {_sampling(analysis) or 'no step and no algorithm makes it stable'}"]
 
 
 def _hidden(analysis: StepAnalysis, effect: StepEffect) -> str:
-    """Return what to say of steps that make a system look stable that is not."""
+    """Return the warning about steps that hide an instability of the system."""
     hides = (
-        f"{_growing(analysis)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
-        "is not the motion of the system"
+        f"{_growing(analysis)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: its results are "
+        "not the motion of the system"
     )
     return "; ".join(filter(None, (hides, _sampling(analysis), _shown(analysis, effect))))
 
 
 def _growing(analysis: StepAnalysis) -> str:
-    """Return that a system is unstable, and how fast."""
+    """Return the clause about the growing mode of an unstable system."""
     own = analysis.coupled.exact.growth
     at = f" at {own.frequency:.4g} Hz" if own.frequency else ""
     return f"the system itself is unstable: without communication steps a mode grows by {own.rate:.4g} 1/s{at}"
 
 
 def _sampling(analysis: StepAnalysis) -> str:
-    """Return up to which sample time the system is stable; empty where nothing is sampled or that is not known."""
+    """Return the clause about the limit of the sample time; empty where nothing is sampled or no limit is known."""
     try:
         found = sampling_limit(analysis.system, analysis.instances, analysis.outputs)
     except NOT_KNOWN:
@@ -104,12 +104,12 @@ def _sampling(analysis: StepAnalysis) -> str:
     if found is None or math.isinf(found.longest):
         return ""
     if not found.longest:
-        return f"its sample time is {found.sample_time:.4g} s, and no other that was asked makes it stable"
+        return f"its sample time is {found.sample_time:.4g} s, and none that was evaluated makes it stable"
     return f"it is stable up to a sample time of {found.longest:.4g} s, its own is {found.sample_time:.4g} s"
 
 
 def _shown(analysis: StepAnalysis, effect: StepEffect) -> str:
-    """Return which algorithm and which step show that the system is unstable."""
+    """Return the clause about an algorithm and a step that reveal the instability."""
     others = (algorithm for algorithm in CANDIDATES if algorithm != effect.algorithm)
     algorithm = next((name for name in others if _is_seen(analysis, name, effect.step_size)), None)
     steps = _shorter(analysis, effect.step_size)
@@ -119,7 +119,7 @@ def _shown(analysis: StepAnalysis, effect: StepEffect) -> str:
 
 
 def _is_seen(analysis: StepAnalysis, algorithm: str, step_size: float) -> bool:
-    """Whether an algorithm and a step [s] show that a system is unstable."""
+    """Whether an algorithm at a step [s] reveals that the system is unstable."""
     effect = _effect(analysis, algorithm, step_size)
     return effect is not None and not effect.hides_instability
 
@@ -128,7 +128,7 @@ def _is_seen(analysis: StepAnalysis, algorithm: str, step_size: float) -> bool:
 
 
 def _inaccurate(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> str:
-    """Return what to say of responses that err by more than the tolerance."""
+    """Return the warning about responses with errors beyond the tolerance."""
     step = f"{effect.algorithm} at a step of {effect.step_size:.4g} s"
     limit = f"more than the tolerance of {100 * tolerance:.3g} %"
     if not math.isfinite(effect.error):
@@ -142,11 +142,11 @@ def _inaccurate(analysis: StepAnalysis, effect: StepEffect, tolerance: float) ->
             f"{frequency:.4g} Hz, {limit}"
         )
     would = [*_better(analysis, effect, tolerance), *_fine_enough(analysis, effect, tolerance)]
-    return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was asked would do"
+    return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was evaluated would do"
 
 
 def _better(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
-    """Yield the cheapest other algorithm that is good enough at this step."""
+    """Yield the cheapest other algorithm within the tolerance at this step."""
     for algorithm in CANDIDATES:
         other = None if algorithm == effect.algorithm else _effect(analysis, algorithm, effect.step_size)
         if other and effective_error(other) <= tolerance:
@@ -155,7 +155,7 @@ def _better(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Ite
 
 
 def _fine_enough(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
-    """Yield the longest of halved steps that is good enough with the same algorithm."""
+    """Yield the longest of the halved steps within the tolerance with the same algorithm."""
     for shorter in _shorter(analysis, effect.step_size):
         other = _effect(analysis, effect.algorithm, shorter)
         if other and effective_error(other) <= tolerance:
@@ -164,7 +164,7 @@ def _fine_enough(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -
 
 
 def _effect(analysis: StepAnalysis, algorithm: str, step_size: float) -> StepEffect | None:
-    """Return the effect of an algorithm and a step [s]; `None` where it is not offered, or the step does not fit."""
+    """Return the effect of an algorithm at a step [s], `None` where it is not known or the step does not fit."""
     try:
         return analysis.effect(algorithm, step_size)
     except NOT_KNOWN:
@@ -179,5 +179,5 @@ def _shorter(analysis: StepAnalysis, step_size: float) -> Iterator[float]:
 
 
 def _times(analysis: StepAnalysis) -> Collection[float]:
-    """Return the sample times [s] of a analysis's system."""
+    """Return the sample times [s] of the analysed system."""
     return sample_times(analysis.system, analysis.instances, {}).values()

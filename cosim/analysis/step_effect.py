@@ -1,18 +1,18 @@
-"""What communication steps do to a system's responses and to its stability, known before anything runs.
+"""Effect of communication steps on the responses and the stability of a system, computed before a run.
 
     analysis = StepAnalysis(system, instances, excitations, outputs, band=(1.0, 50.0))
     effect = analysis.effect("gauss_seidel", 50e-6)
     effect.error, effect.worst             # 2.23: the response of one output to one input at one frequency is 223 % off
-    effect.hides_instability                       # whether the steps make a system look stable that is not
-    analysis.errors(coupled, frequency)      # |G - H| / |H| of every response at given frequencies
+    effect.hides_instability               # whether an unstable system appears stable with these steps
+    analysis.errors("gauss_seidel", 50e-6, frequency)      # |G - H| / |H| of every response at given frequencies
 
-G is the response that the algorithm's one-step matrix gives (`analysis/stability.py`), H that of the same linearised
-FMUs without communication steps (`linear/linearize.py`), both at one operating point. Excited are free inputs, or what
-a component that nothing feeds puts out by itself, a reference or a source: it is taken for a sinusoid with its
-derivatives.
+G is the response of the algorithm's one-step matrix (`analysis/stability.py`), H that of the same linearised FMUs
+without communication steps (`linear/linearize.py`), both at one operating point. The excitation is a sinusoid with its
+derivatives, at unconnected inputs or in place of the outputs of a component without connected inputs (a reference or a
+source).
 
-Of errors those count whose |H| is above -40 dB of its largest over the band; a response that is zero by symmetry is
-rounding. H is the truth also where the system is unstable, and nothing settles to it.
+Errors count where |H| is above -40 dB of its largest value over the band; a response that is zero by symmetry is
+rounding. H is the reference also where the system is unstable and no simulation settles to it.
 """
 
 import math
@@ -38,22 +38,22 @@ from hfsa.cosim.systems.names import companions
 from hfsa.cosim.systems.system import System
 
 COUNTING = 1e-2
-"""Part of a response's largest magnitude above which its error counts, -40 dB."""
+"""Fraction of a response's largest magnitude above which its error counts, -40 dB."""
 
 _POINTS = 40
-"""Frequencies over a band; those around modes come on top."""
+"""Number of frequencies over a band, in addition to those around modes."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """One sinusoid that enters a system.
+    """A sinusoidal excitation of a system.
 
     Attributes:
-        name: of what is excited, full, with its `unit` and the `amplitude` in it.
-        system, instances: with the component that puts the sinusoid out.
-        source: that component, and the derivatives that its outputs are.
-        enters: unconnected inputs of the system without the source (full names), each with the derivative that enters.
-        lock_in: an amplifier in the system whose signals are the outputs; without one they are as they are recorded.
+        name: full name of the excited variable, with its `unit` and the `amplitude` in that unit.
+        system, instances: the system with the source component.
+        source: the source component, with the order of derivative of each of its outputs.
+        enters: excited inputs of the system without the source (full names), each with its order of derivative.
+        lock_in: name of the lock-in amplifier that measures the outputs; `None` where they are recorded directly.
     """
 
     name: str
@@ -68,17 +68,17 @@ class Excitation:
 
 @dataclass(frozen=True)
 class StepEffect:
-    """What an algorithm with a step does.
+    """Effect of an algorithm at one step size.
 
     Attributes:
-        algorithm, step_size: [s].
-        error: largest relative error of a response that counts, 0 where there is none; without excitations that of
-            the rate of a mode.
-        worst: that response, (output, what is excited, frequency [Hz]), `None` where there is none.
+        algorithm, step_size: the algorithm and its step [s].
+        error: largest relative error of a response that counts, 0 without any; without excitations that of the rate of
+            a mode.
+        worst: that response, (output, excited variable, frequency [Hz]), `None` without any.
         own: growth without communication steps.
-        growth: with them [1/s], of the modes that count.
-        hides_instability: whether the steps make a system look stable that is not.
-        causes_instability: whether they make one unstable that is not, or a pass of theirs diverges.
+        growth: growth rate with communication steps [1/s], of the modes that count.
+        hides_instability: whether an unstable system appears stable with the steps.
+        causes_instability: whether the steps make a stable system unstable, or their passes diverge.
     """
 
     algorithm: str
@@ -93,11 +93,11 @@ class StepEffect:
 
 @dataclass
 class StepAnalysis:
-    """A system and what is wanted of it; `instances` are of its components, with directional derivatives.
+    """A system with excitations and outputs; `instances` by component, with directional derivatives.
 
     Attributes:
-        excitations: what enters; without any, modes are compared.
-        outputs: full names of what answers.
+        excitations: sinusoidal excitations; without any, modes are compared.
+        outputs: full names of the observed outputs.
         band: lowest and highest frequency [Hz].
         ignored: outputs whose errors do not count.
     """
@@ -115,9 +115,9 @@ class StepAnalysis:
         self._exact = {e.source.component: self._without(e) for e in self.excitations}
 
     def effect(self, algorithm: str, step_size: float) -> StepEffect:
-        """Return what an algorithm does with a step [s].
+        """Return the effect of an algorithm at a step [s].
 
-        `StructureError` where the algorithm is not offered or the step does not fit the sample times.
+        Raises `StructureError` where the algorithm cannot run the system or the step does not fit the sample times.
         """
         coupled, own = self.coupled.with_algorithm(algorithm), self.coupled.exact.growth
         one = coupled.over(step_size)
@@ -125,7 +125,7 @@ class StepAnalysis:
             error, worst = self._largest(algorithm, step_size)
         else:
             error, worst = mode_error(coupled.exact.poles, one, self.band[0]), None
-        # a free motion may grow slowly by the steps alone, which shows no instability that oscillates
+        # free motion may grow slowly because of the steps alone: that does not reveal an oscillatory instability
         hides_instability = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
         causes_instability = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
         return StepEffect(
@@ -140,7 +140,7 @@ class StepAnalysis:
         return np.divide(difference, np.abs(exact), out=np.full(exact.shape, np.nan), where=moves & (exact != 0))
 
     def exact(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return H at frequencies [Hz], output per excitation, (frequencies, outputs, excitations)."""
+        """Return H at frequencies [Hz], (frequencies, outputs, excitations)."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
         omega = 2j * np.pi * np.asarray(frequency, float)
         whole: dict[str, NDArray[np.complex128]] = {}
@@ -155,14 +155,14 @@ class StepAnalysis:
         return found
 
     def stepped(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return G at frequencies [Hz], shaped as H; errors as of `effect`."""
+        """Return G at frequencies [Hz], (frequencies, outputs, excitations); raises as `effect`."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
         for k, (excitation, coupled) in enumerate(zip(self.excitations, self._excited(algorithm), strict=True)):
             found[:, self._rows(excitation), k] = coupled.over(step_size).response(frequency)
         return found
 
     def at(self, frequency: float) -> "StepAnalysis":
-        """Return the same analysis, of one frequency [Hz] alone."""
+        """Return the same analysis at a single frequency [Hz]."""
         other = copy(self)
         other._moves = self._moves
         other.frequency = np.array([frequency])
@@ -171,7 +171,7 @@ class StepAnalysis:
 
     @property
     def jumping(self) -> set[str]:
-        """Outputs that change at ticks: what is recorded of them is right, but for a sinusoid a sample lags them."""
+        """Outputs that change at ticks: their recorded samples are correct, but lag behind a sinusoid."""
         found = set()
         for excitation in self.excitations:
             linear = self._exact[excitation.source.component]
@@ -194,16 +194,16 @@ class StepAnalysis:
         return base.excited(system, instances, source, observed=self._answering(excitation))
 
     def _answering(self, excitation: Excitation) -> list[str]:
-        """Return the outputs that do not belong to the source itself."""
+        """Return the outputs of all components except the source."""
         return [self.outputs[row] for row in self._rows(excitation)]
 
     def _rows(self, excitation: Excitation) -> list[int]:
-        """Return the places of these outputs."""
+        """Return the indices of these outputs."""
         source = excitation.source.component
         return [i for i, name in enumerate(self.outputs) if self.system.split(name)[0] != source]
 
     def _without(self, excitation: Excitation) -> Linearization:
-        """Return the system without a source, from all inputs that any excitation of it enters."""
+        """Return the linearised system without a source, from all inputs that the source excites."""
         source = excitation.source.component
         rest = without(self.system, source)
         ends = [
@@ -217,24 +217,24 @@ class StepAnalysis:
 
     @cached_property
     def frequency(self) -> NDArray[np.float64]:
-        """Frequencies [Hz] that are looked at: over the band, and close together around modes."""
+        """Frequencies [Hz] of the comparison: over the band, and dense around modes."""
         grid = logarithmic(*self.band, _POINTS)
         return np.unique(np.concatenate([grid, near_modes(self.coupled.exact.poles, self.band)]))
 
     @cached_property
     def _answer(self) -> NDArray[np.complex128]:
-        """H at these frequencies."""
+        """H at these frequencies, (frequencies, outputs, excitations)."""
         return self.exact(self.frequency)
 
     @cached_property
     def _moves(self) -> NDArray[np.bool_]:
-        """Which responses are not zero by symmetry, (outputs, excitations)."""
+        """Whether each response is not zero by symmetry, (outputs, excitations)."""
         variables = {name: instance.fmu.variables for name, instance in self.instances.items()}
         units = [connector(self.system, variables, name).unit or "1" for name in self.outputs]
         return ~negligible(self._answer, units, np.array([e.amplitude for e in self.excitations]))
 
     def _largest(self, algorithm: str, step_size: float) -> tuple[float, tuple[str, str, float] | None]:
-        """Return the largest error that counts, and of which response it is."""
+        """Return the largest error that counts, and its response."""
         resolved = self.frequency <= 1 / (FEWEST_SAMPLES * step_size) * (1 + 1e-9)
         if not resolved.any():
             return math.inf, None
@@ -251,16 +251,17 @@ class StepAnalysis:
 
 
 def motions(system: System, instances: Mapping[str, Instance]) -> list[Excitation]:
-    """Return what components that nothing feeds put out by themselves, each motion with its derivatives.
+    """Return excitations by the components without connected inputs, each motion with its derivatives.
 
-    An output is the derivative of another where it is named so (`system.companions`), or is a sine source's.
+    An output is the derivative of another where its name says so (`names.companions`), or where it is that of a sine
+    source.
     """
     found, fed = [], {system.split(connection.end)[0] for connection in system.connections}
     for component in system.components:
-        own, shown = instances[component.name].fmu, _shown(system, component.name)
-        if component.name in fed or own.description.states or own.description.has_sample_time or not shown:
+        own, connected = instances[component.name].fmu, _connected_outputs(system, component.name)
+        if component.name in fed or own.description.states or own.description.has_sample_time or not connected:
             continue
-        for orders in _families(shown, is_sine=component.part == "sine_source"):
+        for orders in _families(connected, is_sine=component.part == "sine_source"):
             first = min(orders, key=orders.__getitem__)
             name, unit = f"{component.name}.{first}", own.variables[first].unit or "1"
             found.append(entering(name, unit, 1.0, system, instances, Source(component.name, orders)))
@@ -286,14 +287,14 @@ def entering(
     return Excitation(name, unit, amplitude, system, instances, source, enters, lock_in)
 
 
-def _shown(system: System, component: str) -> list[str]:
+def _connected_outputs(system: System, component: str) -> list[str]:
     """Return the connected outputs of a component, each once."""
     starts = [system.split(connection.start) for connection in system.connections]
     return sorted({variable for owner, variable in starts if owner == component})
 
 
 def _families(outputs: Sequence[str], is_sine: bool) -> list[dict[str, int]]:
-    """Return outputs that are one motion and its derivatives, by order."""
+    """Return families of outputs, each a motion and its derivatives with their orders."""
     if is_sine:
         return [{name: SINE[name] for name in outputs if name in SINE}]
     derivatives = {c: (name, order) for name in outputs for order, c in enumerate(companions(name), 1)}
@@ -306,17 +307,17 @@ def _families(outputs: Sequence[str], is_sine: bool) -> list[dict[str, int]]:
 
 
 def without(system: System, component: str) -> System:
-    """Return the system without a component and what it is joined by; itself where it has no such component."""
+    """Return the system without a component and its connections."""
     kept = [c for c in system.components if c.name != component]
     inner = [c for c in system.connections if component not in (system.split(c.start)[0], system.split(c.end)[0])]
     return System(kept, inner)
 
 
 def mode_error(poles: NDArray[np.complex128], one: OneStep, lowest: float) -> float:
-    """Return the largest relative error of a mode of a one-step matrix, each exact one having one to itself.
+    """Return the largest relative error of the modes of a one-step matrix, matched one to one with the exact modes.
 
-    Those of the exact `poles` [1/s] count that a step resolves. An error is relative to the mode's rate, or where that
-    is slower, to 2 pi `lowest` [Hz]; it is infinite where modes are lacking.
+    Only those of the exact `poles` [1/s] count that the step resolves. The error is relative to the magnitude of the
+    pole, or to 2 pi `lowest` [Hz] where that is larger; it is infinite where modes are missing.
     """
     poles = poles[(poles.imag >= 0) & (np.abs(poles) * one.step_size <= 1)]
     found = np.array([mode.multiplier for mode in one.modes])

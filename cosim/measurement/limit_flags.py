@@ -89,7 +89,7 @@ class ActiveLimit:
         limit = self.limit
         lasting = "" if self.lasting_since is None else f", to the end from {self.lasting_since:.9g} s on"
         return (
-            f"{_spelled_out(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
+            f"{_spelled(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
             f"the time{lasting}: {limit.meaning}; {limit.advice}"
         )
 
@@ -99,7 +99,7 @@ class ActiveLimit:
         limit = self.limit
         spoilt = ", and the response is not that to small signals" if limit.spoils_response else ""
         return (
-            f"{_spelled_out(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
+            f"{_spelled(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
             f"{limit.advice}"
         )
 
@@ -140,7 +140,7 @@ def _flag_of(name: str) -> str:
     return name.rpartition(".")[2]
 
 
-def _spelled_out(name: str) -> str:
+def _spelled(name: str) -> str:
     """Return a full name as messages say it: `controller: axis[1].saturation`."""
     component, _, variable = name.partition(".")
     return f"{component}: {variable}"

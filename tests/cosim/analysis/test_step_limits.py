@@ -118,7 +118,7 @@ def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
     sentence = advice(coupled, "quasi_newton", 1e-6, [])
     assert sentence is not None
     assert "a step of 1.549e-08 s or less" in sentence
-    assert "the algorithm linearized_feedback, stable at every step that was asked" in sentence
+    assert "the algorithm linearized_feedback, stable at every step that was evaluated" in sentence
 
 
 @pytest.mark.parametrize(
