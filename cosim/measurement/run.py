@@ -1,9 +1,9 @@
-"""One time-domain run of a system into a file: what is recorded survives whatever ends the run.
+"""Time-domain run of a system into a results file, which keeps all recorded values however the run ends.
 
-    plan = RunPlan(system, files, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
+    plan = RunPlan(assembly, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
     summary = run(plan, path)
 
-Everything that is recorded is in the file; what is returned says how it went.
+The file contains all recorded values; the summary contains warnings and active limits.
 """
 
 import contextlib
@@ -26,26 +26,26 @@ from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 
 _BLOCK = 0.1
-"""Time [s] that steps at a stretch shall take: as long as an interruption may wait."""
+"""Target duration [s] of a block of steps, which bounds the delay of an interruption."""
 
 _UNWRITTEN = 0.8
-"""Time [s] after which recorded rows are written to the file, unless a single step takes longer."""
+"""Longest time [s] for which recorded rows stay unwritten, unless a single step takes longer."""
 
 _FASTER = 10
-"""Factor by which a stretch of steps may be longer than the last one."""
+"""Largest ratio of the length of a block to that of the previous one."""
 
 
 @dataclass(frozen=True)
 class RunPlan:
-    """A system ready to run from 0 to `stop_time` [s], as plain data that any process can take.
+    """Plan of a run from 0 to `stop_time` [s], as plain data that every process can load.
 
     Attributes:
-        assembly: what runs.
-        names: variables (full names) that are recorded at every communication point.
-        record: what the results file says of the system.
+        assembly: the system with its FMUs.
+        names: variables (full names) to record at every communication point.
+        record: description of the system for the results file.
         library: the stepping loop in C, `None` for Python's.
-        tolerance: of the response, relative, for algorithms that choose their steps.
-        scales: sizes of variables (full names) beyond a thousand times which the run stops.
+        tolerance: relative tolerance of the response, for algorithms that choose their steps.
+        scales: scales of variables (full names); the run ends beyond a thousand times one.
     """
 
     assembly: Assembly
@@ -60,7 +60,7 @@ class RunPlan:
 
     @property
     def steps(self) -> int:
-        """Number of steps; `StructureError` where that is none."""
+        """Number of steps; `StructureError` where it is 0."""
         steps = round(self.stop_time / self.step_size)
         if steps < 1:
             raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
@@ -68,12 +68,12 @@ class RunPlan:
 
     @property
     def end(self) -> float:
-        """Time [s] of the last step, the multiple of a step that is nearest to the stop time."""
+        """Time [s] of the last communication point, the multiple of the step nearest to the stop time."""
         return self.steps * self.step_size
 
     @property
     def end_sentence(self) -> str:
-        """What to say of an end that is not the stop time; empty where it is, to a millionth of a step."""
+        """Warning about an end that differs from the stop time by more than a millionth of a step; else empty."""
         if abs(self.end - self.stop_time) <= 1e-6 * self.step_size + 1e-12 * self.stop_time:
             return ""
         return (
@@ -84,9 +84,12 @@ class RunPlan:
 
 @dataclass(frozen=True)
 class RunSummary:
-    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first.
+    """Summary of a run.
 
-    `file` tells its results file from another that may have got its name since.
+    Attributes:
+        warnings: first warning of each instance, by name.
+        limits: limits that were active, the earliest first.
+        file: identity of the results file, which a later file of the same name does not share.
     """
 
     warnings: Mapping[str, str]
@@ -95,10 +98,10 @@ class RunSummary:
 
 
 def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> RunSummary:
-    """Run into the file `path`, what tells of a limit (`measurement/limit_flags.py`) recorded as well.
+    """Run a plan into the file `path`; limit flags (`measurement/limit_flags.py`) are recorded as well.
 
-    The file is written as the run goes on, about once a second; a `StepError` is written to it as well, with everything
-    recorded before, and raised. `report` is called with the part done, 0 to 1, and may raise to end the run. `force`
+    The file is written during the run, about once a second. A `StepError` is written to it after all values recorded
+    until then, and raised. `report` receives the completed fraction, 0 to 1, and may raise to end the run. `force`
     replaces a results file of that name (`results.RunFile`).
     """
     steps, system = plan.steps, plan.assembly.system
@@ -118,7 +121,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         written, failure, is_interrupted = 0, "stopped before the end", False
 
         def write() -> None:
-            """Write what has been recorded since."""
+            """Write the rows recorded since the last call."""
             nonlocal written
             file.write(written, {name: recording[name][written:] for name in names})
             written = recording.rows
@@ -127,7 +130,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
             if failed is not None:
                 raise failed
             last = time.monotonic()
-            for done in _stretches(master, steps):
+            for done in _blocks(master, steps):
                 if done == steps or time.monotonic() - last > _UNWRITTEN:
                     write()
                     last = time.monotonic()
@@ -153,10 +156,9 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:
-    """Initialize a master that will go to `stop_time` [s]; return why it cannot step, `None` where it can.
+    """Initialize a master for a run to `stop_time` [s]; return the `StepError` of an instance, `None` on success.
 
-    What is wrong with the request is raised: no file is made for that. A last step that rounding takes beyond the stop
-    time is no step beyond what the FMUs are told.
+    A `StructureError` is raised, because a wrong request creates no file.
     """
     try:
         master.initialize(stop_time=stop_time)
@@ -165,13 +167,13 @@ def _initialize(master: Master, stop_time: float) -> StepError | None:
     return None
 
 
-def _stretches(master: Master, steps: int) -> Iterator[int]:
-    """Take steps, yielding their number so far after each stretch of about `_BLOCK`, as measured by the last one."""
-    done, stretch = 0, 1
+def _blocks(master: Master, steps: int) -> Iterator[int]:
+    """Take steps in blocks of about `_BLOCK` [s]; yield the number of steps so far after each."""
+    done, block = 0, 1
     while done < steps:
         begin = time.monotonic()
-        master.advance(min(stretch, steps - done))
-        fitting = int(stretch * _BLOCK / max(time.monotonic() - begin, 1e-9))
-        done = min(done + stretch, steps)
+        master.advance(min(block, steps - done))
+        fitting = int(block * _BLOCK / max(time.monotonic() - begin, 1e-9))
+        done = min(done + block, steps)
         yield done
-        stretch = max(1, min(fitting, _FASTER * stretch))
+        block = max(1, min(fitting, _FASTER * block))

@@ -1,15 +1,16 @@
-"""Verification of a run: the error that its communication step makes, from a second run at half the step.
+"""Verification of a run: the error of its communication step, estimated by a second run at half the step.
 
     check_verifiable(plan)
     run(plan, path)
     verified = verify(plan, path)       # its errors are in the file as well
     verified.excess(plan.tolerance)     # a sentence where one is above the tolerance
 
-Of a variable y that was recorded with steps of H, and again with steps of H / 2, an algorithm of order p errs by
+For a variable y, recorded with steps H and H / 2, the error of an algorithm of order p is
 
-    |y_H - y_{H/2}| / (1 - 2^-p)        at most, over the points of the first run        (Richardson)
+    max |y_H - y_{H/2}| / (1 - 2^-p)        over the points of the first run        (Richardson)
 
-and relatively to the largest |y_H|. What the FMUs' own solvers err by is in both runs, and not in this.
+and its relative error is that over the largest |y_H|. The errors of the FMUs' own solvers are equal in both runs and
+not part of the estimate.
 """
 
 import math
@@ -31,20 +32,20 @@ from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
 
 _BLOCK = 10_000
-"""Steps between two looks at whether anybody wants an end."""
+"""Steps between two reports, each of which may end the verification."""
 
 _ROUNDING = 1e-11
-"""Part of its scale, and of the largest variable in its unit, below which the size of a variable is rounding."""
+"""Size of a variable that is rounding, relative to its scale and to the largest variable in its unit."""
 
 _MARGIN = 1.1
-"""Factor by which the step that would do is to be better than the tolerance."""
+"""Safety factor of the recommended step on the error."""
 
 _UNLIKE = 0.3
-"""Relative error from which on the two runs have too little in common for a figure."""
+"""Relative error from which on the two runs differ too much for an extrapolation."""
 
 
 def check_verifiable(plan: RunPlan) -> None:
-    """Raise `StructureError` for an algorithm that takes no given step, and for ticks that half the step misses."""
+    """Raise `StructureError` for an algorithm that chooses its steps, and for sample times that half a step misfits."""
     row = algorithm_named(plan.algorithm)
     if not row.is_limited:
         reason = (
@@ -61,9 +62,9 @@ def check_verifiable(plan: RunPlan) -> None:
 
 @dataclass(frozen=True)
 class Verification:
-    """What came out: `errors` by recorded variable, made by an algorithm of an `order` at a step [s].
+    """Result of a verification: `errors` by recorded variable, of an algorithm of an `order` at a step [s].
 
-    `order` is lower than the algorithm's own where inputs could not move as it asks.
+    `order` is lower than that of the algorithm where an FMU accepts no input derivatives.
     """
 
     errors: Mapping[str, ErrorEstimate]
@@ -72,7 +73,7 @@ class Verification:
     step_size: float
 
     def excess(self, tolerance: float) -> str:
-        """Return a sentence on the variable that errs most, and what would do; empty where none exceeds a tolerance."""
+        """Return a warning about the largest error above a tolerance, with a sufficient step; empty without one."""
         above = [name for name, error in self.errors.items() if error.relative > tolerance]
         if not above:
             return ""
@@ -92,7 +93,7 @@ class Verification:
 
 
 def _of_higher_order(name: str) -> str | None:
-    """Return the algorithm of the highest order above that of another, the most alike by name; `None` if none is."""
+    """Return the algorithm of the highest order above that of another, of the same family if possible, else `None`."""
     own, family = algorithm_named(name).order or 0, name.partition("_")[0]
     above = [row for row in ALGORITHMS.values() if (row.order or 0) > own]
     alike = max(above, key=lambda row: (row.order or 0, row.name.startswith(family)), default=None)
@@ -100,10 +101,10 @@ def _of_higher_order(name: str) -> str | None:
 
 
 def verify(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None) -> Verification:
-    """Return the errors of what a run has recorded into the file `path`, and write them there as well.
+    """Estimate the errors of the run recorded in the file `path`, and write them to the file.
 
-    Limits, which are 0 or 1, have none. `report` is called with the part done, 0 to 1, and may raise to end it.
-    `StepError` where the run at half the step cannot go on: the error is not known then.
+    Limit flags, which are 0 or 1, have no error. `report` receives the completed fraction, 0 to 1, and may raise to end
+    the verification. Raises `StepError` where the run at half the step fails; the error is unknown then.
     """
     recorded, units = read_run(path)
     names = [name for name in plan.names if not is_limit(name)]
@@ -121,15 +122,15 @@ def verify(plan: RunPlan, path: Path, report: Callable[[float], None] | None = N
 
 
 def shares(report: Callable[[float], None] | None) -> tuple[Callable[[float], None], Callable[[float], None]]:
-    """Return what a run, and then its verification, which takes twice as long, report of their common progress to."""
-    tell = report or (lambda _: None)
-    return lambda part: tell(part / 3), lambda part: tell((1 + 2 * part) / 3)
+    """Return two reports of the common progress: of a run, and of its verification, which takes twice as long."""
+    whole = report or (lambda _: None)
+    return lambda part: whole(part / 3), lambda part: whole((1 + 2 * part) / 3)
 
 
 def _at_half_the_step(
     plan: RunPlan, names: list[str], report: Callable[[float], None] | None
 ) -> tuple[dict[str, NDArray[np.float64]], int]:
-    """Return values of variables at the points of a run, from one with half its step, and the order of its error."""
+    """Run at half the step; return the values at the points of the first run, and the order of the error."""
     steps, step_size = 2 * plan.steps, plan.step_size / 2
     master = open_master(plan.assembly, plan.algorithm, step_size, plan.library, plan.tolerance)
     with closing(master):
