@@ -1,12 +1,12 @@
-"""What communication steps do to a scene's answer: which algorithm `auto` takes, and what a user must know before.
+"""Judgement of the communication steps of a scene: the algorithm for `auto`, and warnings before a run.
 
     with judge(scene, assembly, excited, outputs, band) as found:
-        scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what; what is known against it
+        scene, choice, sentences = found.decided(scene)  # scene without `auto`, the choice of algorithm, warnings
         found.step_error(scene, frequency)               # relative error of each response
 
-`assembly` is that of the scene, `excited` holds, by the full name of an input, the assembly with a sine source there,
-and for a sweep a lock-in amplifier (`assemble.instrumented`); it is empty where the scene has a motion of its own. What
-the FMUs do not declare is stated, with the reason.
+`assembly` is that of the scene. `excited` holds, by the full name of an input, the assembly with a sine source there,
+and for a sweep a lock-in amplifier (`assemble.instrumented`); it is empty where the scene has its own motion. Where
+the FMUs lack the required derivatives, the warning contains the reason.
 """
 
 import contextlib
@@ -35,7 +35,7 @@ from hfsa.cosim.systems.system import System
 
 @dataclass(frozen=True)
 class Judge:
-    """What is known of a scene's steps: a analysis to its linearised FMUs, or why there is none."""
+    """Judgement of a scene's steps: the analysis of its linearised FMUs, or the reason `unknown` why there is none."""
 
     analysis: StepAnalysis | None
     unknown: str = ""
@@ -43,10 +43,11 @@ class Judge:
     def decided(
         self, scene: Scene, offered: Collection[str] = CANDIDATES, frequency: float | None = None
     ) -> tuple[Scene, AlgorithmChoice | None, list[str]]:
-        """Return the scene with an algorithm in place of `auto`, the choice, and what is known against its answer.
+        """Return the scene with an algorithm in place of `auto`, the choice, and the warnings.
 
-        The choice is `None` where the scene names an algorithm; `offered` are those that may be taken. What is said of
-        responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
+        The choice is `None` where the scene names an algorithm; `offered` are the algorithms to choose from. The
+        warnings are about all frequencies, or about a single one [Hz]. Where nothing is known, the choice contains the
+        reason.
         """
         scene, choice = self.with_algorithm(scene, offered)
         if self.analysis is not None:
@@ -67,7 +68,7 @@ class Judge:
         return dataclasses.replace(scene, algorithm=choice.algorithm), choice
 
     def _warnings(self, analysis: StepAnalysis, scene: Scene, frequency: float | None) -> list[str]:
-        """Return what is known against a scene's algorithm and step."""
+        """Return the warnings about a scene's algorithm and step."""
         if scene.algorithm not in LIMITED:
             return instability(analysis)
         analysed = analysis if frequency is None else analysis.at(frequency)
@@ -80,7 +81,7 @@ class Judge:
     def step_error(self, scene: Scene, frequency: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Return the relative error of each response, (frequencies, outputs, inputs); `None` where it is not known.
 
-        NaN where a response is zero by symmetry.
+        The error is NaN where a response is zero by symmetry.
         """
         if self.analysis is None or scene.algorithm not in LIMITED:
             return None
@@ -98,10 +99,10 @@ def judge(
     outputs: Sequence[str],
     band: tuple[float, float],
 ) -> Iterator[Judge]:
-    """Yield what is known of a scene's steps; FMUs are loaded until the end of the `with`."""
+    """Yield the judgement of a scene's steps; FMUs are loaded until the end of the `with`."""
     with ExitStack() as stack:
         found = Judge(None, "nothing is known of an empty system")
-        # what leads to no output may keep its derivatives to itself
+        # components that lead to no output need no derivatives
         leading = upstream(assembly.system, [*outputs, *excited])
         is_part = len(leading.components) < len(assembly.system.components)
         for considered in (assembly, assembly.of(leading)) if is_part else (assembly,):
@@ -114,7 +115,7 @@ def judge(
 
 
 def with_algorithm(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
-    """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
+    """Return a scene with an algorithm in place of `auto`, chosen for its inputs, outputs and band, and the choice."""
     if scene.algorithm != AUTO:
         return scene, None
     excited = {name: instrumented(scene, name) for name in scene.inputs}
@@ -130,7 +131,7 @@ def _analysis_of(
     band: tuple[float, float],
     stack: ExitStack,
 ) -> StepAnalysis:
-    """Return the analysis to an assembly's FMUs, which are loaded until the stack ends."""
+    """Return the analysis of an assembly's FMUs, which are loaded until the stack ends."""
     instances: dict[str, Instance] = dict(stack.enter_context(assembly.open()))
     if not excited:
         found = motions(assembly.system, instances)
@@ -151,7 +152,7 @@ def _excitation(
     instruments: dict[tuple[str, Path], Instance],
     stack: ExitStack,
 ) -> Excitation:
-    """Return the excitation at one input; an instrument of one file is loaded once."""
+    """Return the excitation at one input; instruments with the same file are loaded once."""
     system, own = excited.system, dict(instances)
     for component in (scene.source.name, LOCK_IN):
         if component in excited.files:
