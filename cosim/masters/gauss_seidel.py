@@ -1,7 +1,7 @@
 """Gauss-Seidel: instances step one after the other, each with the newest outputs of those before it.
 
-With `_linear` and `_quadratic` inputs move over a step: to the newest outputs of those that have stepped, and as they
-have come from those that have not.
+With `_linear` and `_quadratic` inputs move over a step: an input ends at the newest output of a source that has stepped
+already, and extrapolates the output of a source that has not.
 """
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from hfsa.cosim.masters.stepped import stepped
 
 
 def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
-    """Each steps with the newest outputs of those before it."""
+    """Yield the actions of a step with held inputs."""
     yield from discrete_first(wiring)
     waiting = [stepper.instance for stepper in wiring.continuous]
     for stepper in wiring.continuous:
@@ -27,7 +27,7 @@ def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
 
 
 def gauss_seidel_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
-    """Each steps with inputs that move: to the newest outputs of those before it, with the past of those behind it."""
+    """Yield the actions of a step with moving inputs."""
     yield from discrete_first(wiring)
     yield extrapolation.history
     waiting, stepped = [stepper.instance for stepper in wiring.continuous], []

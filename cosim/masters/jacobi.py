@@ -1,6 +1,6 @@
 """Jacobi: all instances step with the outputs of the communication point, in any order or at once.
 
-With `_linear` and `_quadratic` inputs go on over a step as they have come.
+With `_linear` and `_quadratic` inputs extrapolate the outputs of the last communication points.
 """
 
 from collections.abc import Iterator
@@ -14,13 +14,13 @@ from hfsa.cosim.masters.stepped import stepped
 
 
 def jacobi(wiring: Wiring) -> Iterator[Action]:
-    """All step with the outputs of the communication point."""
+    """Yield the actions of a step with held inputs."""
     yield from discrete_first(wiring)
     yield from wiring.continuous
 
 
 def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
-    """All step with inputs that go on as they have come."""
+    """Yield the actions of a step with extrapolated inputs."""
     yield from discrete_first(wiring)
     yield extrapolation.history
     for stepper in wiring.continuous:

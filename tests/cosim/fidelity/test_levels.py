@@ -211,9 +211,7 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
     scene = sensor_scene()
     components = [*scene.system.components, Component("other", str(foreign[2]))]
     silent = replace(scene, system=System(components), outputs=["other.y"])
-    with pytest.raises(
-        StructureError, match=r"no response: other: .*derivatives.*; name the levels \(sensor: static"
-    ):
+    with pytest.raises(StructureError, match=r"no response: other: .*derivatives.*; name the levels \(sensor: static"):
         levels.choose(silent, library)
     with pytest.raises(StructureError, match="no output of the scene moves"):
         levels.choose(replace(scene, outputs=[POSITION.format(2)]), library)

@@ -289,7 +289,7 @@ def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exporte
 
 def test_a_scene_without_such_a_loop_is_refused(opened):
     system = load_scene("stage_tracking", {"actuator": "force"}).system
-    with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
+    with pytest.raises(StructureError, match="no output of a component returns to it by direct feedthrough"):
         make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-5)
 
 
@@ -299,7 +299,7 @@ def test_a_finished_fmu_has_no_ports(opened, files):
         [Connection("plant.position", "law.position"), Connection("law.force", "plant.force")],
     )
     with pytest.raises(
-        StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
+        StructureError, match=r"plant: Plant.fmi2.fmu has no feedback port feedback.gain.force.position; only parts"
     ):
         make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-3)
 
@@ -312,7 +312,7 @@ def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
     both = System([*finished, *system.components], [*loop, *system.connections])
     paths = {"box": files["Plant", 2], "box_law": files["Pd", 2], **own}
     master = make_master(opened(paths), both, "linearized_feedback", 1e-3)
-    assert master.warnings["box"].endswith("with which only parts are exported; force moves on a line instead")
+    assert master.warnings["box"].endswith("only parts are exported with it; force moves on a line instead")
     assert "mass" not in master.warnings
     master.initialize(starts={"box.x": 0.1})
     master.advance(1000)
