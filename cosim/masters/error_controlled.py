@@ -47,7 +47,8 @@ SMALLEST = 1e-3
 SAFETY, SHORTEN, LENGTHEN, STEADY = 0.9, 0.1, 5.0, 1.3
 """Step size control: safety factor, smallest and largest ratio of two steps, and the smallest lengthening.
 
-A new step size needs a new interface Jacobian, so small lengthenings are not worth it."""
+A new step size needs a new interface Jacobian, so small lengthenings are not worth it.
+"""
 
 FIRST, SHORTEST = 1e-3, 1e-9
 """First and shortest step, relative to the interval between two recorded points."""

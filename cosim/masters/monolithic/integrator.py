@@ -208,9 +208,9 @@ class Integrator(ABC):
             return ""
         worst = int(np.argmax(moved))
         return (
-            f" Of what passes between them {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
-            f"of {np.spacing(values[worst]):.2g}. A port that counts from where the machine rests, zero there, has no "
-            "such steps; a larger amplitude makes them matter less, and no algorithm of co-simulation resolves them."
+            f" Of the values between the FMUs {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
+            f"of {np.spacing(values[worst]):.2g}. A port that is zero where the machine rests has no such steps; a "
+            "larger amplitude reduces their effect, and no algorithm of co-simulation resolves them."
         )
 
     def _fail(self, message: str) -> None:
@@ -242,5 +242,5 @@ def sundials(module: str, name: str) -> Any:
         raise StructureError(
             f"algorithms monolithic and monolithic_dae integrate by SUNDIALS, but its package scikit-sundae cannot be "
             f"loaded ({error}). There are wheels of it for x86-64 and macOS; elsewhere it is built where SUNDIALS is "
-            "installed. The algorithms of co-simulation do without"
+            "installed. The co-simulation algorithms do not need it"
         ) from None

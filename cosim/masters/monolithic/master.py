@@ -165,7 +165,7 @@ class Monolithic(Master):
                 "does not settle",
                 time,
                 f"{MOST_EVENTS} state events, each within {same:.2g} s of the last: it chatters, or comes to rest in "
-                "ever shorter steps; a model that ends that by itself (by a hysteresis, a least speed) can go on",
+                "ever shorter intervals; a model with a hysteresis or a smallest speed avoids this",
             )
 
     def _pass_event(self) -> None:
@@ -181,7 +181,7 @@ class Monolithic(Master):
             raise StepError(self._hybrid[0].name, "event", "does not settle", self.time, message)
         for instance in self._ordered:
             if instance.next_event <= self.time:
-                message = f"after an event it wants another at {instance.next_event:.9g} s, which is past"
+                message = f"after an event it requires another at {instance.next_event:.9g} s, which is in the past"
                 raise StepError(instance.name, "event", "does not settle", self.time, message)
             instance.continuous_time_mode()
         self._is_in_event = False
