@@ -208,7 +208,7 @@ class Integrator(ABC):
             return ""
         worst = int(np.argmax(moved))
         return (
-            f" Of the values between the FMUs {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
+            f" Of the coupling values {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
             f"of {np.spacing(values[worst]):.2g}. A port that is zero where the machine rests has no such steps; a "
             "larger amplitude reduces their effect, and no algorithm of co-simulation resolves them."
         )

@@ -1,4 +1,4 @@
-"""A run that leaves the scale of its scene: when it stops, what it says and keeps, and what is never stopped."""
+"""Divergence: the time and the message of the stop, the recorded values, and runs that must not stop."""
 
 import json
 import pickle
@@ -30,7 +30,7 @@ from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
 RATE, START, STEP = 10.0, 1e-6, 1e-3
-"""Growth of the unstable loop [1/s], where it begins [m], and its step [s]."""
+"""Growth rate of the unstable loop [1/s], its initial position [m], and its step [s]."""
 SCALE = Scale(START, "m", "the scene's scale")
 LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"])
 
@@ -60,7 +60,7 @@ def unstable(exported, library):
 
 
 def stopped(plan: RunPlan) -> tuple[DivergenceError, dict[str, np.ndarray]]:
-    """Return the error of a run that diverges, and what its file holds up to there."""
+    """Return the error of a diverged run, and the values in its file."""
     with pytest.raises(DivergenceError) as caught:
         run(plan, Path("it.h5"))
     values, _ = read_run("it.h5")
@@ -77,7 +77,7 @@ def stopped(plan: RunPlan) -> tuple[DivergenceError, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("algorithm", [a for a in ALGORITHMS if a != "linearized_feedback"])
 def test_a_run_stops_at_the_first_row_beyond_a_thousand_times_the_scale(unstable, algorithm, is_compiled, monkeypatch,
                                                                         tmp_path):  # fmt: skip
-    """And keeps it, with all rows before it as a run without a scale has them."""
+    """The row is kept, and all rows before it equal those of a run without a scale."""
     monkeypatch.chdir(tmp_path)
     error, values = stopped(unstable(algorithm, is_compiled))
     position, limit = values["mass.position"], FACTOR * START
@@ -107,7 +107,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
 
 
 def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
-    """What leaves the FMU's own bound of 1000 is out of bounds, and diverged where the limit of the scale is less."""
+    """A value beyond the FMU's own bound of 1000 is out of bounds, or diverged where the scale has a smaller limit."""
     scene = box(foreign[2], stop_time=2.0)
     text, words = scene.read_text(), ["--frequency", "1", "--amplitude", "1e5"]
     for scale, status in (("10.0", "out of bounds at"), ("0.9", "diverged at")):

@@ -1,4 +1,4 @@
-"""Inputs that move within a step: orders of convergence, the linear maps of the same cycle, ticks, FMUs that cannot."""
+"""Input extrapolation: orders of convergence, linear maps, ticks, FMUs without input derivatives."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_sampled_outputs_are_held(files, opened, library, way):
     assert results[0] == pytest.approx(results[1], rel=1e-12)
 
 
-def test_an_fmu_that_takes_no_derivatives_is_told_and_held(opened, foreign):
+def test_inputs_of_an_fmu_without_input_derivatives_are_held_with_a_warning(opened, foreign):
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
     found = dict.fromkeys("ab", foreign[3])
     masters = [

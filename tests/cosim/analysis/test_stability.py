@@ -1,4 +1,4 @@
-"""The one-step matrix of an algorithm: what it says of modes and responses is what co-simulation does."""
+"""The one-step matrix of an algorithm: its modes and responses equal those of co-simulation."""
 
 from dataclasses import replace
 
@@ -60,7 +60,7 @@ def coupled_step_of(bench: Bench, algorithm: str, opened) -> CoupledStep:
 
 
 def assert_stepped_is_predicted(bench, opened, algorithm, step_size, frequency):
-    """Within 0.01 dB and 0.1 degree, for what is not zero by symmetry."""
+    """Within 0.01 dB and 0.1 degree, for responses that are not zero by symmetry."""
     predicted = coupled_step_of(bench, algorithm, opened).over(step_size).response(frequency)
     settings = Settings(algorithm=algorithm, step_size=step_size, settling_tolerance=1e-4)
     system = bench.assembly.system
@@ -79,7 +79,7 @@ def assert_stepped_is_predicted(bench, opened, algorithm, step_size, frequency):
 
 @each_algorithm
 def test_a_stepped_sweep_measures_what_the_one_step_matrix_says(bench, opened, algorithm):
-    """At the controller's own sample time, where an algorithm errs by degrees."""
+    """At the controller's own sample time, where the errors of algorithms are several degrees."""
     assert_stepped_is_predicted(bench("sdelta_hfsa", VERTICAL, MOVED[VERTICAL]), opened, algorithm, 250e-6, [5.0])
 
 
@@ -192,7 +192,7 @@ def test_free_drives(free, algorithm):
 @each_algorithm
 @pytest.mark.parametrize("factor", [0.98, 1.02])
 def test_free_drives_in_simulation(free, algorithm, factor):
-    """A robot that begins in its critical mode rings up or down at the rate that the matrix tells.
+    """A robot that starts in its critical mode grows or decays at the rate of the matrix.
 
     Seen in the springs' forces at the mode's frequency, through a Hann window early and one late.
     """
@@ -242,7 +242,7 @@ def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
 @pytest.mark.parametrize("steps", [1, 4])
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi"])
 def test_a_sampled_loop_at_a_step_of_its_sample_time_is_the_linear_one(files, opened, algorithm, steps):
-    """Nothing but the tick passes anything on: these algorithms are exact there, and at any whole part of it."""
+    """Values change only at the tick: these algorithms are exact at that step, and at its whole fractions."""
     system = System(
         [Component("plant", "x"), Component("pd", "x")],
         LOOP,
@@ -268,7 +268,7 @@ def step_matrix_by_hand() -> np.ndarray:
 
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi"])
 def test_whole_parts_of_the_sample_time_give_the_same_sampled_sequence(files, opened, algorithm):
-    """A closed loop whose plant is solved exactly: the controller sees the same at every tick."""
+    """A closed loop with an exactly solved plant: the controller measures the same values at every tick."""
     instances = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
     system = System([Component("plant", "x"), Component("pd", "x")], LOOP)
     sequences = []

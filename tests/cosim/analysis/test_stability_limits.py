@@ -1,4 +1,4 @@
-"""Limits of the communication step against closed forms, and what a simulation does on either side of each.
+"""Step limits against closed forms, and against simulations on either side of each limit.
 
 A mass of 1 kg, q'' = u, solved exactly, under the memoryless law u = -Kp q - Kv q', with a step of H:
 
@@ -42,7 +42,7 @@ each_algorithm = pytest.mark.parametrize("algorithm", LIMITS)
 
 
 def relay() -> Model:
-    """Puts out what it is given."""
+    """A component whose output equals its input."""
     m = Model("Relay", "Relay")
     m.output("out.position", m.input("position", "m", "Position"), "m", "Position")
     m.output("out.velocity", m.input("velocity", "m/s", "Velocity"), "m/s", "Velocity")
@@ -132,7 +132,7 @@ def test_a_fixed_point_is_lost_before_stability(wired):
 
 
 def test_a_line_is_worse_than_holding(wired):
-    """Between the two limits, at 2.5 ns, what is held is stable, what is extrapolated is not, and a parabola less."""
+    """Between the two limits, at 2.5 ns, held inputs are stable, lines are unstable, and parabolas more so."""
     system, instances = wired("plant", "law")
     names = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic")
     growth = {name: CoupledStep(system, instances, name).over(2.5e-9).growth() for name in names}

@@ -1,4 +1,4 @@
-"""What communication steps do to an answer, before anything runs: growth that they hide, errors that they make."""
+"""Effect of communication steps, computed before a run: hidden growth, and errors of responses."""
 
 import contextlib
 
@@ -71,7 +71,7 @@ def test_auto_takes_no_algorithm_that_hides_growth(opened, fmus):
 
 
 def instrumented(ring, step):
-    """A ring whose first part is pushed by a sine, and its output listened to."""
+    """A ring whose first part is excited by a sine, with a lock-in amplifier at its output."""
     inner = ring.system()
     source = Component("source", "sine_source", None, {"unit": "1/s"})
     listening = Component("lock_in", "lock_in", start={"sample_time": step})

@@ -1,4 +1,4 @@
-"""Limits of communication steps before anything runs, and what is said of a step beyond them."""
+"""Step limits computed before a run, and the advice for a step beyond them."""
 
 import json
 

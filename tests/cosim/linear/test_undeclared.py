@@ -1,4 +1,4 @@
-"""The linear method refuses an FMU with dynamics of which it declares nothing: its derivatives are not its response."""
+"""The linear method refuses an FMU with undeclared dynamics, whose derivatives are incomplete."""
 
 from pathlib import Path
 
@@ -171,7 +171,7 @@ def test_a_stepped_sweep_measures_it_and_says_what_is_missing(hfsa, tmp_path, fm
 
 
 def test_what_lies_beside_the_way_from_inputs_to_outputs_hides_what_it_likes(fmu, mass_on_spring_files):
-    """It takes no part in the response."""
+    """It has no effect on the response."""
     system = System([Component("mass", "mass_on_spring"), Component("p", "hidden")])
     files = {"mass": mass_on_spring_files[2], "p": fmu(2, description(2, **HIDING["a discrete output"][0]))}
     with open_instances(files) as instances:

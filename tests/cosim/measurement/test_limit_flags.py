@@ -1,4 +1,4 @@
-"""Limits: which outputs tell of one, when one acted in a run, and what is said of it."""
+"""Limit flags: the outputs that are flags, their evaluation over a run, and their messages."""
 
 import numpy as np
 import pytest

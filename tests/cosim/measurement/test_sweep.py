@@ -1,4 +1,4 @@
-"""A swept response is the linear one; whatever fails is a status in the file, and a sweep goes on where it stopped."""
+"""A swept response equals the linear one; a failure is a status in the file, and a sweep resumes where it stopped."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -22,7 +22,7 @@ SHAKER_INPUTS = [f"reference.command.{kind}[{i}]" for kind in ("rotation", "posi
 
 
 class Sweeper:
-    """A scene made ready to be swept, with what the tests ask again and again."""
+    """A scene prepared for a sweep, with the values that several tests need."""
 
     def __init__(self, scene: Scene, inputs, outputs=None):
         self.scene, self.inputs, self.outputs = scene, list(inputs), list(outputs or scene.outputs)

@@ -1,4 +1,4 @@
-"""The error that a run's step makes, estimated by a run at half the step, against closed forms."""
+"""The error of a run's step, estimated by a run at half the step, against closed forms."""
 
 import json
 import re
@@ -19,10 +19,10 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
 
 STIFFNESS, DAMPING = 100.0, 1.0
-"""Of the law that holds a mass of 1 kg [N/m], [N.s/m]."""
+"""Gains of the law that holds a mass of 1 kg [N/m], [N.s/m]."""
 NAMES = ("mass.position", "mass.velocity")
 OWN = {"monolithic", "monolithic_dae", "error_controlled"}
-"""Algorithms without a given step."""
+"""Algorithms that choose their steps."""
 
 HELD_INPUTS = ["--algorithm", "gauss_seidel"]
 """An algorithm whose error is worth an estimate."""
@@ -82,7 +82,7 @@ def test_the_estimate_is_the_error(held, algorithm, step_size):
 
 
 def test_inputs_that_are_held_after_all_make_the_error_one_of_first_order(held, rewritten):
-    """An FMU that takes no derivatives of its inputs has them held, whatever the algorithm's own order is."""
+    """Inputs of an FMU without input derivatives are held, whatever the order of the algorithm."""
     plan = held("gauss_seidel_quadratic", 1e-3)
     files = {name: rewritten(file, 'canInterpolateInputs="true"', "") for name, file in plan.assembly.files.items()}
     plan = replace(plan, assembly=Assembly.read(plan.assembly.system, files))
@@ -107,7 +107,7 @@ def test_what_the_step_does_not_change_has_no_error(files, library, monkeypatch,
 
 
 def test_a_step_that_would_do_does(held):
-    """The sentence names the variable that errs most; at the step it proposes none does."""
+    """The sentence names the variable with the largest error; at the recommended step all are within tolerance."""
     path, plan = Path("it.h5"), held("jacobi", 2e-3)
     run(plan, path)
     verified = verify(plan, path)
@@ -173,7 +173,7 @@ def test_ticks_that_half_a_step_would_miss(files, library):
 
 
 def test_a_run_tells_the_error_of_its_step(hfsa):
-    """That of the base is none, that of the mass twice the difference to a run at half the step."""
+    """The error of the base is 0, that of the mass twice the difference to a run at half the step."""
     words = ["mass_on_spring", "--frequency", "15", "--stop", "0.5"]
     code, out, err = hfsa("run", *words, "--step", "2e-4", *HELD_INPUTS, "--verify", "--json")
     assert code == 0
