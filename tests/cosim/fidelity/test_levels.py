@@ -158,7 +158,7 @@ def test_a_motion_of_its_own(library):
 def test_what_was_measured_is_not_measured_again(library, monkeypatch):
     scene = sensor_scene(band=(200.0, 570.0))
     before = levels.choose(scene, library)
-    monkeypatch.delattr(levels, "_Judge")
+    monkeypatch.delattr(levels, "_LevelChoices")
     assert levels.choose(scene, library) == before
     with pytest.raises(NameError):
         levels.choose(replace(scene, tolerance=0.011), library)

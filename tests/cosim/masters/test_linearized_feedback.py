@@ -225,7 +225,7 @@ def test_scenes_have_the_same_bits(both, name, version):
     if scene.inputs:
         system = instrument(scene, scene.inputs[-1], fmi=version)
         names += ["source.value"]
-    files = with_ports(build(system, version).files, ALGORITHM, version).files
+    files = with_ports(build(system, version), ALGORITHM, version).files
     python, c = both(system, files, recorded(names, 200), ALGORITHM, scene.step_size)
     assert python == c
     assert python[:2] == (None, 201)

@@ -45,8 +45,8 @@ def test_a_limit_that_acts_throughout():
 def test_a_warning_of_a_load_or_a_displacement_leaves_a_response_what_it_is():
     (overload,) = active_limits([0.0], {"stage.hinge.overload": [1.0]})
     (saturation,) = active_limits([0.0], {"pd.saturation": [1.0]})
-    assert "small signals" in saturation.response_message
-    assert "small signals" not in overload.response_message
+    assert "small-signal" in saturation.response_message
+    assert "small-signal" not in overload.response_message
     assert [name for name, limit in LIMITS.items() if not limit.spoils_response] == [
         "overload",
         "displacement_warning",
