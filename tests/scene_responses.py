@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -44,8 +44,8 @@ def one_step(
 ) -> np.ndarray:
     """Return what a stepped sweep measures in the end, (frequencies, outputs)."""
     system = build.instrument(at, excited, outputs)
-    cycle = Cycle(system, opened(build.build(system).files), algorithm, source="source", lock_in="lock_in")
-    return cycle.over(step_size or at.step_size).response(np.atleast_1d(frequency))
+    coupled = CoupledStep(system, opened(build.build(system).files), algorithm, source="source", lock_in="lock_in")
+    return coupled.over(step_size or at.step_size).response(np.atleast_1d(frequency))
 
 
 def swept(

@@ -13,7 +13,7 @@ from hfsa.cosim.commands._reports import algorithm_data, error_data, limits_data
 from hfsa.cosim.commands._shell import rendered
 from hfsa.cosim.commands._shell import table as empty_table
 from hfsa.cosim.experiments.compare import Comparison, Run
-from hfsa.cosim.measurement.trial import Group, Outcome
+from hfsa.cosim.measurement.trial import Outcome, OutputGroup
 from hfsa.cosim.results.files import ErrorEstimate
 from hfsa.cosim.signals.prefixes import readable
 
@@ -99,7 +99,7 @@ def _by_columns(columns: list[_Column]) -> Table:
     return table
 
 
-def _number(group: Group | None, key: str, outcome: Outcome) -> str:
+def _number(group: OutputGroup | None, key: str, outcome: Outcome) -> str:
     """Return a number with its unit; none of a run that failed, where it says only how far things went."""
     return _NOTHING if group is None or outcome.failure else readable(getattr(group, key), group.unit)
 
@@ -127,7 +127,7 @@ def _step_error(outcome: Outcome) -> str:
     return f"{100 * max(relative):.3g} %" if relative else _NOTHING
 
 
-def _error_of(group: Group, outcome: Outcome) -> ErrorEstimate | None:
+def _error_of(group: OutputGroup, outcome: Outcome) -> ErrorEstimate | None:
     """Return the largest errors of a group's members, `None` where the run was not verified."""
     errors = [outcome.errors[name] for name in group.members if name in outcome.errors]
     if not errors:
@@ -150,7 +150,7 @@ def _sampling(limit: SamplingLimit | None) -> str:
     return text if limit.is_stable else f"unstable\nabove {text}"
 
 
-def _short_names(groups: Iterable[Group]) -> dict[tuple[str, str], str]:
+def _short_names(groups: Iterable[OutputGroup]) -> dict[tuple[str, str], str]:
     """Return groups' keys, each with its name's shortest ending that no other has."""
     keys = list(dict.fromkeys(group.key for group in groups))
 
@@ -190,7 +190,7 @@ def _run_data(run: Run) -> dict[str, Any]:
     }
 
 
-def _group_data(group: Group, outcome: Outcome) -> dict[str, Any]:
+def _group_data(group: OutputGroup, outcome: Outcome) -> dict[str, Any]:
     """Return a group's numbers for JSON, in its unit."""
     numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")} | error_data(_error_of(group, outcome))
     return {"name": group.name, "members": group.members, "unit": group.unit, **numbers}

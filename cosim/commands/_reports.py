@@ -13,7 +13,7 @@ from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.parts import Argument, Part
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.assembly.models import available_parts
-from hfsa.cosim.measurement.limit_flags import Acting, acting, is_limit
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     Bode,
@@ -254,7 +254,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
     errors = read_errors(path)
     reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
     values = {name: v[reached] for name, v in recorded.items()}
-    limits = acting(values["time"], values)
+    limits = active_limits(values["time"], values)
     data = {
         "file": path,
         "status": status,
@@ -321,7 +321,7 @@ def algorithm_data(choice: AlgorithmChoice | None) -> dict[str, Any] | None:
     return None if choice is None else {**asdict(choice), "error": choice.error}
 
 
-def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:
+def limits_data(limits: Iterable[ActiveLimit]) -> list[dict[str, Any]]:
     """Return limits that acted for JSON, times in s."""
     return [
         {

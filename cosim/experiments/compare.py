@@ -161,7 +161,7 @@ def compare(
         trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))
     outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
     runs = tuple(
-        Run(values, outcomes[trial.path], trial.ready.record.order, trial.ready.record.algorithm)
+        Run(values, outcomes[trial.path], trial.plan.record.order, trial.plan.record.algorithm)
         for values, trial in zip(combinations, trials, strict=True)
     )
     for run in runs:
@@ -189,7 +189,7 @@ def _perform(
         """Tell the progress with a part of the present run."""
         tell((len(outcomes) + part) / len(trials), word())
 
-    is_foreign = any(trial.ready.assembly.is_foreign for trial in trials)
+    is_foreign = any(trial.plan.assembly.is_foreign for trial in trials)
     apart = is_foreign or min(jobs, len(trials)) > 1
     # only what runs in this process can tell how far it is
     work = perform if apart else partial(perform, report=within)

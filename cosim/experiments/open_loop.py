@@ -14,14 +14,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.margins import Loop, Margins, find_connection
+from hfsa.cosim.analysis.margins import Margins, OpenedLoop, find_connection
 from hfsa.cosim.analysis.margins import open_loop as opened_at
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
 from hfsa.cosim.experiments.sweep import usage_errors
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.measurement.sweep import finished, system_record
+from hfsa.cosim.measurement.sweep import points_of, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.signals import excitation
@@ -111,12 +111,12 @@ def open_loop(
     plan = Plan(frequency, OUTPUTS, (Signal(str(opened), "1"),), settings)
     record = system_record(setup.title, scene_text(of_scene), assembly, operating_point=loop.operating_point)
     with SweepFile.create(file, plan, levels.with_choices(record, choices), force) as written:
-        written.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
+        written.write(points_of(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return OpenLoop(file, opened, margins)
 
 
 def _frequencies(
-    scene: Scene, loop: Loop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
+    scene: Scene, loop: OpenedLoop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
 ) -> NDArray[np.float64]:
     """Return the frequencies [Hz] of the file; `StructureError` beyond the highest that the loop has a gain at."""
     found = [m.frequency for m in (*margins.gain, *margins.phase)]

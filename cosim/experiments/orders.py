@@ -8,7 +8,7 @@ import dataclasses
 from contextlib import ExitStack
 from typing import Any
 
-from hfsa.cosim.analysis.order import Case, Excitation, Modes, Responses, best_order
+from hfsa.cosim.analysis.order import ExcitedSystem, ModeCriterion, OrderProblem, ResponseCriterion, best_order
 from hfsa.cosim.assembly.assemble import Variants, assemble
 from hfsa.cosim.assembly.build import LOCK_IN
 from hfsa.cosim.assembly.fuse import stepping_in
@@ -68,13 +68,13 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
         variants = Variants(scene)
         system, instances = variants.plain.system, stack.enter_context(variants.plain.open())
         algorithm = offered(words)[0] if scene.algorithm == AUTO else scene.algorithm
-        case = Case(system, instances, algorithm, scene.step_size)
+        case = OrderProblem(system, instances, algorithm, scene.step_size)
         excitations = [_excitation(Variants(question, variants.parts), name, stack) for name in question.inputs]
         try:
             if excitations:
-                choice = best_order(case, Responses(case, excitations, question.outputs, question.band))
+                choice = best_order(case, ResponseCriterion(case, excitations, question.outputs, question.band))
             else:
-                choice = best_order(case, Modes(case, question.outputs, question.band[0]))
+                choice = best_order(case, ModeCriterion(case, question.outputs, question.band[0]))
         except StructureError as error:
             raise StructureError(f"--order {COMPUTED} takes the FMUs' linear response: {error}") from error
         # a sampled group goes first in any case, and its members tick where the scene has them
@@ -83,9 +83,9 @@ def with_computed_order(scene: Scene, words: str | None, **asked: Any) -> tuple[
     return stepping_in(scene, [name for name in choice.order if name not in staying]), choice
 
 
-def _excitation(variants: Variants, name: str, stack: ExitStack) -> Excitation:
+def _excitation(variants: Variants, name: str, stack: ExitStack) -> ExcitedSystem:
     """Return the scene's system with its instruments at one input; the stack closes the instances."""
     assembly, scene = variants.instrumented(name), variants.scene
     system, instances = assembly.system, stack.enter_context(assembly.open())
     amplitude = system[scene.source.name].start["amplitude"]
-    return Excitation(system, instances, scene.source.name, LOCK_IN, name, amplitude)
+    return ExcitedSystem(system, instances, scene.source.name, LOCK_IN, name, amplitude)

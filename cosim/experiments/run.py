@@ -24,7 +24,7 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement import run as measured
-from hfsa.cosim.measurement.run import Ready
+from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
 from hfsa.cosim.results.files import Identity
@@ -109,7 +109,7 @@ def run(
     return found
 
 
-def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Ready:
+def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> RunPlan:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
     The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
@@ -147,7 +147,7 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
         warn(sentence)
     record = system_record(setup.title, scene_text(scene), assembly, order=order, algorithm=algorithm)
     names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
-    ready = Ready(
+    ready = RunPlan(
         assembly,
         names,
         scene.stop_time,

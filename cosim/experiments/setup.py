@@ -117,7 +117,7 @@ def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene
     if not levels.automatic(scene):
         return scene, {}
     choices = levels.choose(dataclasses.replace(scene, **asked), library)
-    return levels.settled(scene, choices), choices
+    return levels.with_chosen(scene, choices), choices
 
 
 def _refuse_loops(scene: Scene) -> None:

@@ -16,7 +16,7 @@ from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, Warn, set_up, with_levels
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
@@ -77,7 +77,7 @@ def limits_of(
     tell = report or (lambda *_: None)
     scene, _ = with_levels(setup.scene, None)
     scene, order = with_computed_order(scene, setup.order)
-    scene, choice = settled(scene)
+    scene, choice = with_algorithm(scene)
     assembly = assemble(scene)
     considered = tuple(ALGORITHMS) if algorithm in (None, AUTO) else (algorithm,)
     limited = [name for name in considered if name in LIMITED]

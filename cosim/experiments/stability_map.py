@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
-from hfsa.cosim.analysis.stability import Cycle, Mode
+from hfsa.cosim.analysis.stability import CoupledStep, Mode
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.fuse import with_fusion
@@ -171,7 +171,7 @@ class _Point:
             raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
         self._assembly = with_ports(assemble(scene), scene.algorithm)
         with self._assembly.open() as instances:
-            cycle = Cycle(self._assembly.system, instances, scene.algorithm)
+            cycle = CoupledStep(self._assembly.system, instances, scene.algorithm)
             own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)

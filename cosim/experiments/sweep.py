@@ -36,7 +36,7 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.rig import Bench, Settings
-from hfsa.cosim.measurement.sweep import LinearSweep, Progress, finished, linear, plan_sweep, stepped, system_record
+from hfsa.cosim.measurement.sweep import LinearSweep, Progress, linear, plan_sweep, points_of, stepped, system_record
 from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, Theory, read_sweep
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
 from hfsa.cosim.signals import excitation
@@ -247,7 +247,7 @@ def sweep_scene(
         point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
         record = system_record(setup.title, scene_text(scene), assembly, operating_point=point)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
-            file.write(finished(theory.response(plan.frequency)))
+            file.write(points_of(theory.response(plan.frequency)))
         return file.identity
     if theory is not None and dense is not None:
         line = _along(draft, dense, _LINE)

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.style import COLOURS, GRID, INK, STYLE, save
-from hfsa.cosim.measurement.trial import Group, Outcome
+from hfsa.cosim.measurement.trial import Outcome, OutputGroup
 from hfsa.cosim.signals.prefixes import prefixed
 
 __all__ = ["comparison_figure", "save"]
@@ -81,7 +81,7 @@ def _rounding(unit: str, outcomes: Sequence[Outcome]) -> float:
 
 
 def _draw(
-    axes: Any, groups: Sequence[Group | None], outcomes: Sequence[Outcome], clock: float, rounding: float
+    axes: Any, groups: Sequence[OutputGroup | None], outcomes: Sequence[Outcome], clock: float, rounding: float
 ) -> None:
     """Draw one group of outputs of all runs; `clock` is the factor of time, `rounding` what counts as 0."""
     drawn = [group for group in groups if group is not None]
@@ -132,7 +132,7 @@ def _mark_limits(axes: Any, outcome: Outcome, colour: Any, clock: float) -> None
         axes.plot([clock * time], [1.0], "v", color=colour, markersize=6, transform=place, clip_on=False, zorder=6)
 
 
-def _scale(axes: Any, groups: Sequence[Group], factor: float, rounding: float, is_logarithmic: bool) -> None:
+def _scale(axes: Any, groups: Sequence[OutputGroup], factor: float, rounding: float, is_logarithmic: bool) -> None:
     """Give the axis the reach of what is judged; of a logarithmic one, three decades below the smallest peak."""
     values = factor * np.concatenate([curve.values for group in groups for curve in group.curves])
     values = values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""A run that leaves the scale of its scene: when it stops, what it says and keeps, and what is never stopped."""
+"""Divergence: the time and the message of the stop, the recorded values, and runs that must not stop."""
 
 import json
 import pickle
@@ -21,7 +21,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.trial import Outcome, measure
 from hfsa.cosim.results.files import SystemRecord, read_run, read_status
 from hfsa.cosim.systems.connectors import connector
@@ -30,7 +30,7 @@ from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
 RATE, START, STEP = 10.0, 1e-6, 1e-3
-"""Growth of the unstable loop [1/s], where it begins [m], and its step [s]."""
+"""Growth rate of the unstable loop [1/s], its initial position [m], and its step [s]."""
 SCALE = Scale(START, "m", "the scene's scale")
 LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"])
 
@@ -39,7 +39,7 @@ LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"
 def unstable(exported, library):
     """A mass that a law pushes away, x = x0 cosh(RATE t), as a run of 2 s."""
 
-    def ready(algorithm: str, is_compiled: bool = True, **changes) -> Ready:
+    def plan(algorithm: str, is_compiled: bool = True, **changes) -> RunPlan:
         start = {"stiffness": -(RATE**2), "damping": 0.0}
         system = System(
             [Component("mass", "x", start={"q": START}), Component("law", "x", start=start)],
@@ -51,18 +51,18 @@ def unstable(exported, library):
         files = {"mass": exported(plant())[2], "law": exported(law())[2]}
         names, record = ("mass.velocity", "mass.position"), SystemRecord("unstable", "")
         scales = {"mass.position": SCALE}
-        made = Ready(
+        made = RunPlan(
             Assembly.read(system, files), names, 2.0, STEP, record, algorithm, library if is_compiled else None
         )
         return replace(made, **{"scales": scales, **changes})
 
-    return ready
+    return plan
 
 
-def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
-    """Return the error of a run that diverges, and what its file holds up to there."""
+def stopped(plan: RunPlan) -> tuple[DivergenceError, dict[str, np.ndarray]]:
+    """Return the error of a diverged run, and the values in its file."""
     with pytest.raises(DivergenceError) as caught:
-        run(ready, Path("it.h5"))
+        run(plan, Path("it.h5"))
     values, _ = read_run("it.h5")
     reached = np.isfinite(values["mass.position"])
     assert read_status("it.h5") == ("failed", str(caught.value))
@@ -77,7 +77,7 @@ def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("algorithm", [a for a in ALGORITHMS if a != "linearized_feedback"])
 def test_a_run_stops_at_the_first_row_beyond_a_thousand_times_the_scale(unstable, algorithm, is_compiled, monkeypatch,
                                                                         tmp_path):  # fmt: skip
-    """And keeps it, with all rows before it as a run without a scale has them."""
+    """The row is kept, and all rows before it equal those of a run without a scale."""
     monkeypatch.chdir(tmp_path)
     error, values = stopped(unstable(algorithm, is_compiled))
     position, limit = values["mass.position"], FACTOR * START
@@ -107,7 +107,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
 
 
 def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
-    """What leaves the FMU's own bound of 1000 is out of bounds, and diverged where the limit of the scale is less."""
+    """A value beyond the FMU's own bound of 1000 is out of bounds, or diverged where the scale has a smaller limit."""
     scene = box(foreign[2], stop_time=2.0)
     text, words = scene.read_text(), ["--frequency", "1", "--amplitude", "1e5"]
     for scale, status in (("10.0", "out of bounds at"), ("0.9", "diverged at")):

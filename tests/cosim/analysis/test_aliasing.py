@@ -1,4 +1,4 @@
-"""What drives a run is resolved by its step, or refused with the step that resolves it."""
+"""Sources are resolved by the step, or refused with a sufficient step."""
 
 import re
 from pathlib import Path

@@ -208,4 +208,4 @@ def test_a_point_measured_in_the_limit_is_marked(hfsa):
     assert np.isfinite(bode.response).all()
     assert "limited: controller: axis[" in out
     assert "saturated at t = " in out
-    assert "and the response is not that to small signals; take a smaller motion or a higher limit" in out
+    assert "and the response is not the small-signal response; take a smaller motion or a higher limit" in out

@@ -14,7 +14,7 @@ import pytest
 
 from hfsa.cosim.experiments.compare import parse_over
 from hfsa.cosim.figures.comparison import comparison_figure
-from hfsa.cosim.measurement.limit_flags import Acting
+from hfsa.cosim.measurement.limit_flags import ActiveLimit
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, measure, thinned
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.signals.prefixes import readable
@@ -200,7 +200,7 @@ def test_peaks_decades_apart_make_the_axis_logarithmic():
 
 
 def test_there_is_one_colour_per_run_one_line_style_per_member_and_one_legend():
-    limits = (Acting("pd.saturation", 0.5, 0.1, 1.5), Acting("stage.overload", 0.2, 0.1))
+    limits = (ActiveLimit("pd.saturation", 0.5, 0.1, 1.5), ActiveLimit("stage.overload", 0.2, 0.1))
     names = ("a.error", "b.force", "c.voltage", "d.stress")
     figure = comparison_figure("T", ["p", "q"], [outcome(1.0, names, limits=limits), outcome(2.0, names)])
     panels = [axes for axes in figure.axes if axes.axison]

@@ -1,4 +1,4 @@
-"""The stepping loop in C does what the one in Python does, bit for bit, however a run ends; and how it is come by."""
+"""The stepping loop in C equals the one in Python, bit for bit, however a run ends; and its build."""
 
 import resource
 import shutil
@@ -112,7 +112,7 @@ def test_every_end_of_a_run_is_the_same(both, foreign, version, every, connected
 
 
 def test_warnings_before_an_error(both, foreign):
-    """A warning is taken from the log when it comes, so that the error tells of itself alone."""
+    """A warning is removed from the log at once, so that a later error has its own text alone."""
 
     def run(master):
         recording = master.record(["spring.y"], rows=5)

@@ -179,7 +179,7 @@ def test_steps_are_taken_a_tenth_of_a_second_at_a_stretch(monkeypatch, cost):
     costs[len(costs) // 2 :] *= 10
     clock = Clock(costs)
     monkeypatch.setattr(running.time, "monotonic", lambda: clock.now)
-    times = [clock.now for _ in running._stretches(clock, len(costs))]
+    times = [clock.now for _ in running._blocks(clock, len(costs))]
     assert clock.now == clock.ends[-1]
     assert max(np.diff(times)) <= max(1.05, 10 * cost * 1.001)
     assert len(times) < 25 + clock.now / 0.05

@@ -8,7 +8,7 @@ from scene_responses import assert_close, errors, linear, one_step, responses, s
 
 from hfsa.components import beam_stage, beam_suspension
 from hfsa.components._mechanics.rigid_body import Body
-from hfsa.cosim.analysis.stability import Cycle, OneStep
+from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.linear.linearize import linearize
@@ -166,9 +166,9 @@ def test_the_step_of_the_payload_costs_what_is_said(opened, algorithm, along, ac
 # A stiffness that is exchanged ----------------------------------------------------------------------------------------
 
 
-def cycle(opened, algorithm: str = "gauss_seidel", **arguments) -> Cycle:
+def coupled_step(opened, algorithm: str = "gauss_seidel", **arguments) -> CoupledStep:
     system = scene("beam_payload", suspension="massless", **arguments).system
-    return Cycle(system, opened(build.build(system).files), algorithm)
+    return CoupledStep(system, opened(build.build(system).files), algorithm)
 
 
 def growth(step: OneStep, frequency: float) -> float:
@@ -206,7 +206,7 @@ def test_a_massless_suspension_diverges_above_two_c_over_k(opened, algorithm):
     """Mode by mode, in the shape of each; a third of it where the wrench is a step older (`jacobi_plain`)."""
     found = beam_suspension.analyze(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
     older = 3 if algorithm == "jacobi_plain" else 1
-    made = cycle(opened, algorithm)
+    made = coupled_step(opened, algorithm)
     for frequency, limit in zip(found["natural_frequencies_hz"], found["step_limits"] / older, strict=True):
         assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
     least = found["step_limits"].min() / older
@@ -226,13 +226,13 @@ def test_it_diverges_in_simulation_as_the_one_step_matrix_says(opened, library, 
     found = energy(simulated(opened, library, "massless", step_size, steps, **starts))
     measured = np.log(found[-1] / found[0]) / (2 * steps * step_size)
     assert (measured > 0) == (factor > 1)
-    expected = growth(cycle(opened).over(step_size), frequency)
+    expected = growth(coupled_step(opened).over(step_size), frequency)
     assert measured == pytest.approx(expected, rel=0.02, abs=0.05)
 
 
 def test_without_damping_it_diverges_at_every_step(opened):
     """A mode then grows by omega^2 H / 4."""
-    made = cycle(opened, damping_ratio=0.0)
+    made = coupled_step(opened, damping_ratio=0.0)
     for step_size in (1e-7, 1e-6, 5e-6):
         for frequency in AHEAD["natural_frequencies_hz"]:
             expected = (2 * np.pi * frequency) ** 2 * step_size / 4
@@ -291,7 +291,7 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
     stiffness, limit = found["stiffness"][0, 0], 2 * found["damping"][0, 0] / found["stiffness"][0, 0]
     assert limit == pytest.approx(found["step_limits"][3])
     frequency = np.sqrt(stiffness * (1 / 1.0 + 1 / 0.1)) / (2 * np.pi)
-    made = Cycle(system, opened(build.build(system).files))
+    made = CoupledStep(system, opened(build.build(system).files))
     assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
     names = [f"{end}.center.{name}[{i}]" for end in ends for name in pose[2:] for i in (1, 2, 3)]
     master = make_master(opened(build.build(system).files), system, "gauss_seidel", 1e-6, library)

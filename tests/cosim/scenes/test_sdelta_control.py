@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
@@ -139,8 +139,8 @@ def test_elastic_feed_forward_bears_the_steps_of_a_co_simulation(opened):
     vertical, position = "reference.command.position[3]", "robot.platform.position[3]"
     scene = load_scene("sdelta_hfsa", {"law": "ctc", "feed_forward": "elastic"})
     system = instrument(scene, vertical, [position])
-    cycle = Cycle(system, opened(build(system).files), "gauss_seidel", source="source", lock_in="lock_in")
-    found = cycle.over(scene.step_size).response([20.0])[0, 0]
+    coupled = CoupledStep(system, opened(build(system).files), "gauss_seidel", source="source", lock_in="lock_in")
+    found = coupled.over(scene.step_size).response([20.0])[0, 0]
     assert abs(found - 1) < 0.02
 
 

@@ -6,7 +6,7 @@ import pytest
 from hfsa.controllers.stage_closed_loop import analyze
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
 
@@ -22,7 +22,11 @@ def course(opened, library):
     def run(seconds: float, scene: str = "stage_extremes", **arguments) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         loaded = load_scene(scene, arguments)
         master = make_master(
-            opened(build(loaded.system).files), loaded.system, settled(loaded)[0].algorithm, loaded.step_size, library
+            opened(build(loaded.system).files),
+            loaded.system,
+            with_algorithm(loaded)[0].algorithm,
+            loaded.step_size,
+            library,
         )
         steps = round(seconds / loaded.step_size)
         recording = master.record([ERROR, FORCE], rows=steps + 1)
