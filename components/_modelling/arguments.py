@@ -15,7 +15,6 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hfsa.components._modelling.follows import changed
-from hfsa.components._modelling.loading import location
 from hfsa.components._modelling.model import ModelError, nearest
 
 _ELEMENT = re.compile(r"^(.+)\[(\d+)\]$")
@@ -51,7 +50,7 @@ def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
     for name, parameter in inspect.signature(function).parameters.items():
         if name not in hints:
             raise ModelError(
-                f"{location(function)}: the argument {name} has no annotation to read its value by; expected "
+                f"the argument {name} of {function.__name__}() has no annotation to read its value by; expected "
                 f"{name}: float, or another type"
             )
         annotation, default = hints[name], parameter.default

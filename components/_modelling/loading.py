@@ -192,7 +192,7 @@ def guarded(
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        with refusing(place, expected, error), place.within():
+        with refusing(place, expected, error, location(function)), place.within():
             return function(*args, **kwargs)
 
     return call

@@ -191,7 +191,8 @@ def _returned(function: Callable[..., Any], kind: type[R], value: Any) -> R:
 
 def _kind(value: Any) -> str:
     """Return the kind of a value in words."""
-    return "None" if value is None else f"a {type(value).__name__}"
+    name = type(value).__name__
+    return "None" if value is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 # By name --------------------------------------------------------------------------------------------------------------
@@ -388,7 +389,7 @@ def hint(name: str, names: Iterable[str]) -> str:
     """Return the end of a sentence on a name that is not there: a file of that name, or the names most like it."""
     for file in (f"{name}.py", name):
         if Path(file).exists():
-            return f"; the file is written ./{file}"
+            return f"; the path is written ./{file}"
     return nearest(name, names)
 
 

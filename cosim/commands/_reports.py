@@ -126,6 +126,8 @@ def _part_entry(part: Part) -> dict[str, Any]:
     }
     if part.build is not None:
         model = part.model()
+        if part.is_own:
+            model.check()
         for key, kinds in _KINDS.items():
             entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
         # what an analysis takes may be a parameter of the FMU
