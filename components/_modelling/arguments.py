@@ -37,7 +37,9 @@ class Argument:
 @cache
 def _hints(function: Callable[..., Any]) -> Mapping[str, Any]:
     """Return the annotations of a function's arguments."""
-    return get_type_hints(function)
+    origin = inspect.unwrap(function)
+    annotations = {name: kind for name, kind in origin.__annotations__.items() if name != "return"}
+    return get_type_hints(type("", (), {"__annotations__": annotations}), origin.__globals__)
 
 
 @cache

@@ -198,6 +198,20 @@ def guarded(
     return call
 
 
+def returned(function: Callable[..., Any], kind: type[R], value: Any, error: type[ValueError] = ModelError) -> R:
+    """Return what a function has returned; an error with its file and line where that is of another kind."""
+    if not isinstance(value, kind):
+        name, found = function.__name__, in_words(value)
+        raise error(f"{location(function)}: {name}() returned {found}, expected a {kind.__name__}")
+    return value
+
+
+def in_words(value: Any) -> str:
+    """Return the kind of a value in words."""
+    name = type(value).__name__
+    return "None" if value is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+
+
 @contextlib.contextmanager
 def refusing(
     place: Folder | Installed, expected: str, error: type[ValueError] = ModelError, otherwise: str = ""

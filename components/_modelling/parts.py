@@ -30,7 +30,7 @@ from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from hfsa.components._modelling.arguments import (
     Argument,
@@ -48,15 +48,15 @@ from hfsa.components._modelling.loading import (
     files_of,
     folder_of,
     guarded,
+    in_words,
     is_path,
     location,
     refusing,
+    returned,
     shown,
 )
 from hfsa.components._modelling.model import SOLVERS, Kind, Model, ModelError, nearest, one_of
 from hfsa.components._modelling.study import Study
-
-R = TypeVar("R")
 
 SOLVER = "solver"
 """The argument of every part that names the Co-Simulation solver of its FMU, one of `SOLVERS`."""
@@ -126,7 +126,7 @@ class Part:
         if level is not None:
             arguments = {"level": level, **arguments}
         structural = {name: value for name, value in arguments.items() if self.has_argument(name)}
-        model = _returned(self.build, Model, self.build(**read_arguments(self.name, self.build, structural)))
+        model = returned(self.build, Model, self.build(**read_arguments(self.name, self.build, structural)))
         parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
         for name, value in arguments.items():
             if name in structural:
@@ -155,7 +155,7 @@ class Part:
                 self.name, self.build, {name: arguments.pop(name) for name in ("level",) if name in arguments}
             )
         self._refuse_arguments_of_the_model(arguments)
-        return _returned(self.analyze, dict, self.analyze(**read_arguments(self.name, self.analyze, arguments)))
+        return returned(self.analyze, dict, self.analyze(**read_arguments(self.name, self.analyze, arguments)))
 
     def _refuse_arguments_of_the_model(self, names: Iterable[str]) -> None:
         """Raise `ModelError` for names that the model has, but not the analysis, with those that the analysis has."""
@@ -177,22 +177,7 @@ class Part:
         if level is not None:
             arguments = {"level": level, **arguments}
         found = self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
-        return _returned(self.study, Study, found)
-
-
-def _returned(function: Callable[..., Any], kind: type[R], value: Any) -> R:
-    """Return what a part's function has returned; `ModelError` where it is of another kind."""
-    if not isinstance(value, kind):
-        raise ModelError(
-            f"{location(function)}: {function.__name__}() returned {_kind(value)}, expected a {kind.__name__}"
-        )
-    return value
-
-
-def _kind(value: Any) -> str:
-    """Return the kind of a value in words."""
-    name = type(value).__name__
-    return "None" if value is None else f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+        return returned(self.study, Study, found)
 
 
 # By name --------------------------------------------------------------------------------------------------------------
@@ -332,7 +317,7 @@ def part_of(
         if function is not None and is_own:
             if not inspect.isfunction(function):
                 raise ModelError(
-                    f"{shown(Path(module.__file__ or name))}: {word} is {_kind(function)}, expected a function"
+                    f"{shown(Path(module.__file__ or name))}: {word} is {in_words(function)}, expected a function"
                 )
             with refusing(place, "annotations that name types", otherwise=location(function)), place.within():
                 arguments_of(function)

@@ -15,7 +15,7 @@ import numpy as np
 
 import hfsa.cosim.scenes
 from hfsa.components import Model, ModelError
-from hfsa.components._modelling.loading import is_path, kind_of, location, shown
+from hfsa.components._modelling.loading import is_path, kind_of, returned, shown
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import (
     SOLVER,
@@ -95,10 +95,8 @@ def _with_parameters(scene: Scene, arguments: Mapping[str, Any], own: Sequence[s
 def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
     """Return a scene as its function writes it, with analyses where start values are to come from them."""
     assert part.build is not None
-    scene = part.build(**read_arguments(part.name, part.build, arguments))
-    if not isinstance(scene, Scene):
-        found = "None" if scene is None else f"a {type(scene).__name__}"
-        raise StructureError(f"{location(part.build)}: {part.name}() returned {found}, expected a Scene")
+    found = part.build(**read_arguments(part.name, part.build, arguments))
+    scene = returned(part.build, Scene, found, StructureError)
     return located(scene, Path(part.module.__file__ or "")) if part.is_own else scene
 
 
