@@ -198,8 +198,8 @@ class Catalogue(Mapping[str, Part]):
     `ModelError` for a part whose module cannot be imported, and for a name that two parts have.
     """
 
-    def __init__(self, homes: Mapping[str, Sequence[_Home]]):
-        self._homes = homes
+    def __init__(self, homes: Mapping[str, Sequence[_Home]], kind: str = "part"):
+        self._homes, self._kind = homes, kind
         self._parts: dict[str, Part] = {}
 
     def __contains__(self, name: object) -> bool:
@@ -216,7 +216,7 @@ class Catalogue(Mapping[str, Part]):
             homes = self._homes[name]
             if len(homes) > 1:
                 both = " and ".join(home.words for home in homes)
-                raise ModelError(f"{name} is the name of {len(homes)} parts, {both}; rename one")
+                raise ModelError(f"{name} is the name of {len(homes)} {self._kind}s, {both}; rename one")
             self._parts[name] = homes[0].load()
         return self._parts[name]
 
@@ -251,7 +251,7 @@ def find(packages: Iterable[ModuleType], group: str = "", kind: Literal["part", 
             same = homes.setdefault(home.words.rpartition(".")[2], [])
             if home.words not in (other.words for other in same):
                 same.append(home)
-    return Catalogue(homes)
+    return Catalogue(homes, kind)
 
 
 def _homes_of(point: EntryPoint, kind: Literal["part", "scene"]) -> list[_Home]:
@@ -311,6 +311,7 @@ def part_of(
     is_own: bool = True,
 ) -> Part:
     """Return the part that a module defines; `ModelError` where it defines none, or a function cannot be called."""
+    _check_declarations(module)
     functions: list[Callable[..., Any] | None] = []
     for word, answer in ((name, f"a {_KINDS[kind]}"), ("analyze", "a dict of numbers"), ("study", "a Study")):
         function = getattr(module, word, None) if kind == "part" or word == name else None
@@ -328,6 +329,25 @@ def part_of(
         needs = "neither a function {} nor analyze; a part" if kind == "part" else "no function {}; a scene"
         raise ModelError(f"{file} defines {needs.format(name)} is a function named as its file")
     return Part(name, module, *functions, is_own=is_own)  # type: ignore[arg-type]
+
+
+def _check_declarations(module: ModuleType) -> None:
+    """Raise `ModelError` for a declaration beside a part's function that is of another kind."""
+    facts, units, joins = (getattr(module, word, None) for word in ("FACTS", "UNITS", "JOINS"))
+    expected = {
+        "FACTS a dict of Known by Fact": facts is None
+        or (isinstance(facts, dict) and all(isinstance(f, Fact) and isinstance(k, Known) for f, k in facts.items())),
+        "UNITS a dict of texts": units is None
+        or (isinstance(units, dict) and all(isinstance(text, str) for item in units.items() for text in item)),
+        "JOINS a tuple of Join": joins is None
+        or (isinstance(joins, tuple | list) and all(isinstance(join, Join) for join in joins)),
+    }
+    for words, is_right in expected.items():
+        if not is_right:
+            name, _, kind = words.partition(" ")
+            raise ModelError(
+                f"{shown(Path(module.__file__ or ''))}: {name} is {getattr(module, name)!r}, expected {kind}"
+            )
 
 
 def own_part(path: str | Path, kind: Literal["part", "scene"] = "part") -> Part:

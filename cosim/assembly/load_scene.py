@@ -174,8 +174,8 @@ def _has_argument(component: Component, argument: str) -> bool:
 
 
 def scene_part(name: str) -> Part:
-    """Return the scene of a name, or that of a Python file, whose function is named as the file."""
-    if not name.endswith(".py"):
+    """Return the scene of a name, or that of a Python file or of a folder's, whose function is named as the file."""
+    if not is_path(name):
         if name not in scenes():
             raise StructureError(f"no scene is called {name!r}{hint(name, scenes())}")
         return scenes()[name]

@@ -122,6 +122,9 @@ BROKEN = {
     ),
     "exits": ("import sys\nsys.exit(3)\n", "2: SystemExit: 3; expected a module"),
     "missing": ("def mising() -> int: ...\n", "defines neither a function missing nor analyze; a part is a function"),
+    "joins": ("JOINS = {}\ndef joins(): ...\n", "JOINS is {}, expected a tuple of Join"),
+    "facts": ("FACTS = {'mass': 1}\ndef facts(): ...\n", "FACTS is {'mass': 1}, expected a dict of Known by Fact"),
+    "units": ("UNITS = ['m']\ndef units(): ...\n", r"UNITS is \['m'\], expected a dict of texts"),
     "number": ("number = 3\n", "number is an int, expected a function"),
     "annotation": (
         'def annotation(*, level: "Litteral" = 1) -> int: ...\n',

@@ -122,6 +122,14 @@ def test_a_scene_names_parts_of_its_folder(hfsa, machine, scene):
     assert abs(read_run("run.h5")[0]["two.position"]).max() > 0
 
 
+def test_the_folder_of_a_scene_is_a_scene(hfsa, machine):
+    assert load_scene(str(machine)) == load_scene(str(machine / "pair.py"))
+    write(machine, second=PYTHON.replace("def pair", "def second"))
+    code, _, err = hfsa("run", "./machine")
+    assert code == 2
+    assert err.startswith("error: machine is a folder; name one of its files that define a scene: machine/pair.py, ")
+
+
 def test_other_processes_find_the_parts(hfsa, machine):
     code, _, _ = hfsa("sweep", "machine/pair.py", "--points", "3", "-j", "2", "-o", "sweep.h5")
     assert code == 0
