@@ -34,6 +34,7 @@ from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import near_modes
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.names import companions
+from hfsa.cosim.systems.scene import SINE_SOURCE
 from hfsa.cosim.systems.system import System
 
 COUNTING = 1e-2
@@ -260,7 +261,7 @@ def motions(system: System, instances: Mapping[str, Instance]) -> list[Excitatio
         own, connected = instances[component.name].fmu, _connected_outputs(system, component.name)
         if component.name in fed or own.description.states or own.description.has_sample_time or not connected:
             continue
-        for orders in _families(connected, is_sine=component.part == "sine_source"):
+        for orders in _families(connected, is_sine=component.part == SINE_SOURCE):
             first = min(orders, key=orders.__getitem__)
             name, unit = f"{component.name}.{first}", own.variables[first].unit or "1"
             found.append(entering(name, unit, 1.0, system, instances, Source(component.name, orders)))

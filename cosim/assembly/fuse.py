@@ -128,7 +128,7 @@ def _with_group(system: System, name: str, group: Sequence[str]) -> System:
     of_group = {c: [system.split(end)[0] in group for end in (c.start, c.end)] for c in system.connections}
     whole = Component(
         name,
-        " + ".join(member.part for member in members),
+        " + ".join(Path(member.part).stem for member in members),
         start={},
         members=tuple(members),
         connections=tuple(connection for connection, ends in of_group.items() if all(ends)),

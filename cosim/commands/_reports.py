@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.components import ModelError
+from hfsa.components._modelling.loading import files_of, is_path, kind_of
 from hfsa.components._modelling.model import Kind, Quantity
-from hfsa.components._modelling.parts import Argument, Part
-from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
+from hfsa.components._modelling.parts import Argument, Part, hint, part_named
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
 from hfsa.cosim.results.files import (
@@ -29,7 +31,7 @@ from hfsa.cosim.results.files import (
     read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import compact, nearest
+from hfsa.cosim.systems.names import compact
 
 _KINDS = {
     "inputs": (Kind.INPUT,),
@@ -47,24 +49,58 @@ _TAKERS = (None, [FMU, ANALYSIS], [FMU], [ANALYSIS])
 
 
 def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
-    """Return components, controllers and scenes with what they offer; one of them alone by its name.
+    """Return components, controllers, parts of others and scenes with what they offer; one alone by its name or path.
 
-    `StructureError` for a name that is not there, with the nearest ones.
+    The path of a folder lists what its files define. A part or scene that cannot be used has an `error` in the place of
+    all else; by its own name, that is raised. `StructureError` for a name that is not there, with the nearest ones.
     """
-    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": available_scenes()}
-    for part_name, part in available_parts().items():
-        groups[part.module.__name__.split(".")[1]][part_name] = part
+    if name is not None and is_path(name):
+        return _listing_of(Path(name))
+    groups: dict[str, list[str]] = {"components": [], "controllers": [], "parts": []}
+    for part_name in available_parts():
+        home = "parts" if available_parts().is_own(part_name) else available_parts().package_of(part_name)
+        groups[home].append(part_name)
+    groups["scenes"] = [*available_scenes()]
     known = dict.fromkeys(known for group in groups.values() for known in group)
     if name is not None and name not in known:
-        raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
+        raise StructureError(f"nothing is called {name!r}{hint(name, known)}")
     return {
         group: [
-            _scene_entry(part) if group == "scenes" else _part_entry(part)
-            for part_name, part in found.items()
+            _entry(part_name, part_name, group == "scenes", is_alone=name is not None)
+            for part_name in found
             if name in (None, part_name)
         ]
         for group, found in groups.items()
+        if found or group != "parts"
     }
+
+
+def _listing_of(path: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the listing of a file of one's own, or of a folder's files."""
+    if path.is_dir():
+        files = {"parts": files_of(path, "part"), "scenes": [*files_of(path, "scene"), *sorted(path.glob("*.toml"))]}
+        files["scenes"] = [file for file in files["scenes"] if file.name != "pyproject.toml"]
+        if not any(files.values()):
+            raise StructureError(f"{path} has no parts and no scenes; expected .py files that define a function each")
+    elif not path.is_file():
+        raise StructureError(f"there is no file {path}")
+    else:
+        is_scene = path.suffix == ".toml" or kind_of(path) == "scene"
+        files = {"parts": [] if is_scene else [path], "scenes": [path] if is_scene else []}
+    return {
+        group: [_entry(file.stem, str(file), group == "scenes", is_alone=not path.is_dir()) for file in found]
+        for group, found in files.items()
+    }
+
+
+def _entry(label: str, name: str, is_scene: bool, is_alone: bool) -> dict[str, Any]:
+    """Return what a part or scene offers; where it is not alone, its error instead if it has one."""
+    try:
+        return _scene_entry(label, name) if is_scene else _part_entry(part_named(name, available_parts()))
+    except (ModelError, StructureError) as error:
+        if is_alone:
+            raise
+        return {"name": label, "error": " ".join(str(error).split())}
 
 
 def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
@@ -90,6 +126,8 @@ def _part_entry(part: Part) -> dict[str, Any]:
     }
     if part.build is not None:
         model = part.model()
+        if part.is_own:
+            model.check()
         for key, kinds in _KINDS.items():
             entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
         # what an analysis takes may be a parameter of the FMU
@@ -100,13 +138,14 @@ def _part_entry(part: Part) -> dict[str, Any]:
     return entry
 
 
-def _scene_entry(part: Part) -> dict[str, Any]:
+def _scene_entry(label: str, name: str) -> dict[str, Any]:
     """Return what a scene holds, as plain data."""
-    scene = load_scene(part.name)
+    scene = load_scene(name)
+    part = None if name.endswith(".toml") else scene_part(name)
     return {
-        "name": part.name,
-        "description": part.doc,
-        "arguments": _entries(part.arguments),
+        "name": label,
+        "description": part.doc if part else "",
+        "arguments": _entries(part.arguments if part else {}),
         "components": [
             {"name": c.name, "part": c.part, "level": c.level, "arguments": dict(c.arguments), "start": dict(c.start)}
             for c in scene.system.components
@@ -148,10 +187,15 @@ def _signal(quantity: Quantity) -> dict[str, Any]:
 
 def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
     """Yield the lines of an entry; all of its signals and arguments only in full."""
+    if "error" in entry:
+        yield f"  {entry['name']}"
+        yield f"      cannot be used: {entry['error']}"
+        return
     levels = f" ({', '.join(entry['levels'])})" if entry.get("levels") else ""
     kind = " [analysis]" if entry.get("is_analysis") else ""
     yield f"  {entry['name']}{levels}{kind}"
-    yield f"      {entry['description']}"
+    if entry["description"]:
+        yield f"      {entry['description']}"
     for key in ("inputs", "outputs"):
         if entry.get(key):
             names = [s if isinstance(s, str) else s["name"] for s in entry[key]]

@@ -28,7 +28,7 @@ def analyze(
     Parameters
     ----------
     name
-        A component, controller or analysis, as in `hfsa list`.
+        A component, controller or analysis, as in `hfsa list`, or the path of a .py file.
     sensitivity
         Sensitivity of each response to each dimension, d ln(response) / d ln(dimension), largest first.
     map
@@ -51,7 +51,7 @@ def analyze(
     request = Request(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
         study = studied(name, available_parts()).design_study(**values)
-        data, text, is_found = study_answer(study, request, name, values)
+        data, text, is_found = study_answer(study, request, part_named(name, available_parts()).name, values)
         _shell.answer(data, text, json)
         return _shell.DONE if is_found else _shell.PROBLEMS
     part = part_named(name, available_parts())

@@ -23,8 +23,8 @@ def export(
     Parameters
     ----------
     name
-        A component or controller, as in `hfsa list`; with `--fuse` a scene, of whose groups the FMUs are written, with
-        the scene's start values.
+        A component or controller, as in `hfsa list`, or the path of a .py file; with `--fuse` a scene, of whose groups
+        the FMUs are written, with the scene's start values.
     fmi
         Version of FMI (default: both).
     output

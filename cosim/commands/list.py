@@ -10,7 +10,7 @@ def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A00
     Parameters
     ----------
     name
-        Part or scene to show in full, with its arguments and parameters.
+        Part or scene to show in full, with its arguments and parameters; or the path of a file, or of a folder of them.
     """
     from hfsa.cosim.commands._reports import listing, listing_text
 

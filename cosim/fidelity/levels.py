@@ -24,7 +24,7 @@ from pathlib import Path
 
 from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
-from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
+from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, own_parts, sources
 from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
@@ -79,8 +79,8 @@ def with_choices(record: SystemRecord, choices: Mapping[str, LevelChoice]) -> Sy
 
 
 def _key(scene: Scene) -> str:
-    """Return a hash of all that a choice depends on: the scene, its foreign FMUs, and the sources of both wings."""
-    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0".encode())
+    """Return a hash of all that a choice depends on: the scene, FMUs and parts of others, the sources of both wings."""
+    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0{own_parts(scene)}\0".encode())
     foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
     for file in [*foreign, *sorted(Path(__file__).parents[1].rglob("*.py"))]:
         digest.update(file.read_bytes() + b"\0")

@@ -20,6 +20,7 @@ from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import LOCK_IN
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Bench:
     assembly: Assembly
     outputs: tuple[str, ...]
     source: str = "source"
-    lock_in: str = "lock_in"
+    lock_in: str = LOCK_IN
     library: Path | None = None
 
     @cached_property

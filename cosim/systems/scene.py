@@ -11,6 +11,9 @@ from hfsa.cosim.systems.system import Component, System
 AUTO = "auto"
 """In place of an algorithm: the cheapest whose error is within the tolerance (`analysis/algorithm_choice.py`)."""
 
+SINE_SOURCE, LOCK_IN = "sine_source", "lock_in"
+"""Names of the parts that are the instruments of a measurement."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -43,7 +46,7 @@ class Scene:
     amplitude: Mapping[str, float] = field(default_factory=dict)
     tolerance: float = 1e-3
     algorithm: str = AUTO
-    source: Component = field(default_factory=lambda: Component("source", "sine_source"))
+    source: Component = field(default_factory=lambda: Component("source", SINE_SOURCE))
     marks: Mapping[str, float] = field(default_factory=dict)
     fuse: Sequence[Sequence[str]] = ()
     scale: Mapping[str, float] = field(default_factory=dict)

@@ -36,7 +36,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU of a system: `part` is the name of a part, or the path of a foreign `.fmu` file.
+    """One FMU of a system: `part` is the name or path of a part, or the path of a foreign `.fmu` file.
 
     `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
     variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`; `computed` are
