@@ -24,7 +24,7 @@ from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import model_of, parts
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import meant, permuted
+from hfsa.cosim.systems.names import permuted, resolve_names
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -111,7 +111,7 @@ def _with_starts(component: Component) -> Model:
 def _in_order(system: System, words: Iterable[str]) -> list[str]:
     """Return the names of a group's components in the system's order; errors as `with_fusion`."""
     known = [component.name for component in system.components]
-    wanted = {name for word in words for name in meant(word.strip(), known)}
+    wanted = {name for word in words for name in resolve_names(word.strip(), known)}
     if len(wanted) < 2:
         raise StructureError(f"a group to fuse has two components or more; found {', '.join(wanted) or 'none'}")
     for name in known:

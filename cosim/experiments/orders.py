@@ -16,7 +16,7 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.masters.algorithms import CANDIDATES, ORDERED
 from hfsa.cosim.results.files import OrderChoice
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import meant, nearest
+from hfsa.cosim.systems.names import nearest, resolve_names
 from hfsa.cosim.systems.scene import AUTO, Scene
 
 COMPUTED = "computed"
@@ -24,7 +24,7 @@ COMPUTED = "computed"
 
 
 def with_order(scene: Scene, words: str) -> Scene:
-    """Return the scene in an order that is typed: names separated by commas, as `system.meant`, or `computed`.
+    """Return the scene in an order that is typed: names separated by commas, as `names.resolve_names`, or `computed`.
 
     The components named take, in this order, the places that they have in the scene after fusing. What is to be
     computed stays as it is. `StructureError` where the scene's algorithm knows no order, or for what ticks: when that
@@ -40,7 +40,7 @@ def with_order(scene: Scene, words: str) -> Scene:
     assembly = assemble(levels.at_highest(scene))
     system, descriptions = assembly.system, assembly.descriptions
     everyone = [*descriptions, *(member.name for whole in system.components for member in whole.members)]
-    names = [name for word in words.split(",") for name in meant(word.strip(), everyone)]
+    names = [name for word in words.split(",") for name in resolve_names(word.strip(), everyone)]
     ordered = stepping_in(scene, names)
     if ticking := [name for name in names if descriptions[name].has_sample_time]:
         free = nearest("", [name for name, description in descriptions.items() if not description.has_sample_time])

@@ -56,7 +56,7 @@ def named(name: str, known: Iterable[str]) -> list[str]:
     return [name] if name in known else [full for full in known if full.partition(".")[2] == name]
 
 
-def meant(word: str, known: Sequence[str]) -> list[str]:
+def resolve_names(word: str, known: Sequence[str]) -> list[str]:
     """Return the components that a word means: one, a range, or by their common name all that are numbered.
 
     `drive[1..3]`, `drive` and `drives` are three of them. `StructureError` with the nearest names for other words.
