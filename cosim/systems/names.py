@@ -71,7 +71,7 @@ def resolve_names(word: str, known: Sequence[str]) -> list[str]:
     raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
 
 
-def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
+def reorder(known: Sequence[str], names: Sequence[str]) -> list[str]:
     """Return components of which these take, in this order, the places that they had; the others stay where they are.
 
     `StructureError` for a name that does not exist or is given twice.

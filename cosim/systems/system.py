@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import expand, nearest, permuted
+from hfsa.cosim.systems.names import expand, nearest, reorder
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 
@@ -145,8 +145,8 @@ class System:
 
 
 def in_order(system: System, names: Sequence[str]) -> System:
-    """Return the system whose components of these names stand in this order; errors and places as `permuted`."""
-    order = permuted([component.name for component in system.components], names)
+    """Return the system whose components of these names stand in this order; errors and places as `reorder`."""
+    order = reorder([component.name for component in system.components], names)
     return System([system[name] for name in order], system.connections)
 
 
