@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import companions, expand, named, nearest
+from hfsa.cosim.systems.names import companions, expand, matching_names, nearest
 from hfsa.cosim.systems.scene import Scene
 
 _CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
@@ -31,7 +31,7 @@ def find_signals(
     found = []
     for name in (member for item in wanted for member in expand(item)):
         groups = (offered, *(_of(variables, causality) for causality in _CAUSALITIES[kind]))
-        fitting = [name] if name in known else next(filter(None, (named(name, group) for group in groups)), [])
+        fitting = [name] if name in known else next(filter(None, (matching_names(name, group) for group in groups)), [])
         if not fitting:
             short = [full.partition(".")[2] for full in known]
             raise StructureError(

@@ -28,7 +28,7 @@ from hfsa.cosim.figures.style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
 from hfsa.cosim.signals.frequency_response import negligible, resonances
-from hfsa.cosim.systems.names import expand, named, nearest
+from hfsa.cosim.systems.names import expand, matching_names, nearest
 
 __all__ = ["METHODS", "bode_figure", "save"]
 
@@ -165,7 +165,7 @@ def _named(sweeps: Sequence[Bode], side: str, wanted: Iterable[str]) -> list[str
     known = list(dict.fromkeys(s.name for bode in sweeps for s in getattr(bode, f"{side}s")))
     found = []
     for name in (member for word in wanted for member in expand(word)):
-        if not (fitting := named(name, known)):
+        if not (fitting := matching_names(name, known)):
             raise ResultsError(f"no file has an {side} {name!r}{nearest(name, known)}")
         found += fitting
     return found

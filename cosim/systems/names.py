@@ -50,7 +50,7 @@ def compact(names: Iterable[str]) -> list[str]:
     return joined
 
 
-def named(name: str, known: Iterable[str]) -> list[str]:
+def matching_names(name: str, known: Iterable[str]) -> list[str]:
     """Return the full names that a name means, of those known: itself, or all that are called so in their component."""
     known = list(known)
     return [name] if name in known else [full for full in known if full.partition(".")[2] == name]
@@ -104,7 +104,7 @@ def refuse_signal(file: Path, known: Iterable[str]) -> None:
     """Raise `StructureError` for a file with the name of a signal, as `--signal` takes it; known are full names."""
     known = list(known)
     for name in expand(str(file)):
-        if found := named(name, known):
+        if found := matching_names(name, known):
             raise StructureError(
                 f"-o {file}: {found[0]} is a signal, which --signal takes; -o and --output take a file"
             )
