@@ -62,13 +62,13 @@ def refuse_loops(system: System, connectors: Connectors) -> None:
     """Raise `StructureError` that spells out an algebraic loop of the system, if there is one."""
     for loop in feedthrough(system, connectors).loops:
         raise StructureError(
-            f"algebraic loop: {spelt(system, connectors, loop)}; each follows the one before it without a step "
+            f"algebraic loop: {loop_path(system, connectors, loop)}; each follows the one before it without a step "
             "between, so no order of exchange gives consistent values. Break it with a state or a sampled part, or let "
             "it be solved"
         )
 
 
-def spelt(system: System, connectors: Connectors, loop: tuple[Connection, ...]) -> str:
+def loop_path(system: System, connectors: Connectors, loop: tuple[Connection, ...]) -> str:
     """Return an algebraic loop in words: `a.y -> b.u -> b.y -> a.u -> a.y`, one way around it."""
     graph = {connection.end: {connection.start} for connection in loop}
     for connection in loop:
