@@ -33,7 +33,7 @@ Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
-class Request:
+class StabilityRequest:
     """What a user asks of a scene; `None` takes what the scene says, or for `algorithm` without a map all of them.
 
     Attributes:
@@ -56,7 +56,7 @@ class Request:
 def stability_answer(
     name: str,
     arguments: Mapping[str, str],
-    request: Request,
+    request: StabilityRequest,
     report: Report = lambda *_: None,
     warn: Callable[[str], None] = print,
 ) -> tuple[dict[str, Any], str, bool]:

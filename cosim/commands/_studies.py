@@ -23,7 +23,7 @@ _PICTURE = ".png"
 
 
 @dataclass(frozen=True)
-class Request:
+class StudyRequest:
     """What is asked of a study, in the words of the command line: one of sensitivity, map and optimum.
 
     Attributes:
@@ -56,7 +56,7 @@ class Request:
         return bool(asked)
 
 
-def study_answer(study: Study, request: Request, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
+def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
     """Return the answer as data and as text, and whether it is one: an optimum that did not converge is none.
 
     Args:

@@ -45,10 +45,10 @@ def analyze(
     from hfsa.components._modelling.parts import part_named, studied
     from hfsa.cosim.assembly.models import parts
     from hfsa.cosim.commands._numbers import numbers_text
-    from hfsa.cosim.commands._studies import Request, study_answer
+    from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     values = _shell.part_arguments(level, parameter)
-    request = Request(sensitivity, map, optimize, bounds, output, force)
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
         study = studied(name, parts()).design_study(**values)
         data, text, is_found = study_answer(study, request, name, values)

@@ -39,9 +39,9 @@ def stability(
     output
         With `--vary`: the map's file (default: `results/SCENE_stability.h5`).
     """
-    from hfsa.cosim.commands._stability import Request, stability_answer
+    from hfsa.cosim.commands._stability import StabilityRequest, stability_answer
 
-    request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
+    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force)
     with _shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
     _shell.answer(data, text, json)

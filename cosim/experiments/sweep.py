@@ -57,7 +57,7 @@ _AROUND = 1e-6
 
 
 @dataclass(frozen=True)
-class Request:
+class SweepRequest:
     """What a user wants of a sweep; `None` takes the value of the scene or of the method.
 
     `inputs` and `outputs` are names, full or without the component where that is clear; `low` and `high` in Hz;
@@ -171,7 +171,7 @@ def sweep(
         algorithm=algorithm,
         tolerance=tolerance,
     )
-    request = Request(
+    request = SweepRequest(
         method,
         inputs,
         outputs,
@@ -210,7 +210,7 @@ def check_file(path: Path, *, resume: bool, force: bool) -> None:
 
 def sweep_scene(
     setup: Setup,
-    request: Request,
+    request: SweepRequest,
     path: Path,
     *,
     resume: bool = False,
@@ -274,7 +274,7 @@ def sweep_scene(
     return file.identity
 
 
-def _wanted(setup: Setup, request: Request) -> tuple[Scene, list[str], list[str]]:
+def _wanted(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], list[str]]:
     """Return the scene with the wanted amplitude, and the wanted inputs and outputs."""
     scene, assembly = setup.scene, setup.highest.check()
     inputs = find_signals(request.inputs, scene.inputs, assembly.connectors, "input")
@@ -285,14 +285,14 @@ def _wanted(setup: Setup, request: Request) -> tuple[Scene, list[str], list[str]
     return with_amplitude(scene, request.amplitude, inputs, assembly), inputs, outputs
 
 
-def _draft(assembly: Assembly, inputs: list[str], outputs: list[str], scene: Scene, request: Request) -> Plan:
+def _draft(assembly: Assembly, inputs: list[str], outputs: list[str], scene: Scene, request: SweepRequest) -> Plan:
     """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
     with usage_errors():
         frequency = excitation.logarithmic(*request.band(scene), _DENSE)
         return plan_sweep(assembly, inputs, outputs, frequency, scene.amplitude, request.settings(scene))
 
 
-def _theory(assembly: Assembly, draft: Plan, request: Request, warn: Warn) -> LinearSweep | None:
+def _theory(assembly: Assembly, draft: Plan, request: SweepRequest, warn: Warn) -> LinearSweep | None:
     """Return the linearised system; `None`, with a warning, where a stepped sweep has none."""
     try:
         found = linear(assembly, draft)
@@ -306,7 +306,7 @@ def _theory(assembly: Assembly, draft: Plan, request: Request, warn: Warn) -> Li
     return found
 
 
-def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
+def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: SweepRequest) -> NDArray[np.float64]:
     """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
     points = request.points or (_LINE if request.method == "linear" else 40)
     if len(draft.frequency) == 1 and request.points not in (None, 1):
