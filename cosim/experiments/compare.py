@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hfsa.cosim.assembly.native_loop import chosen_loop
-from hfsa.cosim.experiments.run import Drive, prepare
+from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import Warn, set_up
 from hfsa.cosim.measurement import pool
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform
@@ -134,7 +134,7 @@ def compare(
     for path in paths:
         check_new(path, force, "--force replaces it, -o names a figure in another folder, where the files go too")
     library = chosen_loop(backend, warn)
-    drive = Drive(input, frequency, amplitude)
+    sine = SineInput(input, frequency, amplitude)
     trials, title = [], ""
     for values, path in zip(combinations, paths, strict=True):
         tell(0.0, f"building FMUs for {_words(values)}")
@@ -155,7 +155,7 @@ def compare(
         warn_of = partial(_warn_of, values, warn)
         for sentence in setup.disagreements:
             warn_of(sentence)
-        ready = prepare(setup, drive, library, warn_of)
+        ready = prepare(setup, sine, library, warn_of)
         if verify:
             check_verifiable(ready)
         trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))

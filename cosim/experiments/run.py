@@ -36,7 +36,7 @@ from hfsa.cosim.systems.scene_file import scene_text
 
 
 @dataclass(frozen=True)
-class Drive:
+class SineInput:
     """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit, 0 for none.
 
     `None` takes what the scene says: its first input, if it has one, the lowest frequency of its band, its amplitude.
@@ -101,15 +101,15 @@ def run(
         algorithm=algorithm,
         tolerance=tolerance,
     )
-    drive = Drive(input, frequency, amplitude)
+    sine = SineInput(input, frequency, amplitude)
     tell = None if report is None else lambda part: report(part, "")
-    written = run_scene(setup, file, drive, backend=backend, verified=verify, force=force, warn=warn, report=tell)
+    written = run_scene(setup, file, sine, backend=backend, verified=verify, force=force, warn=warn, report=tell)
     found = Run.read(file)
     written.check(file)
     return found
 
 
-def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Ready:
+def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> Ready:
     """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
 
     The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
@@ -117,15 +117,15 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
     answer.
     """
     scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
-    if drive.input or scene.inputs:
+    if sine.input or scene.inputs:
         highest = setup.highest
-        wanted = [drive.input] if drive.input else scene.inputs[:1]
+        wanted = [sine.input] if sine.input else scene.inputs[:1]
         excited = find_signals(wanted, scene.inputs, highest.connectors, "input")[0]
         # at rest there is nothing to judge levels, orders and algorithms by, so that the scene's own amplitude is
-        scene = with_amplitude(scene, drive.amplitude or None, [excited], highest)
-        frequency = drive.frequency or scene.band[0]
+        scene = with_amplitude(scene, sine.amplitude or None, [excited], highest)
+        frequency = sine.frequency or scene.band[0]
         band = min(scene.band[0], frequency), max(scene.band[1], frequency)
-    elif drive.frequency is not None or drive.amplitude is not None:
+    elif sine.frequency is not None or sine.amplitude is not None:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
@@ -133,13 +133,13 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
     scene, choices = with_levels(scene, library, **asked)
     scene, order = with_computed_order(scene, setup.order, **asked)
     plain = assemble(scene)
-    moved = {excited: driven(scene, excited, drive.frequency)} if excited else {}
+    moved = {excited: driven(scene, excited, sine.frequency)} if excited else {}
     checked = _checked(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, offered(setup.order), frequency)
-    if excited and drive.amplitude == 0:
+    if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
-        checked = driven(scene, excited, drive.frequency)
+        checked = driven(scene, excited, sine.frequency)
     assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
@@ -165,7 +165,7 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
 def run_scene(
     setup: Setup,
     path: Path,
-    drive: Drive,
+    sine: SineInput,
     *,
     backend: str = BACKENDS[0],
     verified: bool = False,
@@ -179,7 +179,7 @@ def run_scene(
     """
     for sentence in setup.disagreements:
         warn(sentence)
-    ready = prepare(setup, drive, chosen_loop(backend, warn), warn)
+    ready = prepare(setup, sine, chosen_loop(backend, warn), warn)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)

@@ -14,7 +14,7 @@ from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, record
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene, scenes
 from hfsa.cosim.commands._reports import run_report
-from hfsa.cosim.experiments.run import Drive, prepare
+from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import set_up
 from hfsa.cosim.figures.comparison import comparison_figure
 from hfsa.cosim.fmi.assembly import Assembly
@@ -99,7 +99,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
     name, limit = "robot.platform.position[3]", 1e-8
     loaded = replace(loaded, scene=replace(loaded.scene, scale={name: limit / FACTOR}))
     with pytest.raises(DivergenceError, match=r"position\[3\]: diverged"):
-        run(prepare(loaded, Drive("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
+        run(prepare(loaded, SineInput("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
     position = read_run("it.h5")[0][name]
     reached = np.abs(position[np.isfinite(position)])
     assert np.all(reached[:-1] <= limit)
