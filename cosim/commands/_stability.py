@@ -15,9 +15,9 @@ from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, default_path, set_up, with_levels
 from hfsa.cosim.experiments.stability import Stability, limits_of
 from hfsa.cosim.experiments.stability_map import STEP_SIZE, parse_axis, stability_map
-from hfsa.cosim.figures.stability_map import map_figure
+from hfsa.cosim.figures.stability_map import stability_map_figure
 from hfsa.cosim.figures.style import save
-from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_map
+from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_stability_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import AUTO
@@ -154,9 +154,9 @@ def _picture(path: Path) -> Path:
 
 def _map(found: StabilityMap, title: str, path: Path, force: bool) -> tuple[dict[str, Any], str]:
     """Write a map and its picture beside it; return what they hold, as data and as text."""
-    write_map(path, found, title, force)
+    write_stability_map(path, found, title, force)
     picture = _picture(path)
-    save(map_figure(found, title), picture)
+    save(stability_map_figure(found, title), picture)
     agree, simulated = found.agreement
     data = {
         "file": path,

@@ -11,8 +11,8 @@ import numpy as np
 from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
 from hfsa.cosim.commands._shell import rendered, table
-from hfsa.cosim.figures.response_map import map_figure, save
-from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_map
+from hfsa.cosim.figures.response_map import response_map_figure, save
+from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_response_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
@@ -171,9 +171,9 @@ def _map(
     """Write a map and its picture; return what they hold."""
     found = response_map(study, ranges)
     written = as_record(found)
-    write_map(path, written, words, force)
+    write_response_map(path, written, words, force)
     picture = path.with_suffix(_PICTURE)
-    save(map_figure(written), picture)
+    save(response_map_figure(written), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))
     extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}
     data = {

@@ -1,6 +1,6 @@
 """The figure of a response map: contours of every response over two dimensions, the present design marked.
 
-    save(map_figure(found), Path("results/map.png"))
+    save(response_map_figure(found), Path("results/map.png"))
 
 Where nothing can be built the figure is blank. Colours and lines leave out a twentieth of the values at either end, so
 that a pole does not take them all.
@@ -19,7 +19,7 @@ from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
 from hfsa.cosim.results.response_map import Quantity, ResponseMap
 from hfsa.cosim.signals.prefixes import prefixed, readable
 
-__all__ = ["map_figure", "save"]
+__all__ = ["response_map_figure", "save"]
 
 _COLOURS = LinearSegmentedColormap.from_list("response", ["#f3f6fa", COLOURS[0]])
 _EXTREMES = (5, 95)
@@ -27,7 +27,7 @@ _LEVELS = 9
 _MARK: Any = {"color": ACCENT, "markersize": 9, "markeredgecolor": "white", "clip_on": False, "zorder": 5}
 
 
-def map_figure(found: ResponseMap) -> Figure:
+def response_map_figure(found: ResponseMap) -> Figure:
     """Return the figure of a map, one panel per response."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.6 * len(found.responses), 4.4), layout="constrained", dpi=160)

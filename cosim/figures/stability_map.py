@@ -10,7 +10,7 @@ from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 
 
-def map_figure(found: StabilityMap, title: str) -> Figure:
+def stability_map_figure(found: StabilityMap, title: str) -> Figure:
     """Return the figure of a map: growth over one axis, or stable and unstable over two, simulated points marked."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.6), layout="constrained", dpi=160)

@@ -48,7 +48,7 @@ class ResponseMap:
     design: Mapping[str, tuple[float, str]]
 
 
-def write_map(path: Path, found: ResponseMap, words: str, force: bool = False) -> None:
+def write_response_map(path: Path, found: ResponseMap, words: str, force: bool = False) -> None:
     """Write a map, complete or not at all, with `force` in place of a results file; `words` say what was studied.
 
     `ResultsError` where that fails.

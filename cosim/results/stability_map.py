@@ -60,7 +60,7 @@ class StabilityMap:
         return int((self.verified == 1).sum()), int((self.verified >= 0).sum())
 
 
-def write_map(path: Path, found: StabilityMap, title: str, force: bool = False) -> None:
+def write_stability_map(path: Path, found: StabilityMap, title: str, force: bool = False) -> None:
     """Write a map, complete or not at all, with `force` in place of a results file; `ResultsError` where that fails."""
     words = ", ".join([found.scene, *(axis.name for axis in found.axes)])
     store = hdf5.Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found), force)

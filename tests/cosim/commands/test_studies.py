@@ -12,7 +12,7 @@ from hfsa import components
 from hfsa.components._modelling.parts import find
 from hfsa.components._modelling.study import optimum, response_map
 from hfsa.cosim.commands._studies import as_record
-from hfsa.cosim.figures.response_map import map_figure
+from hfsa.cosim.figures.response_map import response_map_figure
 
 PART = ["analyze", "tba_accelerometer"]
 
@@ -85,7 +85,7 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
 )
 def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
     study = find([components])["tba_accelerometer"].design_study()
-    figure = map_figure(as_record(response_map(study, {"tm": (low, high), "l": None}, points=11)))
+    figure = response_map_figure(as_record(response_map(study, {"tm": (low, high), "l": None}, points=11)))
     panels = [axes for axes in figure.axes if axes.get_xlabel()]
     assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
     assert panels[0].get_legend_handles_labels()[1] == entries
