@@ -12,7 +12,7 @@ from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
 from hfsa.cosim.commands._shell import rendered, table
 from hfsa.cosim.figures.response_map import response_map_figure, save
-from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_response_map
+from hfsa.cosim.results.response_map import MapQuantity, ResponseMap, write_response_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
@@ -152,12 +152,12 @@ def as_record(found: studies.ResponseMap) -> ResponseMap:
     """Return a map as it is written and drawn: numbers with their units, without the equations behind them."""
     study, present = found.study, found.study.at(found.study.values)
     axes = {
-        name: Quantity(values, variable.unit, variable.description, variable.value)
+        name: MapQuantity(values, variable.unit, variable.description, variable.value)
         for name, values in found.axes.items()
         for variable in (study.variables[name],)
     }
     responses = {
-        name: Quantity(values, response.unit, response.description, float(present[name][0]))
+        name: MapQuantity(values, response.unit, response.description, float(present[name][0]))
         for name, values in found.responses.items()
         for response in (study.responses[name],)
     }

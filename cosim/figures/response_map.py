@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
-from hfsa.cosim.results.response_map import Quantity, ResponseMap
+from hfsa.cosim.results.response_map import MapQuantity, ResponseMap
 from hfsa.cosim.signals.prefixes import prefixed, readable
 
 __all__ = ["response_map_figure", "save"]
@@ -67,6 +67,6 @@ def _draw(
     bar.ax.set_title("" if shown == "1" else shown, fontsize=9)
 
 
-def _label(name: str, axis: Quantity, unit: str) -> str:
+def _label(name: str, axis: MapQuantity, unit: str) -> str:
     """Return the label of an axis, its values being in that unit."""
     return f"{axis.description}, {name} ({unit})"

@@ -22,7 +22,7 @@ from hfsa.cosim.results.records import SystemRecord
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MapQuantity:
     """Values of a dimension or a response, with the unit and a description of them; `present`: the design's own."""
 
     values: NDArray[np.float64]
@@ -43,8 +43,8 @@ class ResponseMap:
     """
 
     title: str
-    axes: Mapping[str, Quantity]
-    responses: Mapping[str, Quantity]
+    axes: Mapping[str, MapQuantity]
+    responses: Mapping[str, MapQuantity]
     design: Mapping[str, tuple[float, str]]
 
 
