@@ -17,7 +17,7 @@ from hfsa.cosim.actions.extrapolation import Remember
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 from hfsa.cosim.systems.connectors import Connector
-from hfsa.cosim.systems.feedback_loops import Loop
+from hfsa.cosim.systems.feedback_loops import FeedbackLoop
 
 
 class Gains(Work):
@@ -30,7 +30,7 @@ class Gains(Work):
         calls: one for each controller and value it measures, and the one that sets the gains.
     """
 
-    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+    def __init__(self, wiring: Wiring, loops: Sequence[FeedbackLoop]):
         self.loops = loops
         plant = wiring.instances[loops[0].plant]
         names = list(dict.fromkeys(loop.gain for loop in loops))
@@ -138,7 +138,7 @@ class Feedback:
         point: actions at a communication point: what is known there is kept.
     """
 
-    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+    def __init__(self, wiring: Wiring, loops: Sequence[FeedbackLoop]):
         self._wiring = wiring
         self._rates = np.zeros_like(wiring.bus)
         self._remember = Remember(wiring.bus)

@@ -21,7 +21,7 @@ from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.linear.blocks import Block
 from hfsa.cosim.linear.cycle import Layout, Operation, Replace, Source
-from hfsa.cosim.systems.feedback_loops import Loop
+from hfsa.cosim.systems.feedback_loops import FeedbackLoop
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class FeedbackLayout(Layout):
         wiring: Wiring,
         ticks: Iterable[Action],
         blocks: Mapping[str, Block],
-        loops: Sequence[Loop],
+        loops: Sequence[FeedbackLoop],
         source: Source | None = None,
         lock_in: str | None = None,
         observed: Sequence[tuple[str, str]] = (),
@@ -161,10 +161,10 @@ class FeedbackLayout(Layout):
         return Replace(derivatives[0], np.concatenate(columns), np.hstack([known, -known, rest, -own]))
 
 
-def followed(loops: Iterable[Loop], blocks: Mapping[str, Block]) -> list[Loop]:
+def followed(loops: Iterable[FeedbackLoop], blocks: Mapping[str, Block]) -> list[FeedbackLoop]:
     """Return the loops of which a state follows the plant's input: the others have no ports."""
 
-    def is_followed(loop: Loop) -> bool:
+    def is_followed(loop: FeedbackLoop) -> bool:
         """Whether a state of the plant follows the input of a loop."""
         block = blocks[loop.plant]
         return bool(np.any(block.rate[:, len(block.values) + block.inputs.index(loop.input)]))
@@ -191,7 +191,7 @@ def with_feedback(block: Block, gains: Mapping[tuple[str, str], float]) -> Block
     return replace(block, inputs=inputs, **matrices)
 
 
-def _gains(blocks: Mapping[str, Block], loops: Iterable[Loop], plant: str) -> dict[tuple[str, str], float]:
+def _gains(blocks: Mapping[str, Block], loops: Iterable[FeedbackLoop], plant: str) -> dict[tuple[str, str], float]:
     """Return what each input of a plant follows each of its outputs by, (input, output), around all controllers."""
     found: dict[tuple[str, str], float] = {}
     for loop in loops:

@@ -33,7 +33,7 @@ from hfsa.cosim.masters.algorithm import Algorithm, Ports, Scheme
 from hfsa.cosim.masters.stepped import stepped
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.feedback_loops import Loop, feedback_loops
+from hfsa.cosim.systems.feedback_loops import FeedbackLoop, feedback_loops
 from hfsa.cosim.systems.system import Connection, System
 
 NAME = "linearized_feedback"
@@ -61,7 +61,7 @@ def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
     return Scheme(wiring, list(linearized_feedback(wiring, loops)), list(wiring.exchange()), warnings=warnings)
 
 
-def linearized_feedback(wiring: Wiring, loops: Sequence[Loop]) -> Iterator[Action]:
+def linearized_feedback(wiring: Wiring, loops: Sequence[FeedbackLoop]) -> Iterator[Action]:
     """Plants step first, then the others."""
     feedback = Feedback(wiring, loops)
     yield from sampled_first(wiring)
@@ -99,7 +99,7 @@ def layout(
     return FeedbackLayout(wiring, [*sampled_first(wiring)], blocks, loops, *observation)
 
 
-def _lacking(loop: Loop, instances: Mapping[str, Instance]) -> str:
+def _lacking(loop: FeedbackLoop, instances: Mapping[str, Instance]) -> str:
     """Return what keeps a loop from being closed so; empty where nothing does."""
     controller, plant = (instances[name].fmu.description for name in (loop.controller, loop.plant))
     if not controller.has_derivatives:

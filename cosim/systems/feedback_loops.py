@@ -14,7 +14,7 @@ from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)
-class Loop:
+class FeedbackLoop:
     """One way around: names of the plant with its input and output, and of the controller with those that they join."""
 
     plant: str
@@ -35,7 +35,7 @@ class Loop:
         return f"feedback.at.{self.output}"
 
 
-def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> list[Loop]:
+def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> list[FeedbackLoop]:
     """Return the loops of a system; `connectors` holds the variables of each component's FMU by name.
 
     An output that follows one of the plant's inputs on a loop without a state between is none to feed back: that is an
@@ -50,10 +50,10 @@ def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connect
         for (target, measured), (source, y) in feeder.items():
             closes = target == controller and source == plant and (followed is None or measured in followed)
             if closes and connectors[plant][y].variability != "discrete":
-                found.append(Loop(plant, u, y, controller, measured, command))
+                found.append(FeedbackLoop(plant, u, y, controller, measured, command))
     inputs = {(loop.plant, loop.input) for loop in found}
 
-    def has_state_between(loop: Loop) -> bool:
+    def has_state_between(loop: FeedbackLoop) -> bool:
         """Whether the plant's output follows none of its inputs on a loop at once."""
         direct = connectors[loop.plant][loop.output].dependencies
         return direct is not None and not any((loop.plant, name) in inputs for name in direct)
