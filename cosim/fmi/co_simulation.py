@@ -27,7 +27,7 @@ from hfsa.cosim.fmi.description import SAMPLE_TIME, Interface
 
 __all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "State", "StepError", "open_instances"]
 
-Kind = TypeVar("Kind", bound=BaseInstance)
+InstanceType = TypeVar("InstanceType", bound=BaseInstance)
 
 
 class Instance(BaseInstance):
@@ -95,7 +95,7 @@ class Instance(BaseInstance):
             self.release(before)
 
 
-class Instances(dict[str, Kind]):
+class Instances(dict[str, InstanceType]):
     """Instances by component name; `close`, or the end of a `with`, frees them all."""
 
     def close(self) -> None:
@@ -110,9 +110,9 @@ class Instances(dict[str, Kind]):
         self.close()
 
 
-def open_instances(files: Mapping[str, str | Path], kind: type[Kind] = Instance) -> Instances[Kind]:
+def open_instances(files: Mapping[str, str | Path], kind: type[InstanceType] = Instance) -> Instances[InstanceType]:
     """Load FMUs and make one instance of each; where one fails, nothing is left loaded."""
-    instances: Instances[Kind] = Instances()
+    instances: Instances[InstanceType] = Instances()
     try:
         for name, file in files.items():
             instances[name] = kind(Fmu.load(file, kind.interface), name)
