@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from hfsa.cosim.results.interrupts import Interrupted, heard
+from hfsa.cosim.results.interrupts import Interrupted, handled_signals
 
 DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
@@ -34,7 +34,7 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     Errors of ours, which carry an `exit_code`, become one line on stderr, or with `traced` fly; others are bugs and do.
     """
     try:
-        with heard():
+        with handled_signals():
             return verb() or DONE
     except Interrupted as interruption:
         warn(interruption.words)

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
-from hfsa.cosim.results.interrupts import held
+from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import (
     AlgorithmChoice,
     ErrorEstimate,
@@ -134,7 +134,7 @@ class SweepFile:
             arrays["status"][point.frequency, point.input] = point.status
         rows = {point.frequency for point in points}
         first, last = min(rows, default=0), max(rows, default=-1) + 1
-        with held():
+        with deferred_interrupts():
             self._write_rows(slice(first, last), [name for name in arrays if name != "status"])
             self._write_rows(slice(first, last), ["status"])
 
@@ -147,7 +147,7 @@ class SweepFile:
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
         pending = np.any(self._arrays["status"] == Status.PENDING)
-        with held():
+        with deferred_interrupts():
             hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
             self._store.close()
 
@@ -188,7 +188,7 @@ class RunFile:
 
     def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
         """Write values of recorded variables from a row on, and flush."""
-        with held():
+        with deferred_interrupts():
             for name, block in values.items():
                 self._store.file["time"][name][row : row + len(block)] = block
             self._store.flush()
@@ -203,7 +203,7 @@ class RunFile:
 
     def _close(self, status: bytes, message: str) -> None:
         """Close the file with a status and a message."""
-        with held():
+        with deferred_interrupts():
             self._store.file["time"].attrs.modify("message", np.bytes_(_clipped(message)))
             hdf5.set_status(self._store.file, status)
             self._store.close()

@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 
 from hfsa.cosim.results import target
-from hfsa.cosim.results.interrupts import held
+from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice, ResultsError, SystemRecord
 
 FORMAT_VERSION = "1"
@@ -59,7 +59,7 @@ class Store:
         with target.unfinished(path) as part:
             disk = _Disk(path, part, "x+")
             try:
-                with held(), translated(path, "write"):
+                with deferred_interrupts(), translated(path, "write"):
                     with h5py.File(disk, "w") as file:
                         _write_attributes(file, system.title)
                         _write_system(file.create_group("system"), system)
@@ -90,7 +90,7 @@ class Store:
 
     def flush(self) -> None:
         """Write everything to the file; `ResultsError` where that fails."""
-        with held():
+        with deferred_interrupts():
             self.file.flush()
         self._disk.report()
 
@@ -99,7 +99,7 @@ class Store:
 
         `ResultsError`, too, where the file has lost its name.
         """
-        with held():
+        with deferred_interrupts():
             self.file.close()
             self._disk.close()
         self._disk.report()

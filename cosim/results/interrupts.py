@@ -1,8 +1,8 @@
 """Ctrl-C, SIGTERM and SIGHUP end a program alike: by an exception between two calls, never in the middle of a write.
 
-    with heard():                       # once, around all that a program does
+    with handled_signals():                       # once, around all that a program does
         ...
-        with held():                    # what must not be left half done
+        with deferred_interrupts():                    # what must not be left half done
             ...
 
 A signal raises `Interrupted`, a `KeyboardInterrupt`, so that what is cleaned up after Ctrl-C is cleaned up after the
@@ -47,7 +47,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextlib.contextmanager
-def heard() -> Iterator[None]:
+def handled_signals() -> Iterator[None]:
     """Raise `Interrupted` on each of the signals that is not ignored (`nohup`, a shell's `&`), until the block is done.
 
     Only the main thread can hear signals; in others this does nothing.
@@ -59,7 +59,7 @@ def heard() -> Iterator[None]:
     try:
         for number, handler in before.items():
             if handler is not signal.SIG_IGN:
-                signal.signal(number, _hear)
+                signal.signal(number, _handle)
         with _ending_what_does_not_return(), _raising_again():
             yield
     finally:
@@ -69,7 +69,7 @@ def heard() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def held() -> Iterator[None]:
+def deferred_interrupts() -> Iterator[None]:
     """Put off `Interrupted` until the block is done.
 
     HDF5 calls back into Python for every write, and an exception there would leave half of a file written.
@@ -88,7 +88,7 @@ def held() -> Iterator[None]:
             raise Interrupted(number)
 
 
-def _hear(number: int, _frame: object) -> None:
+def _handle(number: int, _frame: object) -> None:
     """Take a signal; what follows a SIGTERM or SIGHUP does not interrupt the cleaning up, but Ctrl-C does."""
     global _waiting
     if number in _FINAL:

@@ -16,7 +16,7 @@ import pytest
 from hfsa.cosim.measurement import run as running
 from hfsa.cosim.results import interrupts
 from hfsa.cosim.results.files import Status, read_run, read_sweep
-from hfsa.cosim.results.interrupts import Interrupted, heard, held
+from hfsa.cosim.results.interrupts import Interrupted, deferred_interrupts, handled_signals
 
 DAWDLE, HANG = 11, 12
 """Behaviours of the foreign FMU: 20 ms for a step, and for ever."""
@@ -257,9 +257,9 @@ def test_a_signal_waits_for_what_must_not_be_left_half_done():
     done = []
 
     def work():
-        with heard():
-            with held():
-                with held():
+        with handled_signals():
+            with deferred_interrupts():
+                with deferred_interrupts():
                     signal.raise_signal(signal.SIGTERM)
                     done.append("inner")
                 done.append("outer")
@@ -274,7 +274,7 @@ def test_a_signal_waits_for_what_must_not_be_left_half_done():
 def test_what_was_set_before_is_set_again():
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = [signal.getsignal(number) for number in numbers]
-    with pytest.raises(Interrupted), heard():
+    with pytest.raises(Interrupted), handled_signals():
         signal.raise_signal(signal.SIGHUP)
     assert [signal.getsignal(number) for number in numbers] == before
     assert not interrupts._noticed.is_set()
@@ -284,7 +284,7 @@ def test_a_second_sigterm_does_not_disturb_the_cleaning_up_but_ctrl_c_does():
     cleaned = []
 
     def work():
-        with heard():
+        with handled_signals():
             try:
                 signal.raise_signal(signal.SIGHUP)
             finally:
@@ -312,7 +312,7 @@ def test_a_signal_that_a_callback_swallows_comes_again():
 
     def work():
         numbers = (ctypes.c_int * 10)(*range(10))
-        with heard():
+        with handled_signals():
             ctypes.CDLL(None).qsort(numbers, 10, 4, kind(compare))
             calls.append("behind")
             while True:
@@ -328,14 +328,14 @@ STORM = """
 import sys
 from pathlib import Path
 import numpy as np
-from hfsa.cosim.results.interrupts import heard
+from hfsa.cosim.results.interrupts import handled_signals
 from hfsa.cosim.results.files import RunFile, SystemRecord
 
 def main(words):
     names = {f"box.y{i}": "m" for i in range(10)} | {"box.y": "m"}
     file = RunFile(Path(words[0]), np.arange(200_000.0), names, SystemRecord("A", ""))
     try:
-        with heard():
+        with handled_signals():
             print("ready", flush=True)
             for row in range(199_000):
                 file.write(row, dict.fromkeys(names, np.full(3, float(row))))
