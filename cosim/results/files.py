@@ -176,9 +176,9 @@ class RunFile:
         def fill(file: Node) -> None:
             """Lay out the time axis and a dataset for each variable."""
             group = file.create_group("time")
-            hdf5.scale(group, "time", time, "s")
+            hdf5.create_scale(group, "time", time, "s")
             for name, unit in units.items():
-                dataset = hdf5.filled(group, name, ["time"], np.nan, float, unit)
+                dataset = hdf5.create_dataset(group, name, ["time"], np.nan, float, unit)
                 for attribute in _ERRORS:
                     dataset.attrs[attribute] = np.nan  # until a verification writes it in place
             group.attrs.create("message", np.bytes_(b""), dtype=f"S{_LONGEST_MESSAGE}")
@@ -406,35 +406,35 @@ def _lay_out(file: Node, plan: Plan) -> None:
     for side, signals in (("output", plan.outputs), ("input", plan.inputs)):
         units = bode.create_dataset(f"{side}_unit", data=[s.unit for s in signals], dtype=h5py.string_dtype())
         units.dims[0].attach_scale(bode[side])
-    hdf5.filled(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
+    hdf5.create_dataset(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
     bode["amplitude"][:] = [signal.amplitude for signal in plan.inputs]
-    hdf5.filled(bode, "response", entries, _NAN, np.complex128, unit)
-    hdf5.filled(bode, "magnitude", entries, np.nan, float, unit)
-    hdf5.filled(bode, "phase", entries, np.nan, float, "rad")
-    hdf5.filled(bode, "harmonic_distortion", entries, np.nan, float, "1")
-    hdf5.filled(bode, "remaining_transient", entries, np.nan, float, "1")
-    hdf5.filled(bode, "step_error", entries, np.nan, float, "1")
+    hdf5.create_dataset(bode, "response", entries, _NAN, np.complex128, unit)
+    hdf5.create_dataset(bode, "magnitude", entries, np.nan, float, unit)
+    hdf5.create_dataset(bode, "phase", entries, np.nan, float, "rad")
+    hdf5.create_dataset(bode, "harmonic_distortion", entries, np.nan, float, "1")
+    hdf5.create_dataset(bode, "remaining_transient", entries, np.nan, float, "1")
+    hdf5.create_dataset(bode, "step_error", entries, np.nan, float, "1")
     if plan.step_error is not None:
         bode["step_error"][:] = plan.step_error
-    hdf5.filled(bode, "wall_time", points, np.nan, float, "s")
+    hdf5.create_dataset(bode, "wall_time", points, np.nan, float, "s")
     members = {status.name.lower(): int(status) for status in Status}
-    status = hdf5.filled(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
+    status = hdf5.create_dataset(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
     status.attrs["flag_meanings"] = " ".join(members)
-    message = hdf5.filled(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
+    message = hdf5.create_dataset(bode, "message", points, b"", f"S{_LONGEST_MESSAGE}")
     message.attrs["_Encoding"] = "utf-8"  # xarray's word for how to decode it
     if plan.theory is not None:
         theory = file.create_group("theory")
         _lay_out_axes(theory, plan.theory.frequency, plan)
-        hdf5.filled(theory, "response", entries, _NAN, np.complex128, unit)
+        hdf5.create_dataset(theory, "response", entries, _NAN, np.complex128, unit)
         theory["response"][:] = plan.theory.response
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:
     """Write the axes of a sweep."""
-    hdf5.scale(group, "frequency", frequency, "Hz")
-    hdf5.scale(group, "output", [signal.name for signal in plan.outputs])
-    hdf5.scale(group, "input", [signal.name for signal in plan.inputs])
+    hdf5.create_scale(group, "frequency", frequency, "Hz")
+    hdf5.create_scale(group, "output", [signal.name for signal in plan.outputs])
+    hdf5.create_scale(group, "input", [signal.name for signal in plan.inputs])
 
 
 def _clipped(message: str) -> bytes:

@@ -199,7 +199,7 @@ def status_of(file: Node) -> str:
     return bytes(file.attrs["status"]).rstrip(b"\0").decode()
 
 
-def scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:
+def create_scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:
     """Write a dimension scale: numbers with their unit, or texts."""
     if len(values) and isinstance(values[0], str):
         dataset = group.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
@@ -211,7 +211,7 @@ def scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:
     return dataset
 
 
-def filled(group: Node, name: str, dimensions: Sequence[str], fill: Any, dtype: Any, unit: str | None = None):
+def create_dataset(group: Node, name: str, dimensions: Sequence[str], fill: Any, dtype: Any, unit: str | None = None):
     """Lay out a dataset over dimension scales of its group, filled on disk; a complex fill must be `np.complex128`."""
     shape = tuple(len(group[d]) for d in dimensions)
     dataset = group.create_dataset(name, shape, dtype, data=np.full(shape, fill), fillvalue=fill)
@@ -283,8 +283,8 @@ def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
     """Write numbers by name, if there are any."""
     if values:
         part = group.create_group(name)
-        scale(part, "variable", list(values))
-        filled(part, "value", ["variable"], np.nan, float)[:] = list(values.values())
+        create_scale(part, "variable", list(values))
+        create_dataset(part, "value", ["variable"], np.nan, float)[:] = list(values.values())
 
 
 def _write_choice(instance: Node, choice: LevelChoice) -> None:
@@ -292,8 +292,8 @@ def _write_choice(instance: Node, choice: LevelChoice) -> None:
     for key, value in (("error", choice.error), ("error_together", choice.together), ("tolerance", choice.tolerance)):
         instance.attrs[f"level_{key}"] = value
     levels = instance.create_group("levels")
-    scale(levels, "level", list(choice.errors))
-    filled(levels, "error", ["level"], np.nan, float, "1")[:] = list(choice.errors.values())
+    create_scale(levels, "level", list(choice.errors))
+    create_dataset(levels, "error", ["level"], np.nan, float, "1")[:] = list(choice.errors.values())
     refusals = [choice.refusals.get(level, "") for level in choice.errors]
     levels.create_dataset("refusal", data=refusals, dtype=h5py.string_dtype()).dims[0].attach_scale(levels["level"])
 

@@ -62,13 +62,15 @@ def _fill(file: Node, found: ResponseMap) -> None:
     """Write a map's axes and responses."""
     group = file.create_group("map")
     for name, axis in found.axes.items():
-        hdf5.scale(group, name, axis.values, axis.unit).attrs["long_name"] = axis.description
+        hdf5.create_scale(group, name, axis.values, axis.unit).attrs["long_name"] = axis.description
     for name, response in found.responses.items():
-        dataset = hdf5.filled(group, name, list(found.axes), np.nan, float, response.unit)
+        dataset = hdf5.create_dataset(group, name, list(found.axes), np.nan, float, response.unit)
         dataset[:] = response.values
         dataset.attrs["long_name"] = response.description
     design = file.create_group("design")
-    hdf5.scale(design, "dimension", list(found.design))
-    hdf5.filled(design, "value", ["dimension"], np.nan, float)[:] = [value for value, _ in found.design.values()]
+    hdf5.create_scale(design, "dimension", list(found.design))
+    hdf5.create_dataset(design, "value", ["dimension"], np.nan, float)[:] = [
+        value for value, _ in found.design.values()
+    ]
     units = [unit for _, unit in found.design.values()]
     design.create_dataset("unit", data=units, dtype=h5py.string_dtype()).dims[0].attach_scale(design["dimension"])

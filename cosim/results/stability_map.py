@@ -73,10 +73,10 @@ def _fill(file: Node, found: StabilityMap) -> None:
     group = file.create_group("map")
     names = [axis.name for axis in found.axes]
     for axis in found.axes:
-        hdf5.scale(group, axis.name, axis.values)
-    hdf5.filled(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
-    stable = hdf5.filled(group, "stable", names, 0, np.int8)
+        hdf5.create_scale(group, axis.name, axis.values)
+    hdf5.create_dataset(group, "growth", names, np.nan, float, "1/s")[...] = found.growth
+    stable = hdf5.create_dataset(group, "stable", names, 0, np.int8)
     stable[...] = found.stable
     stable.attrs["dtype"] = "bool"  # so xarray reads it as what it is
-    hdf5.filled(group, "verified", names, -1, np.int8)[...] = found.verified
+    hdf5.create_dataset(group, "verified", names, -1, np.int8)[...] = found.verified
     group.attrs["algorithm"], group.attrs["step_size"] = found.algorithm, found.step_size
