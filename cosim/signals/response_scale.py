@@ -23,7 +23,7 @@ class Scale:
     """
 
     def __init__(self, grid: NDArray[np.float64], size: NDArray[np.float64]):
-        self._grid, self._filled = np.log(grid), filled(size, grid)
+        self._grid, self._filled = np.log(grid), fill_valleys(size, grid)
 
     def at(self, frequency: NDArray[np.float64], response: NDArray[np.complex128]) -> NDArray[np.float64]:
         """Return the scale at frequencies [Hz], of the shape of the response there, which counts where it is larger."""
@@ -41,7 +41,7 @@ def near_modes(poles: NDArray[np.complex128], band: tuple[float, float]) -> NDAr
     return around[(around > band[0]) & (around < band[1])]
 
 
-def filled(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+def fill_valleys(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return magnitudes with valleys that are narrower than an octave filled up to their lower edge.
 
     `size` has shape (n, ...), `frequency` [Hz] is (n,) with a constant ratio of neighbours. At each frequency it is the
