@@ -89,7 +89,7 @@ DESIGN_STUDY = Group(
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Stepping:
+class SteppingOptions:
     """How a scene is stepped."""
 
     step: Step = None
@@ -127,7 +127,7 @@ class Stepping:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Sine:
+class SineOptions:
     """A sine at one input."""
 
     input: Annotated[

@@ -7,7 +7,18 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Force, Jobs, Json, Output, Signals, Sine, Stepping, Verify, given
+from hfsa.cosim.commands._options import (
+    Arguments,
+    Force,
+    Jobs,
+    Json,
+    Output,
+    Signals,
+    SineOptions,
+    SteppingOptions,
+    Verify,
+    given,
+)
 
 
 def compare(
@@ -16,10 +27,10 @@ def compare(
     *,
     over: Annotated[list[str], Parameter("--over", negative=())],
     parameter: Arguments = None,
-    sine: Sine = Sine(),
+    sine: SineOptions = SineOptions(),
     signal: Signals = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
-    stepping: Stepping = Stepping(),
+    stepping: SteppingOptions = SteppingOptions(),
     verify: Verify = False,
     jobs: Jobs = None,
     output: Output = None,

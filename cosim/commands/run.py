@@ -6,7 +6,17 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Force, Json, Output, Signals, Sine, Stepping, Verify, given
+from hfsa.cosim.commands._options import (
+    Arguments,
+    Force,
+    Json,
+    Output,
+    Signals,
+    SineOptions,
+    SteppingOptions,
+    Verify,
+    given,
+)
 
 
 def run(
@@ -14,10 +24,10 @@ def run(
     /,
     *,
     parameter: Arguments = None,
-    sine: Sine = Sine(),
+    sine: SineOptions = SineOptions(),
     signal: Signals = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
-    stepping: Stepping = Stepping(),
+    stepping: SteppingOptions = SteppingOptions(),
     verify: Verify = False,
     output: Output = None,
     force: Force = False,

@@ -17,7 +17,7 @@ from hfsa.cosim.commands._options import (
     Output,
     Positive,
     Signals,
-    Stepping,
+    SteppingOptions,
     given,
     refuse,
 )
@@ -25,7 +25,7 @@ from hfsa.cosim.commands._options import (
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Settling:
+class SettlingOptions:
     """How a point of a stepped sweep is measured."""
 
     settling_tolerance: Annotated[
@@ -59,8 +59,8 @@ def sweep(
     input: Names = None,  # noqa: A002 (the user's word)
     signal: Signals = None,
     amplitude: Positive = None,
-    stepping: Stepping = Stepping(),
-    settling: Settling = Settling(),
+    stepping: SteppingOptions = SteppingOptions(),
+    settling: SettlingOptions = SettlingOptions(),
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
@@ -146,7 +146,7 @@ def _open_loop(
     parameters: dict[str, str],
     method: str,
     ignored: dict[str, Any],
-    stepping: Stepping,
+    stepping: SteppingOptions,
     band: dict[str, Any],
     output: Path | None,
     force: bool,
