@@ -48,7 +48,7 @@ class Description:
         can_interpolate: whether inputs take time derivatives by a function of their own (FMI 2).
         output_derivative_order: highest order of output derivatives it offers.
         event_indicators: number of its event indicators.
-        awaits_steps: whether it wants to be told of each step that an integrator completes.
+        needs_completed_steps: whether it wants to be told of each step that an integrator completes.
     """
 
     file: Path
@@ -66,7 +66,7 @@ class Description:
     can_interpolate: bool
     output_derivative_order: int
     event_indicators: int
-    awaits_steps: bool
+    needs_completed_steps: bool
     is_co_simulation_only: bool = False
 
     def undeclared(self, outputs: Iterable[str]) -> str:
@@ -174,7 +174,7 @@ def _described(file: Path, interface: Interface | None, version_of_file: tuple[i
         output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
         event_indicators=model.numberOfEventIndicators,
         is_co_simulation_only=model.modelExchange is None,
-        awaits_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+        needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
     )
 
 

@@ -78,7 +78,7 @@ class ModelExchangeInstance(BaseInstance):
 
     def complete_step(self) -> bool:
         """Tell the FMU of a completed step of the integrator; whether it wants an event now."""
-        if not self.fmu.description.awaits_steps:
+        if not self.fmu.description.needs_completed_steps:
             return False
         status, wants_event = self._library.completed(self._component)
         self._check("completed", status)
