@@ -81,7 +81,7 @@ class Instance(BaseInstance):
         self._call("output_derivatives", *self._library.derivatives(handle.arguments, orders, pointer))
         return values
 
-    def ticked(self, names: Sequence[str]) -> np.ndarray:
+    def values_after_tick(self, names: Sequence[str]) -> np.ndarray:
         """Return what a tick would make of sampled states and outputs (n,), in initialization mode; nothing changes."""
         handle = self.handle(names)
         before, time = self.save(), self.time or 0.0
