@@ -351,7 +351,7 @@ class BaseInstance:
         if not self._component.value:
             raise StepError(self.name, "instantiation", "no instance", None, self._log.take())
         self._is_fresh = True
-        self._library.listen(self._component)
+        self._library.enable_logging(self._component)
 
     def _renew(self) -> None:
         """Bring the instance back to where it was instantiated."""

@@ -111,12 +111,12 @@ class Library(ABC):
     def directional(self, unknowns: tuple, knowns: tuple) -> tuple:
         """Return the arguments of `directional` after the component, from those of the unknowns' and knowns' values."""
 
-    def listen(self, component: c_void_p) -> None:
+    def enable_logging(self, component: c_void_p) -> None:
         """Switch on the log categories that tell why a call failed, where the FMU has them."""
         n = len(self._categories)
         if n:
             categories = (c_char_p * n)(*self._categories)
-            self.function("listen")(component, self._boolean(True), c_size_t(n), categories)
+            self.function("enable_logging")(component, self._boolean(True), c_size_t(n), categories)
 
     def free(self, component: c_void_p) -> None:
         """Free an instance."""
@@ -138,7 +138,7 @@ class Library2(Library):
         "exit": "fmi2ExitInitializationMode",
         "reset": "fmi2Reset",
         "free": "fmi2FreeInstance",
-        "listen": "fmi2SetDebugLogging",
+        "enable_logging": "fmi2SetDebugLogging",
         "get": "fmi2GetReal",
         "set": "fmi2SetReal",
         "save": "fmi2GetFMUstate",
@@ -181,7 +181,7 @@ class Library3(Library):
         "exit": "fmi3ExitInitializationMode",
         "reset": "fmi3Reset",
         "free": "fmi3FreeInstance",
-        "listen": "fmi3SetDebugLogging",
+        "enable_logging": "fmi3SetDebugLogging",
         "get": "fmi3GetFloat64",
         "set": "fmi3SetFloat64",
         "save": "fmi3GetFMUState",
