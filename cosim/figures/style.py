@@ -7,7 +7,8 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from hfsa.cosim.results.target import picture_format, write_picture
+from hfsa.cosim.results.placement import write_picture
+from hfsa.cosim.results.target import picture_format
 
 COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 INK, GRID, ACCENT = "#20242c", "#c9ced6", "#b3541e"

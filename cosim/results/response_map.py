@@ -1,9 +1,9 @@
-"""Writes a response map in HDF5: two dimensions as named axes, and the design it belongs to.
+"""Response map in HDF5: responses of a design over two of its dimensions.
 
 /         title created tool tool_version git_commit command python platform format_version status
-/system   what was studied, as words
-/map      the two dimensions: dimension scales; each response over them, NaN where nothing can be built
-/design   dimension(dimension), value(dimension), unit(dimension): where the map was taken
+/system   name and arguments of the study
+/map      the two dimensions: dimension scales; each response over them, NaN where the design is not possible
+/design   dimension(dimension), value(dimension), unit(dimension): the present design
 
 xarray.open_dataset("results/tba_accelerometer_map.h5", group="map", engine="h5netcdf").frequency_ratio.plot()
 """
@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import SystemRecord
+from hfsa.cosim.results.store import Store
 
 
 @dataclass(frozen=True)
 class MapQuantity:
-    """Values of a dimension or a response, with the unit and a description of them; `present`: the design's own."""
+    """Values of a dimension or a response with unit and description; `present` is the value of the present design."""
 
     values: NDArray[np.float64]
     unit: str
@@ -36,9 +37,9 @@ class ResponseMap:
     """Responses over two dimensions.
 
     Attributes:
-        title: what is studied.
+        title: title of the study.
         axes: values of the two dimensions by name, ascending.
-        responses: by name, shape (values of the first, of the second); NaN where nothing can be built.
+        responses: by name, shape (values of the first, of the second); NaN where the design is not possible.
         design: present value and unit of every dimension, by name.
     """
 
@@ -49,17 +50,17 @@ class ResponseMap:
 
 
 def write_response_map(path: Path, found: ResponseMap, words: str, force: bool = False) -> None:
-    """Write a map, complete or not at all, with `force` in place of a results file; `words` say what was studied.
+    """Write a map, completely or not at all; `words` are name and arguments of the study.
 
-    `ResultsError` where that fails.
+    `force` replaces a results file of hfsa. `ResultsError` where the file cannot be written.
     """
-    store = hdf5.Store.create(path, SystemRecord(found.title, words), lambda file: _fill(file, found), force)
+    store = Store.create(path, SystemRecord(found.title, words), lambda file: _fill(file, found), force)
     hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
 
 
 def _fill(file: Node, found: ResponseMap) -> None:
-    """Write a map's axes and responses."""
+    """Write the axes, responses and design of a map."""
     group = file.create_group("map")
     for name, axis in found.axes.items():
         hdf5.create_scale(group, name, axis.values, axis.unit).attrs["long_name"] = axis.description

@@ -185,7 +185,7 @@ def test_where_nothing_is_joined_no_order_makes_a_difference():
     same, choice = with_computed_order(scene, "computed")
     assert choice is not None
     assert same == scene
-    assert choice.sentence.endswith(", the scene's own; no other makes a difference")
+    assert choice.sentence.endswith(", the scene's order; all orders are equivalent")
 
 
 # Orders that differ --------------------------------------------------------------------------------------------------
@@ -300,8 +300,8 @@ def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):
     code, out, err = hfsa("run", path, "--order", "computed", "--stop", "0.01", "--json", "-o", "run.h5")
     assert code == 0
     assert "hfsa: order second, first: response within 0." in err
-    assert "in the scene's own within " in err
-    assert "; 2 orders compared, all that differ" in err
+    assert "the scene's order within " in err
+    assert "; 2 orders compared, all different ones" in err
     stored = read_order("run.h5")
     assert stored is not None
     assert json.loads(out)["order"]["order"] == list(stored.order) == ["second", "first"]

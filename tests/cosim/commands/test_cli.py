@@ -296,7 +296,7 @@ def test_output_is_a_file_in_every_verb_and_a_signal_there_is_refused(hfsa, verb
         assert (code, out) == (2, "")
         is_picture = verb[0] == "compare"  # a figure's ending is looked at before any FMU is
         said = f"-o {name}: mass.position is a signal, which --signal takes"
-        assert ("the ending says the format of a picture" if is_picture else said) in err
+        assert ("its ending is no picture format" if is_picture else said) in err
     assert set(Path().iterdir()) == before
     file = "made.png" if verb[0] in ("bode", "compare") else "made.h5"
     assert hfsa(*verb, word, file)[0] == 0

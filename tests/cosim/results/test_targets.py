@@ -19,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hfsa.cosim.figures.style import save
-from hfsa.cosim.results import target
+from hfsa.cosim.results import locks, target
 from hfsa.cosim.results.files import (
     Plan,
     Point,
@@ -389,7 +389,6 @@ WRITER = """
     import errno, os, sys
     from pathlib import Path
     import numpy as np
-    from hfsa.cosim.results import target
     from hfsa.cosim.results.files import Plan, Point, ResultsError, Signal, Status, SweepFile, SystemRecord
 
     def no_links(*_):
@@ -490,7 +489,7 @@ def test_a_file_that_is_being_written_is_refused_to_others(writers, tmp_path, hf
 
 
 def test_a_file_that_somebody_reads_is_not_replaced(results, monkeypatch):
-    monkeypatch.setattr(target, "_PATIENCE", 0.1)
+    monkeypatch.setattr(locks, "_PATIENCE", 0.1)
     with h5py.File(results) as file:
         with pytest.raises(ResultsError, match="another process is reading it"):
             swept(results, force=True)
@@ -509,7 +508,7 @@ def test_a_file_that_loses_its_name_is_told(tmp_path, how):
     else:
         swept(tmp_path / "b.h5")
         os.replace(tmp_path / "b.h5", path)
-    with pytest.raises(ResultsError, match=r"a.h5 was removed or replaced by another program; what it held is lost"):
+    with pytest.raises(ResultsError, match=r"a.h5 was removed or replaced by another program; its contents are lost"):
         file.close()
     with pytest.raises(ResultsError, match="was removed or replaced"):
         file.identity.check(path)
@@ -579,8 +578,8 @@ def test_pictures_of_verbs_are_looked_at_first(hfsa, make, no_builds, results):
         code, _, err = hfsa(*VERBS[verb], "-o", "map.h5")
         assert code == 2
         assert "cannot write map.png: it is a text file" in err
-    for path, words in (("map.png", "it is a text file"), ("x", "the ending says the format of a picture"),
-                        (results, "the ending says the format")):  # fmt: skip
+    for path, words in (("map.png", "it is a text file"), ("x", "its ending is no picture format"),
+                        (results, "its ending is no picture format")):  # fmt: skip
         for verb in (["bode", results], ["compare", "mass_on_spring", "--over", "damping=1,2"]):
             code, _, err = hfsa(*verb, "-o", path)
             assert code == 2
