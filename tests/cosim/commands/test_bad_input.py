@@ -32,9 +32,9 @@ def hfsa(hfsa):
     ("behaviour", "ending", "advice"),
     [
         (2, "discard", "; the FMU refuses a step of this size from here; try a smaller one"),
-        (3, "error", "; the run cannot go on; see its inputs and parameters"),
-        (4, "fatal", "; the FMU is lost to this process; see its inputs and parameters"),
-        (5, "terminated", "; the FMU asks to end the run here"),
+        (3, "error", "; the run cannot continue; check its inputs and parameters"),
+        (4, "fatal", "; the FMU cannot be used in this process any more; check its inputs and parameters"),
+        (5, "terminated", "; the FMU requests the end of the run"),
         (6, "not finite", "; where the loop is unstable at this step, a smaller one helps"),
     ],
 )

@@ -124,7 +124,7 @@ def test_warnings_before_an_error(both, foreign):
     system = System([Component("spring", "x", start={"behaviour": 1.0, "at": 0.05})])
     python, c = both(system, {"spring": foreign[3]}, run)
     assert python == c
-    advice = "the run cannot go on; see its inputs and parameters"
+    advice = "the run cannot continue; check its inputs and parameters"
     assert python[0] == (f"spring: fmi3DoStep: error at t = 0.1 s: the spring is broken; {advice}", "error", 0.1)
     assert python[3] == {"spring": "spring: fmi3DoStep: warning at t = 0.05 s: the spring is broken"}
 
