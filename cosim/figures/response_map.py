@@ -1,9 +1,9 @@
-"""The figure of a response map: contours of every response over two dimensions, the present design marked.
+"""Figure of a response map: contours of every response over two dimensions, with the present design.
 
     save(response_map_figure(found), Path("results/map.png"))
 
-Where nothing can be built the figure is blank. Colours and lines leave out a twentieth of the values at either end, so
-that a pole does not take them all.
+The figure is blank where the design is not possible. Colours and lines span the 5th to the 95th percentile, so that a
+pole does not dominate them.
 """
 
 from typing import Any
@@ -54,7 +54,7 @@ def response_map_figure(found: ResponseMap) -> Figure:
 def _draw(
     figure: Figure, axes: Any, x: NDArray[np.float64], y: NDArray[np.float64], values: NDArray[np.float64], unit: str
 ) -> None:
-    """Draw one response, shape (y, x): filled contours, labelled lines, a bar of the colours."""
+    """Draw one response, shape (y, x): filled contours, labelled lines, and a colour bar."""
     low, high = np.nanpercentile(values, _EXTREMES)
     factor, shown = prefixed(float(np.abs([low, high]).max()), unit)
     values = np.ma.masked_invalid(factor * values)
@@ -68,5 +68,5 @@ def _draw(
 
 
 def _label(name: str, axis: MapQuantity, unit: str) -> str:
-    """Return the label of an axis, its values being in that unit."""
+    """Return the label of an axis with values in a unit."""
     return f"{axis.description}, {name} ({unit})"

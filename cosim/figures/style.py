@@ -1,4 +1,4 @@
-"""How figures look: colours, type and lines; and how they are written."""
+"""Style of all figures: colours, fonts and lines; and their output files."""
 
 import io
 from pathlib import Path
@@ -26,13 +26,22 @@ STYLE: Any = {
     "legend.frameon": False,
     "mathtext.default": "regular",
 }
-"""Settings of matplotlib, for `mpl.rc_context`."""
+"""Settings of matplotlib for `mpl.rc_context`."""
+
+
+LETTER_WIDTH = 0.08
+"""Width of a letter of a legend or title, with some margin [inch]."""
+
+
+def font_size(relative: float) -> float:
+    """Return a font size [points] relative to that of the figure."""
+    return relative * mpl.rcParams["font.size"]
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write the figure in the format its suffix names, completely or not at all; `ResultsError` where that fails.
+    """Write the figure in the format of the file name ending, completely or not at all.
 
-    A picture of that name is replaced, nothing else.
+    An existing picture is replaced; `ResultsError` for any other existing file, or where the file cannot be written.
     """
     written = io.BytesIO()
     with mpl.rc_context(STYLE):

@@ -212,7 +212,7 @@ def test_there_is_one_colour_per_run_one_line_style_per_member_and_one_legend():
     assert [line.get_xdata()[0] for line in marks] == [0.5, 1.5]  # stress spoils nothing
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
     words = [text.get_text() for legend in legends for text in legend.get_texts()]
-    assert words == ["p", "q", "[1]", "[2]", "[3]", "a limit begins to act"]
+    assert words == ["p", "q", "[1]", "[2]", "[3]", "a limit becomes active"]
 
 
 def test_a_run_that_diverges_does_not_hide_the_others():
