@@ -283,14 +283,14 @@ def test_an_order_that_is_none_is_refused(hfsa, words, message):
 def test_what_ticks_is_not_put_into_another_place(hfsa):
     code, _, err = hfsa("run", "sdelta_hfsa", "--order", "robot,controller")
     assert code == 2
-    assert "controller is sampled; when it ticks, and after whom, is what the system is; there are reference" in err
+    assert "controller is sampled, and the order of its ticks is part of the system; there are reference" in err
 
 
 def test_the_linear_method_takes_no_order(hfsa):
     for more in ([], ["--open-loop", "controller.axis[1].command"]):
         code, _, err = hfsa("sweep", "sdelta_hfsa", "--method", "linear", "--order", "computed", *more)
         assert code == 2
-        assert "the linear method takes no steps, so that there is no order" in err
+        assert "the linear method takes no steps and has no order" in err
 
 
 def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):

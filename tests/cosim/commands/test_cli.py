@@ -434,7 +434,7 @@ OWN_MOTION_WRONG = {
     "frequency": (["run", "--frequency", "3"], "motion of its own; a sine takes --input beside --frequency and"),
     "amplitude": (["run", "--input", "other.base.position"], "no amplitude for other.base.position in m; it has none"),
     "fed": (["run", "--input", "mass.base.position", "--amplitude", "1"], "input mass.base.position is fed twice"),
-    "sweep": (["sweep"], "no input to excite; say one with --input; there are other.base.position"),
+    "sweep": (["sweep"], "no input to excite; name one with --input; there are other.base.position"),
 }
 
 
@@ -522,7 +522,7 @@ def test_an_interrupted_sweep_keeps_its_points_and_resumes(tmp_path):
     os.killpg(child.pid, signal.SIGINT)  # as the keyboard does, to all processes
     _, err = child.communicate()
     assert child.returncode == 130
-    assert "sweep with --resume to go on" in err
+    assert "sweep with --resume to continue" in err
     assert "Traceback" not in err
     half = read_sweep(path)
     assert half.attributes["status"] == "interrupted"

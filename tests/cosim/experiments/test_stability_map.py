@@ -101,12 +101,12 @@ def test_wrong_words(words, expected):
 def test_what_cannot_be_mapped():
     with pytest.raises(StructureError, match="did you mean bandwidth"):
         stability_map("sdelta_hfsa", {}, [parse_axis("bandwith=1:2:2")])
-    with pytest.raises(StructureError, match="no map is known of monolithic"):
+    with pytest.raises(StructureError, match="no stability map for monolithic"):
         stability_map("mass_on_spring", {}, [parse_axis("step_size=1e-4:1e-3:2")], algorithm="monolithic")
     with pytest.raises(StructureError, match="one or two --vary; found 0"):
         stability_map("mass_on_spring", {}, [])
     axis = parse_axis("damping=0:1:2")
-    with pytest.raises(StructureError, match="--vary damping is said twice"):
+    with pytest.raises(StructureError, match="--vary damping is given twice"):
         stability_map("mass_on_spring", {}, [axis, axis])
     with pytest.raises(StructureError, match=r"--vary damping and -p damping=0.5: leave one out"):
         stability_map("mass_on_spring", {"damping": "0.5"}, [axis])

@@ -246,7 +246,7 @@ def test_names_as_long_as_they_may_be(tmp_path):
 
 def test_results_give_way_only_where_that_is_asked_for(hfsa):
     for words, ways in ((RUN, "--force replaces it, -o names another file"),
-                        (LINEAR, "--resume goes on with it, --force replaces it, -o names another file")):  # fmt: skip
+                        (LINEAR, "--resume continues it, --force replaces it, -o names another file")):  # fmt: skip
         assert hfsa(*words, "-o", "a.h5")[0] == 0
         before = seen(Path("a.h5"))
         code, out, err = hfsa(*words, "-o", "a.h5")
@@ -263,7 +263,7 @@ def test_a_sweep_goes_on_or_replaces_but_not_both(hfsa):
     first = os.stat("a.h5").st_ino
     code, _, err = hfsa(*LINEAR, "-o", "a.h5", "--resume", "--force")
     assert code == 2
-    assert "--resume goes on with a results file, --force replaces it; expected one of them" in err
+    assert "--resume continues a results file, --force replaces it; expected one of them" in err
     assert hfsa(*LINEAR, "-o", "a.h5", "--resume")[0] == 0
     assert os.stat("a.h5").st_ino == first
     assert hfsa(*RUN, "-o", "run.h5")[0] == 0
@@ -345,7 +345,7 @@ def test_a_link_to_results_stays_a_link(hfsa, more):
     Path("link.h5").symlink_to("real/a.h5")
     code, _, err = hfsa(*LINEAR, "-o", "link.h5")
     assert code == 2
-    assert "link.h5 is a symbolic link to real/a.h5, a results file already: --resume goes on with it" in err
+    assert "link.h5 is a symbolic link to real/a.h5, a results file already: --resume continues it" in err
     before = os.stat("real/a.h5").st_ino
     assert hfsa(*LINEAR, "-o", "link.h5", *(more or ["--force"]))[0] == 0
     assert Path("link.h5").is_symlink()
