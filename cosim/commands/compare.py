@@ -1,4 +1,4 @@
-"""The verb `compare`: one run for each value of some arguments."""
+"""Verb `compare`: one run for each value of some arguments."""
 
 from pathlib import Path
 from typing import Annotated
@@ -46,14 +46,14 @@ def compare(
     scene
         Name of a scene, or path of a .py or .toml file.
     over
-        NAME=VALUES: an argument as of `-p`, with its values separated by commas, or by semicolons where there is one.
-        Several: all combinations.
+        NAME=VALUES: an argument as in `-p`, with values separated by commas, or by semicolons if there is one.
+        Repeatable: all combinations run.
     signal
-        Variable that is recorded and compared beside the scene's outputs, repeatable.
+        Variable to record and compare in addition to the scene's outputs, repeatable.
     stop
         End of the runs [s] (default: the scene's).
     output
-        Figure; its ending is the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
+        Figure; its ending gives the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
     """
     from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
     from hfsa.cosim.experiments.compare import compare as compare_experiment
@@ -68,10 +68,10 @@ def compare(
             scene,
             parse_over(over),
             _shell.named_values(parameter),
-            **sine.words,
+            **sine.arguments,
             record=signal or (),
             **given({"stop_time": stop, "jobs": jobs}),
-            **stepping.words,
+            **stepping.arguments,
             verify=verify,
             folder=path.parent,
             file=output,

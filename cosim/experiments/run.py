@@ -113,7 +113,8 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> 
     """Return a run that is ready to start, with FMUs built and connections checked; `StructureError` for a misfit.
 
     Outputs of the scene, further signals and the excited input are recorded. `library` is the stepping loop in C,
-    `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, and doubts about the result.
+    `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, and
+    warnings about the result.
     """
     scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
     if sine.input or scene.inputs:
