@@ -146,7 +146,10 @@ WRONG = {
     "bound": ([*PART, "--optimize", "--bounds", "tm=4e-5:1e-5"], "bounds of tm are 4e-05 to 1e-05"),
     "bound of": ([*PART, "--optimize", "--bounds", "tn=4e-5"], "no dimension 'tn'; did you mean tm"),
     "share": ([*PART, "--optimize", "--bounds", "wide"], "--bounds has 'wide', expected PERCENT or"),
-    "shares": ([*PART, "--optimize", "--bounds", "10,20"], "has more than one PERCENT; bounds of one dimension are NAME="),
+    "shares": (
+        [*PART, "--optimize", "--bounds", "10,20"],
+        "has more than one PERCENT; bounds of one dimension are NAME=",
+    ),
     "picture": ([*PART, "--map", "tm,l", "-o", "x.png"], "-o x.png is the map's HDF5 file; its picture is written"),
     "place": ([*PART, "--map", "tm,l", "-o", "/dev/null/x.h5"], "cannot write /dev/null/x.h5"),
 }
