@@ -27,14 +27,14 @@ FORBIDDEN = ["text", "empty", "folder", "fifo", "device", "socket", "hdf5", "bro
 LINKS = ["link to text", "link to folder", "link to nothing"]
 
 
-def swept(path: Path, force: bool = False) -> None:
+def write_sweep(path: Path, force: bool = False) -> None:
     """Write a sweep whose response is 1."""
     with SweepFile.create(path, PLAN, SYSTEM, force) as file:
         file.write([Point(0, k, Status.DONE, np.ones(1, complex)) for k in range(2)])
 
 
-def seen(path: Path) -> tuple:
-    """All that can be seen of a path without following it, but for when it was read."""
+def path_state(path: Path) -> tuple:
+    """Return the observable state of a path, without following links and without the time of access."""
     info = os.lstat(path)
     content = path.read_bytes() if stat.S_ISREG(info.st_mode) else None
     return info.st_mode, info.st_ino, info.st_size, info.st_mtime_ns, info.st_rdev, content

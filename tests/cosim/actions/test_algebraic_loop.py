@@ -1,4 +1,4 @@
-"""Algebraic loops: solved at the start and at every point whatever their gain, with either stepping loop, or told."""
+"""Algebraic loops: solved at the start and at every point for any gain, with either stepping loop, or refused."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ each_algorithm = pytest.mark.parametrize("algorithm", [*HELD, *EXTRAPOLATED, *IT
 
 
 def gain() -> Model:
-    """Feeds its input through, without a state."""
+    """A part with direct feedthrough and no state."""
     m = Model("Gain", "y = g u + h u^2 + 1")
     g = m.parameter("g", 0.5, "1", "Gain")
     h = m.parameter("h", 0.0, "1", "Curvature")
@@ -131,7 +131,7 @@ FOLLOW = 7.0
 @pytest.mark.parametrize("way", ["python", "c"])
 @pytest.mark.parametrize("g", [0.5, -2.0])
 def test_an_fmu_without_derivatives_is_asked_by_differences(opened, foreign, library, rewritten, version, way, g):
-    """Its output follows at once, y = 1 + at u, and its description leaves open what outputs follow."""
+    """Its output has direct feedthrough, y = 1 + at u, and its description declares no dependencies."""
     file = rewritten(foreign[version], ' dependencies=""', "")
     system = System([Component(name, "x", start={"behaviour": FOLLOW, "at": g}) for name in "ab"], RING)
     found = opened(dict.fromkeys("ab", file))

@@ -1,4 +1,4 @@
-"""A run that leaves the scale of its scene: when it stops, what it says and keeps, and what is never stopped."""
+"""Divergence of a run beyond the scale of its scene: time of the stop, message, recorded rows; and runs that go on."""
 
 import json
 import pickle
@@ -37,7 +37,7 @@ LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"
 
 @pytest.fixture
 def unstable(exported, library):
-    """A mass that a law pushes away, x = x0 cosh(RATE t), as a run of 2 s."""
+    """An unstable mass, x = x0 cosh(RATE t), in a run of 2 s."""
 
     def ready(algorithm: str, is_compiled: bool = True, **changes) -> Ready:
         start = {"stiffness": -(RATE**2), "damping": 0.0}
@@ -60,7 +60,7 @@ def unstable(exported, library):
 
 
 def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
-    """Return the error of a run that diverges, and what its file holds up to there."""
+    """Return the error of a diverging run, and the values in its file."""
     with pytest.raises(DivergenceError) as caught:
         run(ready, Path("it.h5"))
     values, _ = read_run("it.h5")
@@ -77,7 +77,7 @@ def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("algorithm", [a for a in ALGORITHMS if a != "linearized_feedback"])
 def test_a_run_stops_at_the_first_row_beyond_a_thousand_times_the_scale(unstable, algorithm, is_compiled, monkeypatch,
                                                                         tmp_path):  # fmt: skip
-    """And keeps it, with all rows before it as a run without a scale has them."""
+    """The rows up to the stop equal those of a run without a scale."""
     monkeypatch.chdir(tmp_path)
     error, values = stopped(unstable(algorithm, is_compiled))
     position, limit = values["mass.position"], FACTOR * START
@@ -107,7 +107,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
 
 
 def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
-    """What leaves the FMU's own bound of 1000 is out of bounds, and diverged where the limit of the scale is less."""
+    """A value beyond the FMU's bound of 1000 is out of bounds, beyond a smaller limit of the scale diverged."""
     scene = box(foreign[2], stop_time=2.0)
     text, words = scene.read_text(), ["--frequency", "1", "--amplitude", "1e5"]
     for scale, status in (("10.0", "out of bounds at"), ("0.9", "diverged at")):
@@ -215,7 +215,7 @@ def test_without_a_word_of_the_scene_it_is_what_the_fmu_says(foreign, rewritten,
 
 
 def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
-    """The mass' nominal is 1 mm; shaken by 0.1 m it swings by several metres at its resonance, and may."""
+    """The nominal value is 1 mm; shaken by 0.1 m the mass moves by metres at its resonance, and the run goes on."""
     text = """
         inputs = ["mass.base.position"]
         outputs = ["mass.position"]
@@ -268,7 +268,7 @@ MOST = {
 
 @pytest.mark.parametrize(("name", "arguments"), VARIANTS, ids=str)
 def test_every_output_has_a_scale_which_no_motion_of_the_machine_comes_near(name, arguments, opened):
-    """At all frequencies of the band, and at the end of the travel, a response is a tenth of the limit at most."""
+    """At all frequencies of the band, and at the end of the travel, a response is at most a tenth of the limit."""
     scene = load_scene(name, arguments)
     assert set(scene.scale) == set(scene.outputs)
     files = build(scene.system).files

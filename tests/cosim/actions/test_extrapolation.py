@@ -1,4 +1,4 @@
-"""Inputs that move within a step: orders of convergence, the linear maps of the same cycle, ticks, FMUs that cannot."""
+"""Extrapolated inputs: orders of convergence, linear maps of the same step, ticks, FMUs without input derivatives."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algor
 
 @WAYS
 def test_sampled_outputs_are_held(files, opened, library, way):
-    """The plant sees a step at each tick, as without extrapolation: both ways are exact."""
+    """The input of the plant has a step at each tick, as without extrapolation: both are exact."""
     results = []
     for algorithm in ("gauss_seidel", "gauss_seidel_quadratic"):
         system, found = loop(files, controller="SampledPd")

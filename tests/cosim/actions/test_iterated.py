@@ -1,4 +1,4 @@
-"""Iterated coupling: order of convergence, what the one-step matrix says of it, loops that do not converge."""
+"""Iterated coupling: order of convergence, agreement with the one-step matrix, loops that do not converge."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_quasi_newton_takes_two_passes_a_step_where_all_is_linear(files, opened)
 
 
 def test_a_fixed_point_that_does_not_attract_is_told(files, opened):
-    """At a step of 0.3 s each pass makes the error larger; Newton's method does not mind."""
+    """At a step of 0.3 s each pass increases the error; Newton's method converges."""
     system, found = loop(files)
     with pytest.raises(
         StepError, match=r"fixed_point coupling over .* residual .* after 200 passes .* or quasi_newton"

@@ -1,4 +1,4 @@
-"""The order of steps, chosen or computed: what it makes of an error, found and measured."""
+"""Order of steps, given or computed: predicted and measured errors."""
 
 import json
 import math
@@ -89,7 +89,7 @@ def test_down_a_chain_the_error_is_of_first_order_and_by_turns_of_second(opened,
 
 
 def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
-    """Return one order of each set that differs in who steps first of two that are joined, by hand."""
+    """Return one order for each set of step precedences between connected components, by brute force."""
     system = scene.system
     pairs = {frozenset(system.split(end)[0] for end in (c.start, c.end)) for c in system.connections}
     found = {}
@@ -100,7 +100,7 @@ def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
 
 
 def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(library, exact):
-    """At 2 kHz, where it errs most, from an order that goes down the chain."""
+    """At 2 kHz, the largest error, from the order along the chain."""
     scene, names = load_scene("stage_bode"), ("stack[1]", "stack[2]", "stack[3]", "stage")
     scene = replace(scene, step_size=10e-6)
     scene = replace(scene, inputs=scene.inputs[:1], outputs=scene.outputs[1:2], band=(1e3, 2e3))
@@ -127,7 +127,7 @@ def decay(positions: np.ndarray, step_size: float) -> complex:
 
 
 def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring_files, opened):
-    """A mass under a controller that sees it through another: six orders, of which three make the same of each mode."""
+    """A mass under a controller that measures it through another part: six orders, in two groups of equal modes."""
     of = {"plant": files["Plant", 2], "sensor": mass_on_spring_files[2], "control": files["Pd", 2]}
     lag = {"stiffness": 1e4, "damping": 100.0}
     connections = [
@@ -164,7 +164,7 @@ def test_a_scene_that_nothing_excites_is_ordered_by_its_modes():
 
 
 def test_what_ticks_among_others_goes_first_in_any_order():
-    """The controller, fused with what it moves, sees what the reference has put out before both step."""
+    """The controller, fused with its plant, gets the output of the reference from before both step."""
     scene = with_fusion(load_scene("sdelta_hfsa"), ["robot,drives,controller"])
     same, choice = with_computed_order(scene, "computed", inputs=scene.inputs[2:3])
     assert choice is not None
@@ -205,7 +205,7 @@ def joined_as(order, pairs) -> Before:
     ],
 )
 def test_exchanges_reach_every_order_that_differs_and_no_other(pairs, count):
-    """Against all permutations; each is told by an order that has it, the own one by itself."""
+    """Against all permutations; each precedence is represented by one order, the scene's by itself."""
     names = "abcd"
     every = {joined_as(order, pairs) for order in permutations(names)}
     merits = search(joined_as(names, pairs), lambda before: exchanged(before, ()), lambda _: (0.0, 0.0)).merits
@@ -222,13 +222,13 @@ def test_what_is_fixed_keeps_its_place_beside_what_it_is_joined_to():
 
 
 def test_of_many_orders_the_best_is_looked_for_by_exchanges():
-    """A chain of 14: of 8192 orders the one in which those in odd places go first."""
+    """A chain of 14: of 8192 orders the one with the odd places first."""
     names = [f"n[{i}]" for i in range(14)]
     pairs = list(pairwise(names))
     own = joined_as(names, pairs)
 
     def error(before: Before) -> tuple[float, float]:
-        """How many pairs do not take turns."""
+        """Return the number of neighbours that do not alternate."""
         return 0.0, 1.0 + sum((pair in before) == bool(i % 2) for i, pair in enumerate(pairs))
 
     found = search(own, lambda before: exchanged(before, ()), error)
@@ -294,7 +294,7 @@ def test_the_linear_method_takes_no_order(hfsa):
 
 
 def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):
-    """From a scene of the user's own, whose order of components is that of its steps, and which is stored so."""
+    """From a user's scene, whose order of components is that of its steps, and is stored."""
     path, text = tmp_path / "chain.toml", scene_text(chain("first", "second"))
     path.write_text(text)
     code, out, err = hfsa("run", path, "--order", "computed", "--stop", "0.01", "--json", "-o", "run.h5")
@@ -355,7 +355,7 @@ def test_a_comparison_fuses(hfsa, tmp_path):
 
 
 def test_stability_is_looked_at_in_an_order(hfsa):
-    """The stage's loop over the stacks' charge is stable up to the same step in both orders, and told to be so."""
+    """The loop through the charge of the stacks has the same stable limit in both orders, and so in the answer."""
     words = ["stability", "stage_bode", "--algorithm", "gauss_seidel", "--json"]
     code, out, _ = hfsa(*words, "--order", "stacks,stage")
     assert code == 0

@@ -1,4 +1,4 @@
-"""The one-step matrix of an algorithm: what it says of modes and responses is what co-simulation does."""
+"""One-step matrix of an algorithm: its modes and responses agree with co-simulation."""
 
 from dataclasses import replace
 
@@ -189,7 +189,7 @@ def test_free_drives(free, algorithm):
 @each_algorithm
 @pytest.mark.parametrize("factor", [0.98, 1.02])
 def test_free_drives_in_simulation(free, algorithm, factor):
-    """A robot that begins in its critical mode rings up or down at the rate that the matrix tells.
+    """A robot that begins in its critical mode grows or decays at the rate of the one-step matrix.
 
     Seen in the springs' forces at the mode's frequency, through a Hann window early and one late.
     """
@@ -239,7 +239,7 @@ def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
 @pytest.mark.parametrize("steps", [1, 4])
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi"])
 def test_a_sampled_loop_at_a_step_of_its_sample_time_is_the_linear_one(files, opened, algorithm, steps):
-    """Nothing but the tick passes anything on: these algorithms are exact there, and at any whole part of it."""
+    """Values change at ticks only: these algorithms are exact at steps that divide the sample time."""
     system = System(
         [Component("plant", "x"), Component("pd", "x")],
         LOOP,

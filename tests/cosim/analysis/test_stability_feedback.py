@@ -1,4 +1,4 @@
-"""Linearised feedback before anything runs: no limit where a plant closes its loop itself, one where plants cross.
+"""Stability of linearised feedback: no step limit where a plant closes its own loop, a limit where plants are coupled.
 
     mass 1 --- k, c --- mass 2        the law of both forces is one FMU, each mass another
 

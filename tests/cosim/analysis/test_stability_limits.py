@@ -1,4 +1,4 @@
-"""Limits of the communication step against closed forms, and what a simulation does on either side of each.
+"""Stable limits of the communication step, against closed forms and simulations on either side of each.
 
 A mass of 1 kg, q'' = u, solved exactly, under the memoryless law u = -Kp q - Kv q', with a step of H:
 
@@ -42,7 +42,7 @@ each_algorithm = pytest.mark.parametrize("algorithm", LIMITS)
 
 
 def relay() -> Model:
-    """Puts out what it is given."""
+    """A part whose output equals its input."""
     m = Model("Relay", "Relay")
     m.output("out.position", m.input("position", "m", "Position"), "m", "Position")
     m.output("out.velocity", m.input("velocity", "m/s", "Velocity"), "m/s", "Velocity")
@@ -74,7 +74,7 @@ def wired(limit_files, opened):
 
 
 def assert_simulated(cycle: Cycle, system, instances, algorithm: str, limit: float) -> None:
-    """At 0.98 and 1.02 of a limit, a mass let go shrinks and grows at the rate of the slowest mode, within 2 %.
+    """At 0.98 and 1.02 of a limit, a released mass decays and grows at the rate of the slowest mode, within 2 %.
 
     Seen in the position over 40 steps, early and 400 steps later, when the other modes have died away.
     """
@@ -132,7 +132,7 @@ def test_a_fixed_point_is_lost_before_stability(wired):
 
 
 def test_a_line_is_worse_than_holding(wired):
-    """Between the two limits, at 2.5 ns, what is held is stable, what is extrapolated is not, and a parabola less."""
+    """Between the two limits, at 2.5 ns, held inputs are stable, linear extrapolation is not, quadratic even less."""
     system, instances = wired("plant", "law")
     names = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic")
     growth = {name: Cycle(system, instances, name).over(2.5e-9).growth() for name in names}
@@ -187,7 +187,7 @@ def test_an_exchanged_spring_takes_damping(wired, algorithm):
 
 
 def ringing(master: Master, frequency: float) -> float:
-    """Rate [1/s] at which a mass let go rings up or down over some 50 periods.
+    """Growth rate [1/s] of a released mass over some 50 periods.
 
     Its size is seen at the frequency through a Hann window of ten periods, early and late.
     """

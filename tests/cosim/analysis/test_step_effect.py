@@ -1,4 +1,4 @@
-"""What communication steps do to an answer, before anything runs: growth that they hide, errors that they make."""
+"""Effect of communication steps on a result, predicted before a run: hidden growth and errors."""
 
 import contextlib
 
@@ -26,7 +26,7 @@ def fmus(exported):
 
 
 def asked(ring, opened, fmus):
-    """The question to a ring's stability."""
+    """Return the setting of a ring for the step effect."""
     return Question(ring.system(), opened(ring.files(fmus["linear"], fmus["law"])), [], ["part[1].y"], (0.1, 10.0))
 
 
@@ -71,7 +71,7 @@ def test_auto_takes_no_algorithm_that_hides_growth(opened, fmus):
 
 
 def instrumented(ring, step):
-    """A ring whose first part is pushed by a sine, and its output listened to."""
+    """A ring whose first part is excited by a sine, with a lock-in amplifier at its output."""
     inner = ring.system()
     source = Component("source", "sine_source", None, {"unit": "1/s"})
     listening = Component("lock_in", "lock_in", start={"sample_time": step})
@@ -85,7 +85,7 @@ def instrumented(ring, step):
 
 
 def drawn(rng, opened, fmus):
-    """A random system, algorithm, step and frequency at which all settles: (system, files, question, ...)."""
+    """A random system, algorithm, step and frequency, all stable: (system, files, setting, ...)."""
     while True:
         ring, step = random_ring(rng, -float(10 ** rng.uniform(0.3, 1.3)))
         algorithm = str(rng.choice([*HELD, *EXTRAPOLATED, *ITERATED]))

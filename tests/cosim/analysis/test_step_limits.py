@@ -1,4 +1,4 @@
-"""Limits of communication steps before anything runs, and what is said of a step beyond them."""
+"""Limits of communication steps, and the warning for a step beyond them."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Facts that several parts know: no scene disagrees with itself; a part changed alone is named, with its owner."""
+"""Facts shared by several parts: scenes are consistent; a change of one part is reported with the owner of the fact."""
 
 import itertools
 import random
@@ -60,7 +60,7 @@ OWNERS = {
 
 
 def options(name: str) -> Iterator[dict[str, Any]]:
-    """All combinations of a scene's words and switches."""
+    """Yield all combinations of a scene's options with a choice of values."""
     words = {
         a.name: a.values or (True, False) for a in scenes()[name].arguments.values() if a.values or a.annotation is bool
     }
@@ -88,7 +88,7 @@ def test_no_scene_disagrees_with_itself(name):
 
 
 def other(component: Component, name: str, value: Any, factor: float) -> Any:
-    """Another value of an argument or a variable."""
+    """Return another value of an argument or a variable."""
     argument = parts()[component.part].arguments.get(name)
     if argument is not None and argument.values:
         return next(word for word in argument.values if word not in (value, "measured"))
@@ -98,9 +98,9 @@ def other(component: Component, name: str, value: Any, factor: float) -> Any:
 
 
 def single_changes(system: System) -> Iterator[tuple[str, Any, str, str]]:
-    """Changes of one part: what is typed and its value, component and fact, where another part knows the fact too.
+    """Yield changes of one part: argument and value as typed, component and fact, where another part shares the fact.
 
-    Each by a factor of its own, so that no quotient of two stays as it was.
+    Each change has a different factor, so that no quotient of two values is preserved.
     """
     factors = (1.01 + 0.001 * i for i in itertools.count())
     for fact, holders in known_facts(system).items():
@@ -142,16 +142,18 @@ def test_the_sentence_names_who_differs_by_how_much_and_the_owner(name, words):
     for key, value, component, fact in single_changes(load_scene(name, words).system):
         typed.setdefault(fact, (key, value, component))
     arguments = {**words, **{key: value for key, value, _ in typed.values()}}
-    said = {
+    sentences = {
         text.partition(" differs: ")[0]: text for text in disagreements(name, arguments, load_scene(name, arguments))
     }
-    assert typed.keys() <= said.keys()
+    assert typed.keys() <= sentences.keys()
     for fact, (key, value, component) in typed.items():
-        assert component in said[fact]
-        assert isinstance(value, tuple) or key.startswith("stack[") or _shown(value) in said[fact], said[fact]
-        owners = [word.removeprefix("-p ").removesuffix("=VALUE") for word in said[fact].split("; ")[-1].split(" and ")]
+        assert component in sentences[fact]
+        assert isinstance(value, tuple) or key.startswith("stack[") or _shown(value) in sentences[fact], sentences[fact]
+        owners = [
+            word.removeprefix("-p ").removesuffix("=VALUE") for word in sentences[fact].split("; ")[-1].split(" and ")
+        ]
         owners[-1] = owners[-1].removesuffix("=VALUE changes all of them")
-        assert set(owners) <= OWNERS[fact], said[fact]
+        assert set(owners) <= OWNERS[fact], sentences[fact]
 
 
 def _shown(value: Any) -> str:
@@ -170,7 +172,7 @@ def robot_with(reference: str, robot: str, number: int = 1) -> tuple[list[Compon
 
 
 def test_two_machines_beside_each_other_are_two():
-    """Their postures differ, and may; within one they may not."""
+    """Postures of two machines may differ; those within one may not."""
     (one, joined), (two, apart) = robot_with("0,0,0.15", "0,0,0.15"), robot_with("0,0,0.16", "0,0,0.16", 2)
     assert conflicts(System([*one, *two], [*joined, *apart])) == []
     (two, apart) = robot_with("0,0,0.16", "0,0,0.17", 2)
@@ -193,7 +195,7 @@ def test_numbers_agree_but_for_rounding():
 
 
 def test_stacks_that_own_their_stiffness_may_differ():
-    """Each pushes by its own line; a stage that owns the stiffness of all has one number for them."""
+    """Each stack has its own line; a stage that owns the stiffness of all has one number for them."""
     stacks = [
         Component(f"stack[{i}]", "pzt_stack", None, {"causality": "force"}, {"maximum.force": 800.0 + i})
         for i in (1, 2)
@@ -207,7 +209,7 @@ def test_stacks_that_own_their_stiffness_may_differ():
 
 
 def hung(upper: float, lower: float) -> System:
-    """A body on beams, and another one hung on it: each suspension damps the body that it carries."""
+    """A body on beams, and a second one suspended from it: each suspension damps the body that it carries."""
     bodies = [Component(f"body[{i}]", "rigid_body", None, {"body.mass": m}) for i, m in ((1, 0.1), (2, 0.2))]
     beams = [
         Component(f"beams[{i}]", "beam_suspension", None, {"platform.mass": m}) for i, m in ((1, upper), (2, lower))
@@ -225,7 +227,7 @@ def test_a_body_agrees_with_the_beams_that_carry_it_not_with_those_that_hang_on_
 
 
 def test_a_mass_centre_counts_from_where_the_body_counts():
-    """The suspension's reference point may lie elsewhere than the body's: body.center = from_platform + its own."""
+    """The reference points of suspension and body may differ: body.center = from_platform + platform.center."""
     center, arm = (0.01, 0.02, 0.03), (0.004, 0.0, -0.001)
     body = Component("body", "rigid_body", None, {"body.center": center})
     join = [Connection("body.platform.position[1..3]", "beams.platform.position[1..3]")]
@@ -241,7 +243,7 @@ def test_a_controller_on_a_simpler_model_is_on_purpose():
 
 
 def test_what_a_level_does_not_use_may_differ():
-    """The rigid feed-forward knows no springs."""
+    """The rigid feed-forward has no springs."""
     for level, found in (("rigid", []), ("elastic", ["stiffness of the SDelta"])):
         scene = load_scene("sdelta_hfsa", {"feed_forward": level, "robot.stiffness": "ch3_rods"})
         assert [conflict.fact.name for conflict in conflicts(scene.system)] == found
@@ -272,8 +274,8 @@ def test_a_scene_of_the_users_own_is_asked_too(tmp_path):
     scene = load_scene("beam_payload", MASSLESS)
     file = tmp_path / "mine.toml"
     file.write_text(scene_text(scene))
-    (said,) = disagreements(str(file), {}, load_scene(str(file)))
-    assert said == (
+    (sentence,) = disagreements(str(file), {}, load_scene(str(file)))
+    assert sentence == (
         "mass of what the beams carry differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
         "the scene has no argument that changes all of them"
     )

@@ -16,7 +16,7 @@ from hfsa.cosim.systems.system import System
 
 
 def resolved(system: System) -> dict[str, tuple[Any, ...]]:
-    """Level, arguments and start values of each component, the defaults of its part among them."""
+    """Return level, arguments and start values of each component, including the defaults of its part."""
     found = {}
     for c in system.components:
         part = parts()[c.part]
@@ -37,7 +37,7 @@ def assert_same(one: System, another: System) -> None:
 
 
 def by_hand(name: str, words: dict[str, Any], fact: str, field: str, value: Any) -> dict[str, Any]:
-    """Every part that knows a fact given another value, and every number that an analysis made of the old one."""
+    """Return arguments that set a fact in every part that has it, and every number that an analysis derives from it."""
     system, typed = load_scene(name, words).system, {}
     for known_fact, holders in known_facts(system).items():
         if known_fact.name != fact:

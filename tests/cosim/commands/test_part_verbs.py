@@ -60,7 +60,7 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
 
 
 def test_an_analysis_says_which_arguments_it_takes(hfsa):
-    """Some are the FMU's alone, some its own; and a level that it does not depend on is one of the part's."""
+    """Some arguments belong to the FMU alone, some to the analysis; a level that it does not depend on is accepted."""
     code, out, _ = hfsa("list", "rrr_stage")
     assert code == 0
     both, models, own = (

@@ -68,7 +68,7 @@ def test_run_records_the_input_and_the_outputs(hfsa):
 
 
 def test_a_run_records_further_signals_of_any_component(hfsa):
-    """A local velocity is the slope of the position; what is wired together is one signal; ranges and short names."""
+    """A local velocity is the slope of the position; connected variables are equal; ranges and short names."""
     words = ["--frequency", "4", "--stop", "0.2", "--signal", "mass.velocity", "--signal", "position", "-o", "a.h5"]
     assert hfsa("run", "mass_on_spring", *words)[0] == 0
     values, units = read_run("a.h5")
@@ -89,7 +89,7 @@ def test_a_run_records_further_signals_of_any_component(hfsa):
 
 
 def test_an_amplitude_of_zero_holds_still(hfsa):
-    """A mass at rest stays there exactly; a robot under gravity sags as it does beside a vanishing sine."""
+    """A mass at rest stays there exactly; a robot under gravity sags as with a vanishing sine."""
     assert hfsa("run", "mass_on_spring", "--amplitude", "0", "--stop", "0.1", "-o", "rest.h5")[0] == 0
     values, _ = read_run("rest.h5")
     assert not np.any(values["mass.base.position"])
@@ -113,7 +113,7 @@ def test_an_amplitude_of_zero_holds_still(hfsa):
 
 @pytest.mark.parametrize("method", ["stepped", "linear"])
 def test_a_sweep_of_one_frequency(hfsa, method):
-    """|H| of 1 kg on 1e4 N/m and 5 N.s/m: at the low end, or where both ends are one."""
+    """|H| of 1 kg on 1e4 N/m and 5 N.s/m: at the lower end, or where both ends are equal."""
 
     def gain(f):
         s = 2j * np.pi * f
@@ -138,7 +138,7 @@ def test_a_sweep_of_one_frequency(hfsa, method):
 
 
 def test_levels_are_judged_at_the_one_frequency_that_is_asked_for(hfsa):
-    """At 1 Hz the robot is as good as rigid, at 15 Hz it is not."""
+    """At 1 Hz the robot is rigid within the tolerance, at 15 Hz it is not."""
     words = ["sweep", "sdelta_shaker", "-p", "robot.level=auto", "--tolerance", "0.02", "--method", "linear", "--json"]
     words += ["--input", "command.position[3]", "--signal", "platform.position[3]"]
     for frequency, level in (("1", "rigid"), ("15", "cartesian")):
@@ -166,8 +166,8 @@ def test_output_is_a_file_in_every_verb_and_a_signal_there_is_refused(hfsa, verb
         code, out, err = hfsa(*verb, word, name)
         assert (code, out) == (2, "")
         is_picture = verb[0] == "compare"  # a figure's ending is looked at before any FMU is
-        said = f"-o {name}: mass.position is a signal, which --signal takes"
-        assert ("its ending is no picture format" if is_picture else said) in err
+        message = f"-o {name}: mass.position is a signal, which --signal takes"
+        assert ("its ending is no picture format" if is_picture else message) in err
     assert set(Path().iterdir()) == before
     file = "made.png" if verb[0] in ("bode", "compare") else "made.h5"
     assert hfsa(*verb, word, file)[0] == 0
@@ -185,11 +185,11 @@ def test_bode_draws_signals_by_range_and_short_name(hfsa):
 
 
 def test_a_run_ends_at_the_step_nearest_to_its_stop_time(hfsa):
-    """Half a step beyond it, too: FMUs that are told the stop time refuse to go further. It is said where it ends."""
+    """Also half a step beyond it: FMUs with a stop time refuse to step further. A warning has the actual end."""
     for stop, steps, end in (("0.00124", 12, "0.0012"), ("0.00126", 13, "0.0013"), ("0.0012", 12, "")):
         code, out, err = hfsa("run", "mass_on_spring", "--step", "1e-4", "--stop", stop, "-o", f"{stop}.h5", "--json")
-        said = f"hfsa: the stop time of {stop} s is no multiple of the step of 0.0001 s: the run ends at {end} s\n"
-        assert (code, err) == (0, said if end else "")
+        message = f"hfsa: the stop time of {stop} s is no multiple of the step of 0.0001 s: the run ends at {end} s\n"
+        assert (code, err) == (0, message if end else "")
         assert strict_json(out)["steps"] == steps
 
 

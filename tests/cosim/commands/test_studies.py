@@ -1,4 +1,4 @@
-"""Design studies on the command line: answers, the map's file and picture, and words that do not go together."""
+"""Design studies on the command line: answers, file and picture of a map, conflicting options."""
 
 import json
 from pathlib import Path

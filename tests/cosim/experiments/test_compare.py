@@ -1,4 +1,4 @@
-"""A comparison: what its numbers and its table say, what its figure draws, and what it refuses before anything runs."""
+"""Comparison of runs: numbers, table and figure, and refusals before anything runs."""
 
 import json
 import os
@@ -126,7 +126,7 @@ def test_a_comparison_tells_limits_and_the_sampling_limit(hfsa):
 
 
 def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
-    """The FMU turns NaN at a time of its own."""
+    """The output of the FMU is NaN from a given time."""
     code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.5,9", "-j", "1", "--json")
     assert code == 1
     failed, fine = json.loads(out)["runs"]
@@ -141,7 +141,7 @@ def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
 
 
 def test_an_fmu_that_crashes_takes_only_its_own_run_with_it(hfsa, failing_scene):
-    """Even one job is then a process of its own; the other FMU only warns."""
+    """Even one job then has its own process; the other FMU only warns."""
     code, out, err = hfsa("compare", failing_scene, "--over", "box.behaviour=8,1", "-j", "1", "--json")
     assert code == 1
     crashed, fine = json.loads(out)["runs"]

@@ -1,4 +1,4 @@
-"""Scenes as they come: the algorithm that `auto` takes keeps every response within the scene's tolerance."""
+"""Scenes with their defaults: the algorithm chosen by `auto` keeps every response within the tolerance."""
 
 import json
 from itertools import product
@@ -75,7 +75,7 @@ def test_every_choice_of_a_scene_is_within_its_tolerance(name, arguments):
 
 
 def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
-    """Under computed torque held inputs turn the platform 3.7 times too far at 2 Hz; `auto` does not, and says why."""
+    """Under computed torque held inputs turn the platform 3.7 times too far at 2 Hz; `auto` does not."""
     words = ["-p", "law=ctc", "--input", "command.position[1]", "--signal", "platform.rotation[2]"]
     band = ["--from", "2", "--to", "4", "--points", "2", "--grid", "log", "-j", "1", "--json"]
     code, out, err = hfsa("sweep", "sdelta_hfsa", *words, *band, "-o", "auto.h5")
@@ -103,8 +103,8 @@ def test_an_unstable_loop_that_the_steps_hide_is_told_of(hfsa):
     assert code == 0
     errors = [v["maximum"] for v in json.loads(out)["variables"] if v["name"].startswith("tracking")]
     assert max(errors) < 2e-9  # as precise as it looks
-    for said in ("a mode grows by 4149 1/s at 8712 Hz", "hides", "a sample time of 3.921e-06 s", "shows it"):
-        assert said in err
+    for message in ("a mode grows by 4149 1/s at 8712 Hz", "hides", "a sample time of 3.921e-06 s", "shows it"):
+        assert message in err
     code, out, err = hfsa("run", "stage_tracking", *words, "-o", "auto.h5", "--json")
     assert code == 0
     assert "the system itself is unstable" in err

@@ -1,4 +1,4 @@
-"""Level auto: the cheapest level within the tolerance, what it is measured against, and what cannot be chosen."""
+"""Level `auto`: the cheapest level within the tolerance, its reference, and levels that cannot be chosen."""
 
 import json
 from dataclasses import replace
@@ -71,7 +71,7 @@ def test_it_moves_out_of_its_plane_where_that_is_recorded(library):
 
 
 def test_an_output_that_a_level_does_not_have_counts_although_nothing_moves_it(library):
-    """Shaken in its plane the sensor does not leave it; but whoever records that wants a level that could."""
+    """Shaken in its plane the sensor stays in it; recording the motion out of it requires a spatial level."""
     scene = replace(sensor_scene(), outputs=[POSITION.format("1"), POSITION.format("3")])
     choice = levels.choose(scene, library)["sensor"]
     assert choice.level == "spatial"

@@ -1,4 +1,4 @@
-"""One instance in Model Exchange: modes, states, derivatives, ticks as time events, and what an FMU may lack."""
+"""Model Exchange instance: modes, states, derivatives, ticks as time events, missing capabilities."""
 
 import math
 from ctypes import c_double

@@ -1,4 +1,4 @@
-"""The exact response from the FMUs' own derivatives, against closed forms."""
+"""Exact response from the directional derivatives of FMUs, against closed forms."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The linear method refuses an FMU with dynamics of which it declares nothing: its derivatives are not its response."""
+"""Refusal of FMUs with undeclared dynamics by the linear method."""
 
 from pathlib import Path
 

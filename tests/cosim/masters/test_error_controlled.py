@@ -1,4 +1,4 @@
-"""The error-controlled communication step, where it is hard: a loop on which masters that hold inputs stall."""
+"""Error-controlled communication step, on a loop where masters with held inputs need very short steps."""
 
 import numpy as np
 import pytest

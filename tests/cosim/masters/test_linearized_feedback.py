@@ -1,4 +1,4 @@
-"""Linearised feedback: second order, and stable where held inputs explode in two steps."""
+"""Linearised feedback: second order, and stable where held inputs diverge within two steps."""
 
 import itertools
 from pathlib import Path

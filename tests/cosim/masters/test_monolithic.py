@@ -1,4 +1,4 @@
-"""All FMUs as one equation: against closed forms, as the limit of co-simulation, and honest where it cannot go on."""
+"""Monolithic algorithms: against closed forms, as the limit of co-simulation, and their failures."""
 
 import sys
 from dataclasses import replace
@@ -332,7 +332,7 @@ def test_more_steps_than_anybody_waits_for(monkeypatch, master, mass_on_spring_f
 @VERSIONS
 @ALGORITHMS
 def test_an_fmu_that_refuses_a_state(master, exported, version, algorithm, error):
-    """A shorter step is tried where an FMU refuses; where none does, the FMU's own words end the run."""
+    """A shorter step is tried where an FMU refuses; where all fail, the message of the FMU ends the run."""
     one = master({"it": exported(rooted())[version]}, (), 0.1, algorithm=algorithm)
     one.initialize()
     one.advance(6)

@@ -1,4 +1,4 @@
-"""The FMUs as one equation on the scenes: what co-simulation tends to, as exact as its tolerance, and no slower."""
+"""Monolithic algorithms on the scenes: the limit of co-simulation, within tolerance, and not slower."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The shipped scenes in other masters: the same FMUs, stepped by ecos and libcosim, go where `jacobi_plain` goes."""
+"""Scenes in foreign masters: ecos and libcosim agree with `jacobi_plain` on the same FMUs."""
 
 from dataclasses import replace
 

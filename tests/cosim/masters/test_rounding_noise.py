@@ -1,4 +1,4 @@
-"""Rounding noise of FMUs, ours or not: a port that counts from 1 rad is integrated to its last digit, in few steps."""
+"""Rounding noise of FMUs: a port with an offset of 1 rad is integrated to its last digit, in few steps."""
 
 import casadi as ca
 import numpy as np

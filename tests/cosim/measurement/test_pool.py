@@ -1,4 +1,4 @@
-"""Tasks in processes: a process that dies takes only its own task with it, and whoever stops waiting is not kept."""
+"""Pool of processes: a crashed process loses only its own task, and an interrupted wait ends at once."""
 
 import contextlib
 import time

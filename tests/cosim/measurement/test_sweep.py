@@ -1,4 +1,4 @@
-"""A swept response is the linear one; whatever fails is a status in the file, and a sweep goes on where it stopped."""
+"""Sweep: the response agrees with the linear one, failures are statuses in the file, and a sweep can be resumed."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -22,7 +22,7 @@ SHAKER_INPUTS = [f"reference.command.{kind}[{i}]" for kind in ("rotation", "posi
 
 
 class Sweeper:
-    """A scene made ready to be swept, with what the tests ask again and again."""
+    """A scene ready to be swept, with values used by several tests."""
 
     def __init__(self, scene: Scene, inputs, outputs=None):
         self.scene, self.inputs, self.outputs = scene, list(inputs), list(outputs or scene.outputs)

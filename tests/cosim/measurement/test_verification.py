@@ -1,4 +1,4 @@
-"""The error that a run's step makes, estimated by a run at half the step, against closed forms."""
+"""Error estimate of a run by a second run at half the step, against closed forms."""
 
 import json
 import re

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import h5py
 import pytest
-from output_files import swept
+from output_files import write_sweep
 
 
 @pytest.fixture
 def results(tmp_path) -> Path:
-    """A finished results file of ours."""
+    """A finished results file of hfsa."""
     path = tmp_path / "old.h5"
-    swept(path)
+    write_sweep(path)
     return path
 
 
 @pytest.fixture
 def make(tmp_path, mass_on_spring_files) -> Callable[[str, Path], str]:
-    """Put something at a path; returns the words that name it."""
+    """Make a file of some kind at a path; return its description."""
 
     def put(what: str, path: Path) -> str:
         path.parent.mkdir(exist_ok=True)
@@ -50,7 +50,7 @@ def make(tmp_path, mass_on_spring_files) -> Callable[[str, Path], str]:
             case "hdf5":
                 h5py.File(path, "w").close()
             case "broken":
-                swept(tmp_path / "whole.h5")
+                write_sweep(tmp_path / "whole.h5")
                 path.write_bytes((tmp_path / "whole.h5").read_bytes()[:300])
             case "fmu":
                 shutil.copy(mass_on_spring_files[2], path)
@@ -69,7 +69,7 @@ def make(tmp_path, mass_on_spring_files) -> Callable[[str, Path], str]:
 
 @pytest.fixture
 def no_builds(monkeypatch):
-    """Fail where an FMU is built: a target is looked at before."""
+    """Fail where an FMU is built: targets are checked before."""
 
     def build(*_, **__):
         raise AssertionError("an FMU is built")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from output_files import LINEAR, PLAN, RUN, SYSTEM, swept
+from output_files import LINEAR, PLAN, RUN, SYSTEM, write_sweep
 
 from hfsa.cosim.results import locks
 from hfsa.cosim.results.files import (
@@ -48,7 +48,7 @@ WRITER = """
 
 @pytest.fixture
 def writers():
-    """Two processes that write sweeps at one frequency of their own, 1 Hz and 2 Hz, when they are told to."""
+    """Two processes that write a sweep at 1 Hz and at 2 Hz, each on command."""
     children = []
 
     def begin(*more: str, env=None):
@@ -66,19 +66,19 @@ def writers():
         child.stdout.close()
 
 
-def told(child, line: str) -> str:
+def command(child, line: str) -> str:
     child.stdin.write(f"{line}\n")
     return child.stdout.readline().strip()
 
 
-def raced(children, path: Path, force: str) -> list[str]:
-    """Tell both to begin at once; returns what they say."""
+def race(children, path: Path, force: str) -> list[str]:
+    """Start both writers at once; return their messages."""
     for child in children:
         child.stdin.write(f"{path} {force}\n")
-    said = [child.stdout.readline().strip() for child in children]
-    ended = [told(child, "go on") for child in children]
-    assert ended == ["done" if word == "won" else "gone" for word in said]
-    return said
+    messages = [child.stdout.readline().strip() for child in children]
+    ended = [command(child, "go on") for child in children]
+    assert ended == ["done" if word == "won" else "gone" for word in messages]
+    return messages
 
 
 @pytest.mark.parametrize(
@@ -89,11 +89,11 @@ def test_of_two_that_start_together_exactly_one_wins(writers, tmp_path, kind, fo
     for number in range(10):
         path = tmp_path / f"{number}.h5"
         if force:
-            swept(path)
-        said = raced(children, path, force)
-        assert said.count("won") == 1, said
-        winner = said.index("won")
-        losers.add(said[1 - winner].replace(str(path), "it"))
+            write_sweep(path)
+        messages = race(children, path, force)
+        assert messages.count("won") == 1, messages
+        winner = messages.index("won")
+        losers.add(messages[1 - winner].replace(str(path), "it"))
         bode = read_sweep(path)
         assert bode.frequency.tolist() == [1.0 + winner]
         assert bode.attributes["status"] == "complete"
@@ -106,18 +106,18 @@ def test_of_two_that_start_together_exactly_one_wins(writers, tmp_path, kind, fo
 def test_a_file_that_is_being_written_is_refused_to_others(writers, tmp_path, hfsa, force):
     first, second = writers()
     path = tmp_path / "a.h5"
-    assert told(first, f"{path}") == "won"
-    assert told(second, f"{path} {force}") == f"cannot write {path}: another process is writing it"
+    assert command(first, f"{path}") == "won"
+    assert command(second, f"{path} {force}") == f"cannot write {path}: another process is writing it"
     more = ["--force"] if force else []
     for words in (RUN, LINEAR, [*LINEAR, "--resume"] if not force else LINEAR):
         assert hfsa(*words, "-o", path, *more)[::2] == (
             2,
             f"error: cannot write {path}: another process is writing it\n",
         )
-    assert (told(second, "go on"), told(first, "go on")) == ("gone", "done")
+    assert (command(second, "go on"), command(first, "go on")) == ("gone", "done")
     assert read_sweep(path).frequency.tolist() == [1.0]
-    assert told(second, f"{path} force") == "won"
-    assert told(second, "go on") == "done"
+    assert command(second, f"{path} force") == "won"
+    assert command(second, "go on") == "done"
     assert read_sweep(path).frequency.tolist() == [2.0]
 
 
@@ -125,11 +125,11 @@ def test_a_file_that_somebody_reads_is_not_replaced(results, monkeypatch):
     monkeypatch.setattr(locks, "_PATIENCE", 0.1)
     with h5py.File(results) as file:
         with pytest.raises(ResultsError, match="another process is reading it"):
-            swept(results, force=True)
+            write_sweep(results, force=True)
         with pytest.raises(ResultsError, match="another process is reading it"):
             SweepFile.resume(results, PLAN, SYSTEM)
         assert file["bode/status"][:].tolist() == [[1], [1]]
-    swept(results, force=True)
+    write_sweep(results, force=True)
 
 
 @pytest.mark.parametrize("how", ["removed", "replaced"])
@@ -139,7 +139,7 @@ def test_a_file_that_loses_its_name_is_told(tmp_path, how):
     if how == "removed":
         path.unlink()
     else:
-        swept(tmp_path / "b.h5")
+        write_sweep(tmp_path / "b.h5")
         os.replace(tmp_path / "b.h5", path)
     with pytest.raises(ResultsError, match=r"a.h5 was removed or replaced by another program; its contents are lost"):
         file.close()
@@ -149,7 +149,7 @@ def test_a_file_that_loses_its_name_is_told(tmp_path, how):
 
 @pytest.mark.parametrize("code", ["ENOLCK", "ENOTSUP", "ENOSYS"])
 def test_a_file_system_without_locks_will_do(tmp_path, code):
-    """As some network file systems: everything works, a file that is there is not replaced unasked."""
+    """As on some network file systems: all verbs work, and an existing file is not replaced without --force."""
     (tmp_path / "flock.c").write_text(f"#include <errno.h>\nint flock(int f, int o) {{ errno = {code}; return -1; }}\n")
     shim = tmp_path / "flock.so"
     subprocess.run([*compiler(), "-shared", "-fPIC", "flock.c", "-o", shim], cwd=tmp_path, check=True)
@@ -173,6 +173,6 @@ def test_without_locks_one_still_wins(writers, tmp_path):
     children = writers(env={**os.environ, "LD_PRELOAD": str(shim)})
     for number in range(10):
         path = tmp_path / f"{number}.h5"
-        said = raced(children, path, "")
-        assert said.count("won") == 1, said
-        assert read_sweep(path).frequency.tolist() == [1.0 + said.index("won")]
+        messages = race(children, path, "")
+        assert messages.count("won") == 1, messages
+        assert read_sweep(path).frequency.tolist() == [1.0 + messages.index("won")]

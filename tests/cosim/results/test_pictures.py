@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from output_files import FORBIDDEN, VERBS, seen
+from output_files import FORBIDDEN, VERBS, path_state
 
 from hfsa.cosim.figures.style import save
 from hfsa.cosim.results.files import (
@@ -30,11 +30,11 @@ def test_a_picture_gives_way_to_one_of_its_kind_alone(tmp_path, make, figure, en
             continue
         other = tmp_path / f"{what}.{ending}"
         words = make(what, other)
-        before = seen(other)
+        before = path_state(other)
         with pytest.raises(ResultsError) as caught:
             save(figure, other)
         assert f"it is {words}, which is not replaced" in str(caught.value)
-        assert seen(other) == before
+        assert path_state(other) == before
 
 
 def test_pictures_of_verbs_are_looked_at_first(hfsa, make, no_builds, results):
@@ -56,7 +56,7 @@ def test_pictures_of_verbs_are_looked_at_first(hfsa, make, no_builds, results):
 def test_a_full_disk_leaves_no_half_a_picture(hfsa, results, old):
     if old:
         assert hfsa("bode", results)[0] == 0
-    before = sorted((path.name, seen(path)) for path in Path().iterdir())
+    before = sorted((path.name, path_state(path)) for path in Path().iterdir())
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
     try:
@@ -65,7 +65,7 @@ def test_a_full_disk_leaves_no_half_a_picture(hfsa, results, old):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert (code, out) == (4, "")
     assert "old.png: File too large" in err
-    assert sorted((path.name, seen(path)) for path in Path().iterdir()) == before
+    assert sorted((path.name, path_state(path)) for path in Path().iterdir()) == before
 
 
 def test_an_fmu_gives_way_to_an_fmu_alone(hfsa, make, mass_on_spring_files):
@@ -75,18 +75,18 @@ def test_an_fmu_gives_way_to_an_fmu_alone(hfsa, make, mass_on_spring_files):
     for what in ("text", "folder", "fifo", "hdf5", "link to text"):
         path = Path(what.replace(" ", "_")) / "MassOnSpring.fmi2.fmu"
         word = make(what, path)
-        before = seen(path)
+        before = path_state(path)
         code, _, err = hfsa(*words, path.parent)
         assert code == 2
         assert f"cannot write {path}: it is {word}" in err
-        assert seen(path) == before
+        assert path_state(path) == before
     code, _, err = hfsa(*words, "a/MassOnSpring.fmi2.fmu")
     assert code == 2
     assert "Not a directory" in err
     Path("b").mkdir()
     shutil.copy(mass_on_spring_files[2], "real.fmu")
     Path("b/MassOnSpring.fmi2.fmu").symlink_to("../real.fmu")
-    before = seen(Path("real.fmu"))
+    before = path_state(Path("real.fmu"))
     assert hfsa(*words, "b")[0] == 0
     assert Path("b/MassOnSpring.fmi2.fmu").is_symlink()
-    assert seen(Path("real.fmu")) != before
+    assert path_state(Path("real.fmu")) != before

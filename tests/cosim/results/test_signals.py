@@ -1,4 +1,4 @@
-"""However a run, sweep or comparison ends, what was recorded is in its file, and no process or folder is left."""
+"""Signals: after any end of a run, sweep or comparison the recorded values are in its file, and no process is left."""
 
 import contextlib
 import ctypes
@@ -37,13 +37,13 @@ class Child:
         )  # fmt: skip
 
     def wait_for(self, is_there) -> None:
-        """Wait until something is so, which it becomes while the process lives."""
+        """Wait until a condition holds, while the process runs."""
         while not is_there():
             assert self.process.poll() is None, self.process.communicate()
             time.sleep(0.05)
 
     def end(self, number: int, is_group: bool = False) -> tuple[int, str]:
-        """Send a signal, to the process or to all of its session; returns exit code and what it said."""
+        """Send a signal, to the process or to all of its session; return exit code and stderr."""
         (os.killpg if is_group else os.kill)(self.process.pid, number)
         _, err = self.process.communicate(timeout=100)
         return self.process.returncode, err
@@ -162,7 +162,7 @@ def test_a_run_in_a_call_that_never_returns_ends_at_sigterm(child, box, foreign,
 
 
 class Clock:
-    """A master that steps, and a clock that goes on by what its steps cost [s], each its own."""
+    """A master, and a clock that its steps advance by their costs [s]."""
 
     def __init__(self, costs):
         self.now, self.ends = 0.0, np.cumsum(costs)
@@ -174,7 +174,7 @@ class Clock:
 
 @pytest.mark.parametrize("cost", [1e-7, 1e-5, 1e-3, 0.02, 0.3, 2.0, 30.0])
 def test_steps_are_taken_a_tenth_of_a_second_at_a_stretch(monkeypatch, cost):
-    """Whatever a step costs, and where it becomes ten times as dear; and the fast ones are not interrupted often."""
+    """For any cost of a step, also where it becomes ten times as large; fast steps are rarely interrupted."""
     costs = np.full(min(3_000_000, max(40, int(30 / cost))), cost)
     costs[len(costs) // 2 :] *= 10
     clock = Clock(costs)
@@ -300,7 +300,7 @@ def test_a_second_sigterm_does_not_disturb_the_cleaning_up_but_ctrl_c_does():
 
 
 def test_a_signal_that_a_callback_swallows_comes_again():
-    """Exceptions cannot pass through C, where an FMU's message is taken."""
+    """Exceptions cannot pass through C, from which the logger is called."""
     kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_int), ctypes.POINTER(ctypes.c_int))
     calls = []
 
@@ -345,7 +345,7 @@ def main(words):
 
 
 def test_a_signal_in_the_middle_of_writing_spoils_nothing(child, tmp_path):
-    """Five times at another moment; the file is whole, its columns are equally long, and it is closed in good order."""
+    """At five different moments; the file is complete, its columns have equal lengths, and it is closed in order."""
     path = tmp_path / "run.h5"
     for number in range(5):
         it = child(path, script=STORM)

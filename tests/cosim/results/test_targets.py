@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from output_files import FORBIDDEN, LINKS, PLAN, SYSTEM, VERBS, seen, swept
+from output_files import FORBIDDEN, LINKS, PLAN, SYSTEM, VERBS, path_state, write_sweep
 
 from hfsa.cosim.results import target
 from hfsa.cosim.results.files import (
@@ -28,7 +28,7 @@ from hfsa.cosim.results.files import (
 def test_what_is_no_results_file_of_ours_is_never_replaced(tmp_path, make, what, force):
     path = tmp_path / "target.h5"
     words = make(what, path)
-    before, others = seen(path), sorted(tmp_path.iterdir())
+    before, others = path_state(path), sorted(tmp_path.iterdir())
     for write in (
         lambda: SweepFile.create(path, PLAN, SYSTEM, force),
         lambda: RunFile(path, np.arange(3.0), {"a.y": "m"}, SYSTEM, force),
@@ -37,7 +37,7 @@ def test_what_is_no_results_file_of_ours_is_never_replaced(tmp_path, make, what,
         with pytest.raises(ResultsError) as caught:
             write()
         assert str(caught.value) == f"cannot write {path}: it is {words}, which is not replaced; -o names another file"
-    assert seen(path) == before
+    assert path_state(path) == before
     assert sorted(tmp_path.iterdir()) == others
 
 
@@ -46,11 +46,11 @@ def test_what_is_no_results_file_of_ours_is_never_replaced(tmp_path, make, what,
 def test_every_verb_looks_before_it_builds(hfsa, make, no_builds, verb, more):
     path = Path("mine.txt")
     make("text", path)
-    before = seen(path)
+    before = path_state(path)
     code, out, err = hfsa(*VERBS[verb], "-o", path, *more)
     assert (code, out) == (2, "")
     assert err == "error: cannot write mine.txt: it is a text file, which is not replaced; -o names another file\n"
-    assert seen(path) == before
+    assert path_state(path) == before
 
 
 @pytest.mark.parametrize("place", [".", "/", "", ".."])
@@ -67,11 +67,11 @@ def test_neither_the_scene_nor_its_fmu_is_replaced_by_its_results(hfsa, box, for
     own = shutil.copy(foreign[2], tmp_path / "own.fmu")
     scene = box(own)
     for path, word in ((scene, "a text file"), (own, "an FMU")):
-        before = seen(path)
+        before = path_state(path)
         code, _, err = hfsa("run", scene, "-o", path, "--force")
         assert code == 2
         assert word in err
-        assert seen(path) == before
+        assert path_state(path) == before
 
 
 @given(st.sampled_from([b"", b"\x89HDF\r\n\x1a\n", b"PK\x03\x04", b"%PDF-", b"<?xml "]), st.binary(max_size=1500))
@@ -84,18 +84,18 @@ def test_whatever_a_file_holds_it_is_refused_in_words(tmp_path_factory, beginnin
 
 
 def test_a_read_only_results_file_stays(results):
-    """Also root's: it was marked so by somebody."""
+    """Also for root: the owner marked it read-only."""
     results.chmod(0o444)
-    before = seen(results)
-    for write in (lambda: swept(results, force=True), lambda: target.check_continued(results)):
+    before = path_state(results)
+    for write in (lambda: write_sweep(results, force=True), lambda: target.check_continued(results)):
         with pytest.raises(ResultsError, match="it is a results file that is read-only; -o names another file"):
             write()
-    assert seen(results) == before
+    assert path_state(results) == before
 
 
 @pytest.mark.parametrize("place", ["new.h5", "missing/folder/new.h5"])
 def test_a_folder_that_takes_no_files_is_named(place):
-    """The system lets root write everywhere, so it is asked as somebody else, who has imported all he needs."""
+    """Root may write everywhere, so the check runs as another user, with all imports done before."""
     script = """
         import os, sys, h5py
         from pathlib import Path
@@ -115,16 +115,16 @@ def test_a_folder_that_takes_no_files_is_named(place):
 
 def test_a_folder_is_made_where_there_is_none(tmp_path, make):
     path = tmp_path / "a" / "b" / "new.h5"
-    swept(path)
+    write_sweep(path)
     assert read_sweep(path).attributes["status"] == "complete"
     make("text", tmp_path / "file")
     with pytest.raises(ResultsError, match=r"cannot write .*: Not a directory"):
-        swept(tmp_path / "file" / "new.h5")
+        write_sweep(tmp_path / "file" / "new.h5")
 
 
 def test_names_as_long_as_they_may_be(tmp_path):
     path = tmp_path / ("ü" * 125 + ".h5")
-    swept(path)
+    write_sweep(path)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     with pytest.raises(ResultsError, match="File name too long"):
-        swept(tmp_path / ("x" * 300))
+        write_sweep(tmp_path / ("x" * 300))

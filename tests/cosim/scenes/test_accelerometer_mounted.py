@@ -1,4 +1,4 @@
-"""The accelerometer on the robot and on the stage: what it shows, and what cannot be mounted."""
+"""The accelerometer on the robot and on the stage: its estimates, and refused mountings."""
 
 import re
 
@@ -105,7 +105,7 @@ ROTATION = "mounting.rotation=1,0,0,0,0.9,0,0,0,1"
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["accelerometer_shaker", "-p", "design=mens"], "mems"),
         (["accelerometer_shaker", "-p", "sensor=spatal"], "spatial"),
@@ -120,6 +120,6 @@ ROTATION = "mounting.rotation=1,0,0,0,0.9,0,0,0,1"
         (["stage_accelerometer", "-p", "bias=200"], "stage_accelerometer: bias is 200 V, expected 0 to 150 V"),
     ],
 )
-def test_bad_input_is_wrong_usage_and_told(words, told, capsys):
+def test_bad_input_is_wrong_usage_with_a_message(words, message, capsys):
     assert main(["sweep", *words, "--method", "linear", "-o", "unused.h5"]) == 2
-    assert re.search(told, capsys.readouterr().err)
+    assert re.search(message, capsys.readouterr().err)

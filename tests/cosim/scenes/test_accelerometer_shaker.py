@@ -1,4 +1,4 @@
-"""The accelerometer on a shaker: formula, linearised and swept response are one."""
+"""The accelerometer on a shaker: formula, linearised and swept response agree."""
 
 import numpy as np
 import pytest
@@ -149,6 +149,6 @@ def test_a_displacement_beyond_the_travel_is_told(library, tmp_path, capsys):
     assert "sensor: saturated" in points[1].message
     words = ["--frequency", "5818.9", "--amplitude", "70", "--step", "2e-6", "--stop", "0.6"]
     assert main(["run", "accelerometer_shaker", *words, "-o", str(tmp_path / "run.h5")]) == 0
-    told = capsys.readouterr()
-    assert "sensor: saturated: saturated" in told.err
-    assert "sensor.saturated: saturated" in told.out
+    captured = capsys.readouterr()
+    assert "sensor: saturated: saturated" in captured.err
+    assert "sensor.saturated: saturated" in captured.out

@@ -1,4 +1,4 @@
-"""The scenes on beam modules: their sentences, swept and linearised response, and where a massless spring diverges."""
+"""Scenes on beam modules: docstrings, swept and linearised responses, and divergence of a massless spring."""
 
 import numpy as np
 import pytest
@@ -312,10 +312,10 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
 
 def test_a_large_shake_is_warned_of(hfsa):
     words = ["--frequency", "641.9", "--amplitude", "2000", "--stop", "0.5", "--step", "1e-5"]
-    code, said, warned = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
+    code, out, err = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
     assert code == 0
-    assert "payload.displacement_warning: displaced too far" in said
-    assert "take a smaller motion" in warned
+    assert "payload.displacement_warning: displaced too far" in out
+    assert "take a smaller motion" in err
 
 
 @pytest.mark.parametrize(
@@ -328,6 +328,6 @@ def test_a_large_shake_is_warned_of(hfsa):
     ],
 )
 def test_modules_that_cannot_be(hfsa, words, message):
-    code, said, warned = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
-    assert (code, said) == (2, "")
-    assert message in warned
+    code, out, err = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
+    assert (code, out) == (2, "")
+    assert message in err

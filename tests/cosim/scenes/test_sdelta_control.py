@@ -1,4 +1,4 @@
-"""The SDelta under its control laws by linearised FMUs: tracking, damping, and the bandwidths at which loops break."""
+"""The SDelta under its control laws, from linearised FMUs: tracking, damping, and limits of the bandwidth."""
 
 from functools import cache
 

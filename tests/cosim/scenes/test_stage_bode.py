@@ -1,4 +1,4 @@
-"""The scene `stage_bode`: linearised it is a formula of the parts' numbers, and swept it is the linearised one."""
+"""The scene `stage_bode`: the linearised response agrees with a formula, the swept response with the linearised one."""
 
 from functools import cache
 
@@ -226,7 +226,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 
 
 def test_a_large_amplitude_meets_the_current_limit(library, opened):
-    """At 2 kHz 0.1 A is 9.65 V, as the linear current says; well above that the point tells it."""
+    """At 2 kHz 0.1 A is 9.65 V by the linear current; well above that the point is limited."""
     at, excited = scene(), scene().inputs[0]
     current = linearize(at.system, opened(build.build(at.system).files), [excited], ["stack[1].stack.current"])
     per_volt = abs(current.response(np.array([2000.0]), [(0, -1, -1)])[0, 0, 0])

@@ -1,4 +1,4 @@
-"""Extreme gains on the stage, co-simulated: the figures of the source's gains, how they depend on the sample time."""
+"""Extreme gains on the stage, co-simulated: errors of the published gains, and their dependence on the sample time."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The stage under its control laws, co-simulated: the figures of the comparison, and what each law leaves."""
+"""The stage under its control laws, co-simulated: tracking error of each law."""
 
 from pathlib import Path
 
