@@ -1,4 +1,7 @@
-"""Compile the stepping loop where a C compiler is found; elsewhere, and at first use: cosim/assembly/native_loop.py."""
+"""Build script: compiles the stepping loop at installation where there is a C compiler.
+
+Without one, `cosim/assembly/native_loop.py` compiles it at first use.
+"""
 
 import hashlib
 from pathlib import Path
@@ -10,8 +13,7 @@ SOURCES = sorted((ROOT / "cosim/masters/native").glob("*.[ch]"))
 KEY = hashlib.sha256(b"".join(file.read_bytes() for file in SOURCES)).hexdigest()[:12]
 PATHS = [file.relative_to(ROOT).as_posix() for file in SOURCES]
 
-# Plain C, loaded with ctypes: cosim/masters/native/stepping.py looks for it by this name, and never takes one of other
-# sources.
+# plain C, loaded with ctypes; cosim/masters/native/stepping.py finds it by this name, which has a hash of the sources
 LOOP = Extension(
     f"hfsa.cosim.masters.native._step_{KEY}",
     [path for path in PATHS if path.endswith(".c")],

@@ -84,12 +84,12 @@ def test_a_curved_ring_is_solved_by_as_many_inverses_as_it_takes(ring):
     assert master.read(["a.y"])[0] == pytest.approx(min(np.roots([0.5, -3.0, 1.0])), rel=1e-12)
 
 
-def test_a_ring_without_a_solution_is_told(ring):
+def test_a_ring_without_a_solution_is_reported(ring):
     with pytest.raises(StepError, match=r"a\.y|b\.y.*not solved after \d+ passes.*residual"):
         ring({"g": 1.0, "h": 1.0}).initialize()  # y = y + y^2 + 1
 
 
-def test_a_gain_of_one_is_told(ring):
+def test_a_gain_of_one_is_reported(ring):
     with pytest.raises(StepError, match="loop gain 1"):
         ring({"g": 1.0}).initialize()
 
@@ -130,7 +130,7 @@ FOLLOW = 7.0
 @VERSIONS
 @pytest.mark.parametrize("way", ["python", "c"])
 @pytest.mark.parametrize("g", [0.5, -2.0])
-def test_an_fmu_without_derivatives_is_asked_by_differences(opened, foreign, library, rewritten, version, way, g):
+def test_an_fmu_without_derivatives_is_differenced(opened, foreign, library, rewritten, version, way, g):
     """Its output has direct feedthrough, y = 1 + at u, and its description declares no dependencies."""
     file = rewritten(foreign[version], ' dependencies=""', "")
     system = System([Component(name, "x", start={"behaviour": FOLLOW, "at": g}) for name in "ab"], RING)

@@ -117,7 +117,7 @@ def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
         assert f"box: y: {status}" in err
 
 
-# What is said and kept ------------------------------------------------------------------------------------------------
+# Message and recorded rows ------------------------------------------------------------------------------------------
 
 
 def test_the_message_names_signal_time_figure_and_scale(unstable, monkeypatch, tmp_path):

@@ -36,7 +36,7 @@ def test_order_of_convergence(files, opened, library, version, way, algorithm, o
 
 @VERSIONS
 @pytest.mark.parametrize("algorithm", ORDERS)
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algorithm):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, version, algorithm):
     """After the start, positions follow the recurrence of the matrix's characteristic polynomial."""
     system, found = loop(files, version)
     step = Cycle(system, opened(found), algorithm).over(5e-3)
@@ -63,7 +63,7 @@ def test_sampled_outputs_are_held(files, opened, library, way):
     assert results[0] == pytest.approx(results[1], rel=1e-12)
 
 
-def test_an_fmu_that_takes_no_derivatives_is_told_and_held(opened, foreign):
+def test_an_fmu_that_takes_no_derivatives_is_reported_and_held(opened, foreign):
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
     found = dict.fromkeys("ab", foreign[3])
     masters = [

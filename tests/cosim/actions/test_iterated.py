@@ -35,7 +35,7 @@ def test_second_order(files, opened, version, method):
 
 
 @each_method
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, method):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, method):
     system, found = loop(files)
     step = Cycle(system, opened(found), method).over(5e-3)
     position = positions(make_master(opened(found), system, method, 5e-3), 100)
@@ -53,7 +53,7 @@ def test_quasi_newton_takes_two_passes_a_step_where_all_is_linear(files, opened)
     assert master.statistics["passes"] <= 200
 
 
-def test_a_fixed_point_that_does_not_attract_is_told(files, opened):
+def test_a_fixed_point_that_does_not_attract_is_reported(files, opened):
     """At a step of 0.3 s each pass increases the error; Newton's method converges."""
     system, found = loop(files)
     with pytest.raises(
@@ -72,7 +72,7 @@ def growing() -> Model:
     return m
 
 
-def test_a_step_whose_end_is_not_defined_is_told(exported, opened):
+def test_a_step_whose_end_is_not_defined_is_reported(exported, opened):
     system = System([Component("it", "x")], [Connection("it.y", "it.u")])
     instances = opened({"it": exported(growing())[2]})
     with pytest.raises(StepError, match=r"quasi_newton coupling over it.y -> it.u has loop gain 1 over a step of 1 s"):

@@ -270,7 +270,7 @@ def test_a_number_of_the_users_own_follows_from_nothing():
 MASSLESS = {"suspension": "massless", "payload.body.mass": "0.2"}
 
 
-def test_a_scene_of_the_users_own_is_asked_too(tmp_path):
+def test_a_scene_of_the_users_own_is_checked_too(tmp_path):
     scene = load_scene("beam_payload", MASSLESS)
     file = tmp_path / "mine.toml"
     file.write_text(scene_text(scene))
@@ -281,7 +281,7 @@ def test_a_scene_of_the_users_own_is_asked_too(tmp_path):
     )
 
 
-def test_members_of_one_fmu_are_asked_too():
+def test_members_of_one_fmu_are_checked_too():
     system = fused(load_scene("beam_payload", MASSLESS).system, [["suspension", "payload"]])
     assert len(system.components) == 1
     assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of what the beams carry"]

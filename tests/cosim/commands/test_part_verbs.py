@@ -27,7 +27,7 @@ def test_list_names_every_part_and_scene(hfsa):
     assert {"mass_on_spring", "sdelta_shaker"} <= {scene["name"] for scene in strict_json(out)["scenes"]}
 
 
-def test_list_of_one_part_tells_its_arguments(hfsa):
+def test_list_of_one_part_has_its_arguments(hfsa):
     code, out, _ = hfsa("list", "sdelta")
     assert code == 0
     assert "-p posture.position=0,0,0.15" in out
@@ -59,7 +59,7 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
     assert not re.search(r"e-[12]\d|-0(?![.\d])", out)
 
 
-def test_an_analysis_says_which_arguments_it_takes(hfsa):
+def test_an_analysis_lists_its_arguments(hfsa):
     """Some arguments belong to the FMU alone, some to the analysis; a level that it does not depend on is accepted."""
     code, out, _ = hfsa("list", "rrr_stage")
     assert code == 0

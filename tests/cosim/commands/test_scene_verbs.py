@@ -137,7 +137,7 @@ def test_a_sweep_of_one_frequency(hfsa, method):
     assert "--points 5: from 12 to 12 Hz there is one" in err
 
 
-def test_levels_are_judged_at_the_one_frequency_that_is_asked_for(hfsa):
+def test_levels_are_judged_at_the_one_frequency_that_is_requested(hfsa):
     """At 1 Hz the robot is rigid within the tolerance, at 15 Hz it is not."""
     words = ["sweep", "sdelta_shaker", "-p", "robot.level=auto", "--tolerance", "0.02", "--method", "linear", "--json"]
     words += ["--input", "command.position[3]", "--signal", "platform.position[3]"]

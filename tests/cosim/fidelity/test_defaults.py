@@ -74,7 +74,7 @@ def test_every_choice_of_a_scene_is_within_its_tolerance(name, arguments):
     within(name, arguments)
 
 
-def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
+def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_reported(hfsa):
     """Under computed torque held inputs turn the platform 3.7 times too far at 2 Hz; `auto` does not."""
     words = ["-p", "law=ctc", "--input", "command.position[1]", "--signal", "platform.rotation[2]"]
     band = ["--from", "2", "--to", "4", "--points", "2", "--grid", "log", "-j", "1", "--json"]
@@ -96,7 +96,7 @@ def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
     assert taken.step_error.max() < 1e-3
 
 
-def test_an_unstable_loop_that_the_steps_hide_is_told_of(hfsa):
+def test_an_unstable_loop_that_the_steps_hide_is_reported(hfsa):
     """PD on stacks with their amplifiers: Gauss-Seidel's lead at the sample time is the phase that the loop lacks."""
     words = ["-p", "law=pd_ff", "-p", "stack=linear", "-p", "motion=three_axis", "--stop", "0.01"]
     code, out, err = hfsa("run", "stage_tracking", *words, "--step", "10e-6", "--algorithm", "gauss_seidel", "--json")

@@ -225,7 +225,7 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
 CHOICE = ["-p", "robot.level=auto", "--input", "command.position[3]", "--tolerance", "0.01"]
 
 
-def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_sweep_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "sweep.h5"
     words = [*CHOICE, "--signal", "platform.position[3]", "--to", "2", "--from", "0.5", "--method", "linear"]
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--json"]) == 0
@@ -245,7 +245,7 @@ def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--resume"]) == 0
 
 
-def test_a_run_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_run_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "run.h5"
     assert main(["run", "sdelta_shaker", *CHOICE, "--stop", "0.01", "-o", str(path), "--json"]) == 0
     answer = capsys.readouterr()

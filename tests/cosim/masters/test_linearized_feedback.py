@@ -304,7 +304,7 @@ def test_a_finished_fmu_has_no_ports(opened, files):
         make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-3)
 
 
-def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
+def test_a_finished_fmu_beside_a_part_is_reported(opened, files, filtered_loop):
     """Its loop is closed by lines, which at this step is enough; the part's own goes on as it is."""
     own, system = filtered_loop
     finished = [Component("box", str(files["Plant", 2])), Component("box_law", str(files["Pd", 2]))]

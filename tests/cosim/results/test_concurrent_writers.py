@@ -133,7 +133,7 @@ def test_a_file_that_somebody_reads_is_not_replaced(results, monkeypatch):
 
 
 @pytest.mark.parametrize("how", ["removed", "replaced"])
-def test_a_file_that_loses_its_name_is_told(tmp_path, how):
+def test_a_file_that_loses_its_name_is_reported(tmp_path, how):
     path = tmp_path / "a.h5"
     file = SweepFile.create(path, PLAN, SYSTEM)
     if how == "removed":

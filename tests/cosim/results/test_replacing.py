@@ -16,7 +16,7 @@ from hfsa.cosim.results.files import (
 from hfsa.cosim.systems.errors import StructureError
 
 
-def test_results_give_way_only_where_that_is_asked_for(hfsa):
+def test_results_give_way_only_where_that_is_requested(hfsa):
     for words, ways in ((RUN, "--force replaces it, -o names another file"),
                         (LINEAR, "--resume continues it, --force replaces it, -o names another file")):  # fmt: skip
         assert hfsa(*words, "-o", "a.h5")[0] == 0

@@ -77,7 +77,7 @@ def test_every_entry_is_the_formula_of_the_parts_numbers(opened, level, bias):
     assert max(errors(found, expected)) < 1e-3
 
 
-def test_bode_plot_is_as_the_docstring_says(opened):
+def test_bode_plot_is_as_documented(opened):
     linear = linearized(opened)
     dense = np.arange(700.0, 2800.0, 0.5)
     found, still = np.abs(response(linear, dense)), np.abs(response(linear, 1.0)[0])
