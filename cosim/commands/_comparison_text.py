@@ -41,8 +41,8 @@ def comparison_text(compared: Comparison, figure: Path) -> str:
     columns = _columns(compared, names)
     lines = [rendered(_by_rows(columns), _by_columns(columns))]
     lines += [f"  {short}: {label}" for short, label in labels.items() if short != label]
-    lines += [f"  {run.words} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
-    lines += [f"  {run.words}: {run.algorithm.sentence}" for run in compared.runs if run.algorithm]
+    lines += [f"  {run.label} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
+    lines += [f"  {run.label}: {run.algorithm.sentence}" for run in compared.runs if run.algorithm]
     lines += [f"{run.outcome.path}" for run in compared.runs]
     return "\n".join([*lines, str(figure)])
 

@@ -37,7 +37,7 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         with handled_signals():
             return verb() or DONE
     except Interrupted as interruption:
-        warn(interruption.words)
+        warn(interruption.description)
         return interruption.code
     except KeyboardInterrupt:
         warn("interrupted")

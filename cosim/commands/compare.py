@@ -80,7 +80,7 @@ def compare(
             report=show,
         )
     outcomes = [run.outcome for run in compared.runs]
-    save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
+    save(comparison_figure(compared.title, [run.label for run in compared.runs], outcomes), path)
     _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
     failed = [outcome for outcome in outcomes if outcome.failure]
     if len(failed) == len(outcomes):

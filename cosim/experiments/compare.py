@@ -48,7 +48,7 @@ class Run:
     algorithm: AlgorithmChoice | None = None
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """The values with their names, `law=pd, rate=3e-6`."""
         return _words(self.values)
 
@@ -167,7 +167,7 @@ def compare(
     )
     for run in runs:
         for message in run.outcome.warnings:
-            warn(f"{run.words}: {message}")
+            warn(f"{run.label}: {message}")
     return Comparison(str(scene) if stem != "scene" else stem, title, {n: tuple(v) for n, v in over.items()}, runs)
 
 

@@ -102,8 +102,8 @@ def run(
         tolerance=tolerance,
     )
     sine = SineInput(input, frequency, amplitude)
-    tell = None if report is None else lambda part: report(part, "")
-    written = run_scene(setup, file, sine, backend=backend, verified=verify, force=force, warn=warn, report=tell)
+    show = None if report is None else lambda part: report(part, "")
+    written = run_scene(setup, file, sine, backend=backend, verified=verify, force=force, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found

@@ -23,8 +23,8 @@ NEXT = "next."
 """Prefix of the variable that holds the value of a sampled state after the next tick."""
 
 _MISSING: dict[Interface, str] = {
-    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms take the other",
-    "model_exchange": "Model Exchange interface, which the monolithic algorithms take; the others co-simulate it",
+    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms use the other",
+    "model_exchange": "Model Exchange interface, which the monolithic algorithms use; the others co-simulate it",
 }
 
 _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")

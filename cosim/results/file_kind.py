@@ -115,4 +115,4 @@ def _text_or_binary(head: bytes) -> str:
     except UnicodeDecodeError as error:
         # a multi-byte character may be cut at the end of the head
         text = head[: error.start].decode() if error.start > len(head) - 4 else "\0"
-    return "a file that is no results file of ours" if "\0" in text else "a text file"
+    return "a binary file of another program" if "\0" in text else "a text file"

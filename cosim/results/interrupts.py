@@ -29,8 +29,8 @@ _FINAL = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasatt
 _SIGNALS = (signal.SIGINT, *_FINAL)
 
 _depth = 0
-_waiting: int | None = None
-_noticed = threading.Event()
+_pending: int | None = None
+_handled = threading.Event()
 
 
 class Interrupted(KeyboardInterrupt):
@@ -41,7 +41,7 @@ class Interrupted(KeyboardInterrupt):
         self.number, self.code = number, 128 + number
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """Description of the signal for a message."""
         return "interrupted" if self.number == signal.SIGINT else f"ended by {signal.Signals(self.number).name}"
 
@@ -65,7 +65,7 @@ def handled_signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        _noticed.clear()
+        _handled.clear()
 
 
 @contextlib.contextmanager
@@ -74,7 +74,7 @@ def deferred_interrupts() -> Iterator[None]:
 
     HDF5 calls Python for every write; an exception there would leave a file half written.
     """
-    global _depth, _waiting
+    global _depth, _pending
     if not _is_main_thread():
         yield
         return
@@ -83,20 +83,20 @@ def deferred_interrupts() -> Iterator[None]:
         yield
     finally:
         _depth -= 1
-        if _depth == 0 and _waiting is not None:
-            number, _waiting = _waiting, None
+        if _depth == 0 and _pending is not None:
+            number, _pending = _pending, None
             raise Interrupted(number)
 
 
 def _handle(number: int, _frame: object) -> None:
     """Handle a signal; a second SIGTERM or SIGHUP does not interrupt the cleanup after the first, Ctrl-C does."""
-    global _waiting
+    global _pending
     if number in _FINAL:
-        if _noticed.is_set():
+        if _handled.is_set():
             return
-        _noticed.set()
+        _handled.set()
     if _depth:
-        _waiting = number
+        _pending = number
     else:
         raise Interrupted(number)
 
@@ -109,7 +109,7 @@ def _raising_again() -> Iterator[None]:
     def raise_again(unraisable: Any) -> None:
         """Send the signal again; other exceptions that cannot be caught go to the hook before."""
         if isinstance(unraisable.exc_value, Interrupted):
-            _noticed.clear()
+            _handled.clear()
             again = threading.Timer(_AGAIN, _thread.interrupt_main, (unraisable.exc_value.number,))
             again.daemon = True
             again.start()
@@ -147,7 +147,7 @@ def _watch(reading: int) -> None:
     """End the process where a signal is not handled within `GRACE`; each signal arrives as a byte, its number."""
     while numbers := os.read(reading, 64):
         final = [number for number in numbers if number in _FINAL]
-        if final and not _noticed.wait(GRACE):
+        if final and not _handled.wait(GRACE):
             os._exit(128 + final[0])
 
 

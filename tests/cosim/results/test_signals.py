@@ -277,7 +277,7 @@ def test_what_was_set_before_is_set_again():
     with pytest.raises(Interrupted), handled_signals():
         signal.raise_signal(signal.SIGHUP)
     assert [signal.getsignal(number) for number in numbers] == before
-    assert not interrupts._noticed.is_set()
+    assert not interrupts._handled.is_set()
 
 
 def test_a_second_sigterm_does_not_disturb_the_cleaning_up_but_ctrl_c_does():
