@@ -199,7 +199,7 @@ def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp
     assert len(it.session) > 2
     code, err = it.end(signal.SIGTERM, is_group)
     assert code == 143
-    assert "sweep with --resume to go on\nhfsa: ended by SIGTERM\n" in err
+    assert "sweep with --resume to continue\nhfsa: ended by SIGTERM\n" in err
     assert "Traceback" not in err
     bode = read_sweep(path)
     assert bode.attributes["status"] == "interrupted"

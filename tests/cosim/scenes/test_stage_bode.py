@@ -66,7 +66,7 @@ def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
     return Bench(build.build(system), tuple(names), library=library)
 
 
-# What the docstring says ----------------------------------------------------------------------------------------------
+# Docstring ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
@@ -157,11 +157,11 @@ def test_a_bias_that_the_stacks_cannot_have():
             load_scene("stage_bode", {"bias": bias})
 
 
-# What a stepped sweep measures ----------------------------------------------------------------------------------------
+# Stepped sweep --------------------------------------------------------------------------------------------------------
 
 
 def cycle(opened, algorithm: str, stacks_first: bool) -> Cycle:
-    made = bench(scene().inputs[0])
+    made = bench(scene().inputs[0]).assembly
     source, stage, *rest = made.system.components
     components = [source, *rest[:3], stage, *rest[3:]] if stacks_first else made.system.components
     system = System(components, made.system.connections)
