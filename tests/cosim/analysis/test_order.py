@@ -55,7 +55,7 @@ def measured(bench: Bench, step_size: float, frequency: float) -> np.ndarray:
     """Return what a stepped sweep measures, (outputs,)."""
     settings = Settings(step_size=step_size, settling_tolerance=1e-4)
     rig = Rig(bench, settings)
-    point = rig.measure(Task(0, 0, bench, settings, frequency, bench.system["source"].start["amplitude"]))
+    point = rig.measure(Task(0, 0, bench, settings, frequency, bench.assembly.system["source"].start["amplitude"]))
     rig.close()
     assert point.response is not None
     return point.response
@@ -80,7 +80,7 @@ def test_down_a_chain_the_error_is_of_first_order_and_by_turns_of_second(opened,
     found = []
     for step_size in steps:
         bench = bench_of(scene, step_size, library)
-        cycle = Cycle(bench.system, opened(bench.files), source="source", lock_in="lock_in")
+        cycle = Cycle(bench.assembly.system, opened(bench.assembly.files), source="source", lock_in="lock_in")
         predicted = cycle.over(step_size).response([FREQUENCY])[0]
         found.append(measured(bench, step_size, FREQUENCY)[0])
         assert found[-1] == pytest.approx(predicted[0], rel=1e-4)
@@ -287,10 +287,16 @@ def test_what_ticks_is_not_put_into_another_place(hfsa):
 
 
 def test_the_linear_method_takes_no_order(hfsa):
-    for more in ([], ["--open-loop", "controller.axis[1].command"]):
+    for more, message in (
+        ([], "the linear method takes no steps and has no order"),
+        (
+            ["--open-loop", "controller.axis[1].command"],
+            "--order would have no effect: --open-loop uses the linearised",
+        ),
+    ):
         code, _, err = hfsa("sweep", "sdelta_hfsa", "--method", "linear", "--order", "computed", *more)
         assert code == 2
-        assert "the linear method takes no steps and has no order" in err
+        assert message in err
 
 
 def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):

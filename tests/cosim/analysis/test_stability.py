@@ -51,7 +51,7 @@ def bench():
 
 
 def cycle_of(bench: Bench, algorithm: str, opened) -> Cycle:
-    return Cycle(bench.system, opened(bench.files), algorithm, source="source", lock_in="lock_in")
+    return Cycle(bench.assembly.system, opened(bench.assembly.files), algorithm, source="source", lock_in="lock_in")
 
 
 # What a stepped sweep measures ----------------------------------------------------------------------------------------
@@ -61,9 +61,10 @@ def assert_stepped_is_predicted(bench, opened, algorithm, step_size, frequency):
     """Within 0.01 dB and 0.1 degree, for what is not zero by symmetry."""
     predicted = cycle_of(bench, algorithm, opened).over(step_size).response(frequency)
     settings = Settings(algorithm=algorithm, step_size=step_size, settling_tolerance=1e-4)
-    start = {**bench.system["lock_in"].start, "sample_time": step_size}
-    components = [replace(c, start=start) if c.name == "lock_in" else c for c in bench.system.components]
-    bench = replace(bench, system=replace(bench.system, components=components))
+    start = {**bench.assembly.system["lock_in"].start, "sample_time": step_size}
+    components = [replace(c, start=start) if c.name == "lock_in" else c for c in bench.assembly.system.components]
+    system = replace(bench.assembly.system, components=components)
+    bench = replace(bench, assembly=replace(bench.assembly, system=system))
     rig = Rig(bench, settings)
     for k, f in enumerate(frequency):
         point = rig.measure(Task(0, 0, bench, settings, f, 1e-5))
