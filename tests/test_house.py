@@ -106,7 +106,7 @@ def wheel(tmp_path_factory) -> Path:
     everywhere = shutil.ignore_patterns(".git", ".venv", ".*_cache", "*.egg-info", "__pycache__")
 
     def left_out(place: str, names: list[str]) -> set[str]:
-        """What an earlier build or a run has left."""
+        """Return the names of files from an earlier build or run."""
         return {*everywhere(place, names), *({"build", "results"} if Path(place) == ROOT else ())}
 
     shutil.copytree(ROOT, folder / "copy", symlinks=True, ignore=left_out)

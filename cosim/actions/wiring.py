@@ -16,7 +16,7 @@ from hfsa.cosim.fmi.co_simulation import Instance, Number
 from hfsa.cosim.fmi.description import SAMPLE_TIME
 from hfsa.cosim.systems.connectors import Connector, check
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.feedthrough import feedthrough, spelt
+from hfsa.cosim.systems.feedthrough import feedthrough, loop_path
 from hfsa.cosim.systems.system import Connection, System
 
 
@@ -131,7 +131,7 @@ class Wiring:
             [(*start, *end) for start, end in variables],
             self.bus,
             np.array([abs(self.connectors[component][name].nominal) for (component, name), _ in variables]),
-            spelt(self.system, self.connectors, connections),
+            loop_path(self.system, self.connectors, connections),
             dict(self.instances),
         )
 

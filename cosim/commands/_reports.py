@@ -1,4 +1,4 @@
-"""What the verbs answer, as data for JSON and as text to read: parts and scenes, finished work."""
+"""Answers of the verbs as data for JSON and as text: listings of parts and scenes, reports of sweeps and runs."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -40,9 +40,9 @@ _KINDS = {
 }
 
 FMU, ANALYSIS = "the FMU", "analyze"
-"""What takes an argument of a part."""
+"""Users of the arguments of a part."""
 _TAKERS = (None, [FMU, ANALYSIS], [FMU], [ANALYSIS])
-"""Who takes arguments, in the order in which they are listed."""
+"""Users of arguments in the order of the listing."""
 
 
 # Parts and scenes -----------------------------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ def _entry(label: str, name: str, is_scene: bool, is_alone: bool) -> dict[str, A
 
 
 def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
-    """Return the listing for reading; a single entry in full."""
+    """Return the listing as text; a single entry in full."""
     count = sum(map(len, data.values()))
     blocks = []
     for group, entries in data.items():
@@ -115,7 +115,7 @@ def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
 
 
 def _part_entry(part: Part) -> dict[str, Any]:
-    """Return what a part offers, as plain data."""
+    """Return the entry of a part as plain data: levels, arguments, signals."""
     entry = {
         "name": part.name,
         "description": part.doc,
@@ -130,7 +130,7 @@ def _part_entry(part: Part) -> dict[str, Any]:
             model.check()
         for key, kinds in _KINDS.items():
             entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
-        # what an analysis takes may be a parameter of the FMU
+        # an argument of the analysis may be a parameter of the FMU
         own = {parameter["name"]: parameter for parameter in entry["parameters"]}
         for name, parameter in own.items():
             parameter["taken_by"] = [FMU, ANALYSIS] if name in part.analysis_arguments else [FMU]
@@ -159,7 +159,7 @@ def _scene_entry(label: str, name: str) -> dict[str, Any]:
 
 
 def _part_arguments(part: Part) -> list[dict[str, Any]]:
-    """Return the arguments of a part's FMU and of its analysis, but their level, and which of the two takes each."""
+    """Return the arguments of the FMU and of the analysis of a part, except the level, with the users of each."""
     of_model = _entries(part.arguments if part.build is not None else {})
     of_analysis = _entries(part.analysis_arguments)
     both = [entry for entry in of_model if entry in of_analysis]
@@ -171,7 +171,7 @@ def _part_arguments(part: Part) -> list[dict[str, Any]]:
 
 
 def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
-    """Return arguments but the level as plain data."""
+    """Return arguments, except the level, as plain data."""
     return [
         {"name": argument.name, "default": argument.default, "values": list(argument.values)}
         for argument in arguments.values()
@@ -180,13 +180,13 @@ def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
 
 
 def _signal(quantity: Quantity) -> dict[str, Any]:
-    """Return a quantity as plain data; only parameters have a start to show."""
+    """Return a quantity as plain data; only parameters have a start value."""
     start = quantity.start if quantity.kind is Kind.PARAMETER else None
     return {"name": quantity.name, "unit": quantity.unit, "description": quantity.description, "start": start}
 
 
 def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
-    """Yield the lines of an entry; all of its signals and arguments only in full."""
+    """Yield the lines of an entry; arguments and parameters only with `in_full`."""
     if "error" in entry:
         yield f"  {entry['name']}"
         yield f"      cannot be used: {entry['error']}"
@@ -218,17 +218,17 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
 
 
 def _words(value: Any) -> str:
-    """Return a value as it is typed on a command line."""
+    """Return a value as typed on the command line."""
     if isinstance(value, list | tuple):
         return ",".join(map(_words, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-# Finished work --------------------------------------------------------------------------------------------------------
+# Results --------------------------------------------------------------------------------------------------------------
 
 
 def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
-    """Return what became of a sweep, as data and as text, and whether every point was measured."""
+    """Return the report of a sweep as data and as text, and whether every point is done."""
     bode = read_sweep(path)
     counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
     troubles = [
@@ -264,7 +264,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
 
 
 def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
-    """Return where communication steps change a response most, of all points; `None` where that is not known."""
+    """Return the largest error due to communication steps and its place; `None` where it is not known."""
     if np.isnan(bode.step_error).all():
         return None
     k, output, source = np.unravel_index(int(np.nanargmax(bode.step_error)), bode.step_error.shape)
@@ -277,7 +277,7 @@ def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
 
 
 def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
-    """Return where an entry is largest."""
+    """Return frequency and magnitude of the peak of an entry."""
     size = np.nan_to_num(np.abs(bode.response[:, output, source]))
     k = int(np.argmax(size))
     return {
@@ -289,9 +289,9 @@ def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
 
 
 def run_report(path: Path) -> tuple[dict[str, Any], str]:
-    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted.
+    """Return the report of a run as data and as text: bounds of each variable, and times of active limits.
 
-    Of a run that failed, of what it recorded until then.
+    For a failed run they refer to the values recorded until then.
     """
     recorded, units = read_run(path)
     status, message = read_status(path)
@@ -330,7 +330,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def _bounds(values: NDArray[np.float64]) -> dict[str, float]:
-    """Return the bounds of what was recorded of a variable, and the last value; NaN where nothing was."""
+    """Return bounds and last value of a recorded variable; NaN without values."""
     if not len(values):
         return dict.fromkeys(("minimum", "maximum", "last"), float("nan"))
     return {"minimum": values.min(), "maximum": values.max(), "last": values[-1]}
@@ -351,22 +351,22 @@ def _error_words(variable: Mapping[str, Any]) -> str:
 
 
 def _levels(path: Path) -> dict[str, dict[str, Any]]:
-    """Return how levels were chosen, by instance; empty where the scene named them all."""
+    """Return the choices of levels by instance; empty where the scene names all levels."""
     return {name: {**asdict(choice), "error": choice.error} for name, choice in read_choices(path).items()}
 
 
 def order_data(choice: OrderChoice | None) -> dict[str, Any] | None:
-    """Return how the order of steps was computed, for JSON; `None` where it is the scene's."""
+    """Return the computed order of steps for JSON; `None` where the order is the scene's."""
     return None if choice is None else asdict(choice)
 
 
 def algorithm_data(choice: AlgorithmChoice | None) -> dict[str, Any] | None:
-    """Return which algorithm `auto` took, for JSON; `None` where one was named."""
+    """Return the choice of `auto` for JSON; `None` where the scene names the algorithm."""
     return None if choice is None else {**asdict(choice), "error": choice.error}
 
 
 def limits_data(limits: Iterable[ActiveLimit]) -> list[dict[str, Any]]:
-    """Return limits that acted for JSON, times in s."""
+    """Return the active limits for JSON, times in s."""
     return [
         {
             "signal": found.signal,

@@ -1,10 +1,10 @@
-"""The verb `list`: what there is."""
+"""Verb `list`: components, controllers and scenes."""
 
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._options import Json
 
 
-def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (the user's word)
+def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (name of the verb)
     """List components with their levels and ports, controllers, and scenes.
 
     Parameters

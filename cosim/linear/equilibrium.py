@@ -76,5 +76,5 @@ def _change(blocks: Blocks, w: np.ndarray) -> np.ndarray:
     for component, instance in blocks.instances.items():
         own = [i for i, name in enumerate(blocks.sampled) if name.partition(".")[0] == component]
         if own:
-            ticked[own] = instance.ticked([blocks.sampled[i].partition(".")[2] for i in own])
+            ticked[own] = instance.values_after_tick([blocks.sampled[i].partition(".")[2] for i in own])
     return np.concatenate([rates, ticked - w[len(rates) :]])

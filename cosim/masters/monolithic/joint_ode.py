@@ -90,7 +90,7 @@ class JointOde:
         self.places = np.array([i for i, c in enumerate(wiring.connections) if self._flows(c, set(moving))], dtype=int)
         has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
         self._derivatives = self._prepared(moving) if has_derivatives else None
-        self._waiting = [i for i in instances.values() if i.fmu.description.awaits_steps]
+        self._waiting = [i for i in instances.values() if i.fmu.description.needs_completed_steps]
         self.deciding = [name for name, instance in instances.items() for _ in range(instance.indicators)]
         self.indicators = np.zeros(len(self.deciding))
         self._indicator_calls, first = [], 0

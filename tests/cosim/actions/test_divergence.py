@@ -14,7 +14,7 @@ from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, record
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.commands._reports import run_report
-from hfsa.cosim.experiments.run import Drive, prepare
+from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import set_up
 from hfsa.cosim.figures.comparison import comparison_figure
 from hfsa.cosim.fmi.assembly import Assembly
@@ -37,7 +37,7 @@ LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"
 
 @pytest.fixture
 def unstable(exported, library):
-    """A mass that a law pushes away, x = x0 cosh(RATE t), as a run of 2 s."""
+    """An unstable mass, x = x0 cosh(RATE t), in a run of 2 s."""
 
     def plan(algorithm: str, is_compiled: bool = True, **changes) -> RunPlan:
         start = {"stiffness": -(RATE**2), "damping": 0.0}
@@ -99,7 +99,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
     name, limit = "robot.platform.position[3]", 1e-8
     loaded = replace(loaded, scene=replace(loaded.scene, scale={name: limit / FACTOR}))
     with pytest.raises(DivergenceError, match=r"position\[3\]: diverged"):
-        run(prepare(loaded, Drive("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
+        run(prepare(loaded, SineInput("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
     position = read_run("it.h5")[0][name]
     reached = np.abs(position[np.isfinite(position)])
     assert np.all(reached[:-1] <= limit)
@@ -117,7 +117,7 @@ def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
         assert f"box: y: {status}" in err
 
 
-# What is said and kept ------------------------------------------------------------------------------------------------
+# Message and recorded rows ------------------------------------------------------------------------------------------
 
 
 def test_the_message_names_signal_time_figure_and_scale(unstable, monkeypatch, tmp_path):
@@ -215,7 +215,7 @@ def test_without_a_word_of_the_scene_it_is_what_the_fmu_says(foreign, rewritten,
 
 
 def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
-    """The mass' nominal is 1 mm; shaken by 0.1 m it swings by several metres at its resonance, and may."""
+    """The nominal value is 1 mm; shaken by 0.1 m the mass moves by metres at its resonance, and the run goes on."""
     text = """
         inputs = ["mass.base.position"]
         outputs = ["mass.position"]
@@ -268,7 +268,7 @@ MOST = {
 
 @pytest.mark.parametrize(("name", "arguments"), VARIANTS, ids=str)
 def test_every_output_has_a_scale_which_no_motion_of_the_machine_comes_near(name, arguments, opened):
-    """At all frequencies of the band, and at the end of the travel, a response is a tenth of the limit at most."""
+    """At all frequencies of the band, and at the end of the travel, a response is at most a tenth of the limit."""
     scene = load_scene(name, arguments)
     assert set(scene.scale) == set(scene.outputs)
     files = build(scene.system).files

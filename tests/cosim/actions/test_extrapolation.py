@@ -36,7 +36,7 @@ def test_order_of_convergence(files, opened, library, version, way, algorithm, o
 
 @VERSIONS
 @pytest.mark.parametrize("algorithm", ORDERS)
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algorithm):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, version, algorithm):
     """After the start, positions follow the recurrence of the matrix's characteristic polynomial."""
     system, found = loop(files, version)
     step = CoupledStep(system, opened(found), algorithm).over(5e-3)
@@ -54,7 +54,7 @@ def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algor
 
 @WAYS
 def test_sampled_outputs_are_held(files, opened, library, way):
-    """The plant sees a step at each tick, as without extrapolation: both ways are exact."""
+    """The input of the plant has a step at each tick, as without extrapolation: both are exact."""
     results = []
     for algorithm in ("gauss_seidel", "gauss_seidel_quadratic"):
         system, found = loop(files, controller="SampledPd")

@@ -35,7 +35,7 @@ def test_second_order(files, opened, version, method):
 
 
 @each_method
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, method):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, method):
     system, found = loop(files)
     step = CoupledStep(system, opened(found), method).over(5e-3)
     position = positions(make_master(opened(found), system, method, 5e-3), 100)

@@ -185,7 +185,7 @@ def test_where_nothing_is_joined_no_order_makes_a_difference():
     same, choice = with_computed_order(scene, "computed")
     assert choice is not None
     assert same == scene
-    assert choice.sentence.endswith(", the scene's own; no other makes a difference")
+    assert choice.sentence.endswith(", the scene's order; all orders are equivalent")
 
 
 # Orders that differ --------------------------------------------------------------------------------------------------
@@ -222,7 +222,7 @@ def test_what_is_fixed_keeps_its_place_beside_what_it_is_joined_to():
 
 
 def test_of_many_orders_the_best_is_looked_for_by_exchanges():
-    """A chain of 14: of 8192 orders the one in which those in odd places go first."""
+    """A chain of 14: of 8192 orders the one with the odd places first."""
     names = [f"n[{i}]" for i in range(14)]
     pairs = list(pairwise(names))
     own = joined_as(names, pairs)
@@ -283,14 +283,20 @@ def test_an_order_that_is_none_is_refused(hfsa, words, message):
 def test_what_ticks_is_not_put_into_another_place(hfsa):
     code, _, err = hfsa("run", "sdelta_hfsa", "--order", "robot,controller")
     assert code == 2
-    assert "controller is sampled; when it ticks, and after whom, is what the system is; there are reference" in err
+    assert "controller is sampled, and the order of its ticks is part of the system; there are reference" in err
 
 
 def test_the_linear_method_takes_no_order(hfsa):
-    for more in ([], ["--open-loop", "controller.axis[1].command"]):
+    for more, message in (
+        ([], "the linear method takes no steps and has no order"),
+        (
+            ["--open-loop", "controller.axis[1].command"],
+            "--order would have no effect: --open-loop uses the linearised",
+        ),
+    ):
         code, _, err = hfsa("sweep", "sdelta_hfsa", "--method", "linear", "--order", "computed", *more)
         assert code == 2
-        assert "the linear method takes no steps, so that there is no order" in err
+        assert message in err
 
 
 def test_a_computed_order_is_reported_stored_and_run(hfsa, tmp_path):
@@ -300,8 +306,8 @@ def test_a_computed_order_is_reported_stored_and_run(hfsa, tmp_path):
     code, out, err = hfsa("run", path, "--order", "computed", "--stop", "0.01", "--json", "-o", "run.h5")
     assert code == 0
     assert "hfsa: order second, first: response within 0." in err
-    assert "in the scene's own within " in err
-    assert "; 2 orders compared, all that differ" in err
+    assert "the scene's order within " in err
+    assert "; 2 orders compared, all different ones" in err
     stored = read_order("run.h5")
     assert stored is not None
     assert json.loads(out)["order"]["order"] == list(stored.order) == ["second", "first"]

@@ -187,7 +187,7 @@ def test_an_exchanged_spring_takes_damping(wired, algorithm):
 
 
 def ringing(master: Master, frequency: float) -> float:
-    """Rate [1/s] at which a mass let go rings up or down over some 50 periods.
+    """Growth rate [1/s] of a released mass over some 50 periods.
 
     Its size is seen at the frequency through a Hann window of ten periods, early and late.
     """

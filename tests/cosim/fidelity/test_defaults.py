@@ -96,15 +96,15 @@ def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
     assert taken.step_error.max() < 1e-3
 
 
-def test_an_unstable_loop_that_the_steps_hide_is_told_of(hfsa):
+def test_an_unstable_loop_that_the_steps_hide_is_reported(hfsa):
     """PD on stacks with their amplifiers: Gauss-Seidel's lead at the sample time is the phase that the loop lacks."""
     words = ["-p", "law=pd_ff", "-p", "stack=linear", "-p", "motion=three_axis", "--stop", "0.01"]
     code, out, err = hfsa("run", "stage_tracking", *words, "--step", "10e-6", "--algorithm", "gauss_seidel", "--json")
     assert code == 0
     errors = [v["maximum"] for v in json.loads(out)["variables"] if v["name"].startswith("tracking")]
     assert max(errors) < 2e-9  # as precise as it looks
-    for said in ("a mode grows by 4149 1/s at 8712 Hz", "hides", "a sample time of 3.921e-06 s", "shows it"):
-        assert said in err
+    for message in ("a mode grows by 4149 1/s at 8712 Hz", "hides", "a sample time of 3.921e-06 s", "shows it"):
+        assert message in err
     code, out, err = hfsa("run", "stage_tracking", *words, "-o", "auto.h5", "--json")
     assert code == 0
     assert "the system itself is unstable" in err

@@ -12,7 +12,7 @@ from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.level_error import reference_of
-from hfsa.cosim.signals.response_scale import filled
+from hfsa.cosim.signals.response_scale import fill_valleys
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -177,9 +177,9 @@ def test_slopes_and_resonances_stay_and_notches_are_filled(points):
         "resonance": np.abs(1 / (1 - (f / 100) ** 2 + 0.02j * f / 100)),
     }
     for size in curves.values():
-        np.testing.assert_allclose(filled(size[:, None], f)[:, 0], size, rtol=1e-12)
+        np.testing.assert_allclose(fill_valleys(size[:, None], f)[:, 0], size, rtol=1e-12)
     notch = np.abs(1 - (f / 100) ** 2 + 0.001j)
-    full = filled(notch[:, None], f)[:, 0]
+    full = fill_valleys(notch[:, None], f)[:, 0]
     assert full[np.abs(f - 100).argmin()] == pytest.approx(0.59, abs=0.1)  # where an octave about it begins and ends
     np.testing.assert_allclose(full[(f < 60) | (f > 160)], notch[(f < 60) | (f > 160)])
 
@@ -223,7 +223,7 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
 CHOICE = ["-p", "robot.level=auto", "--input", "command.position[3]", "--tolerance", "0.01"]
 
 
-def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_sweep_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "sweep.h5"
     words = [*CHOICE, "--signal", "platform.position[3]", "--to", "2", "--from", "0.5", "--method", "linear"]
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--json"]) == 0
@@ -243,7 +243,7 @@ def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--resume"]) == 0
 
 
-def test_a_run_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_run_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "run.h5"
     assert main(["run", "sdelta_shaker", *CHOICE, "--stop", "0.01", "-o", str(path), "--json"]) == 0
     answer = capsys.readouterr()

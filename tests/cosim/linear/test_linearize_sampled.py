@@ -1,4 +1,4 @@
-"""The linear response through sampled FMUs, against sampled-data formulas and recursions written out here."""
+"""Linear response of systems with sampled FMUs, against sampled-data formulas and explicit recursions."""
 
 from typing import Literal
 
@@ -186,7 +186,7 @@ def filter_() -> Model:
 
 
 def law() -> Model:
-    """A sampled gain with a state that remembers."""
+    """A sampled gain with a state."""
     m = Model("Law", "Sampled control")
     m.sample_time(T)
     u, wanted = m.input("u", "1", "In"), m.input("wanted", "1", "Reference")

@@ -1,4 +1,4 @@
-"""Extremes: gains, damping, amplitude, stiffness, steps and values far from the usual, against closed forms.
+"""Extreme gains, damping, amplitudes, stiffnesses, steps and values, against closed forms.
 
 Each works to the accuracy that its test states, or stops with a message that says what happened.
 """

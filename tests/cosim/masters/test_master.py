@@ -1,4 +1,4 @@
-"""The master, with either stepping loop: each algorithm against its discrete equations, and two masters of others."""
+"""Master with either stepping loop: each algorithm against its discrete equations and two foreign masters."""
 
 import signal
 import threading

@@ -244,7 +244,7 @@ def test_the_method_suits_the_poles(master, mass_on_spring_files, poles, horizon
 def test_without_derivatives_of_the_fmus(files, algorithm, error):
     fmus = {name: Fmu(files[kind, 2], "model_exchange") for name, kind in (("plant", "Plant"), ("pd", "Pd"))}
     for fmu in fmus.values():
-        fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
+        fmu.description = replace(fmu.description, has_derivatives=False, needs_completed_steps=True)
     instances = {name: ModelExchangeInstance(fmu, name) for name, fmu in fmus.items()}
     system = System([Component("plant", "x", start={"x": 1e-6}), Component("pd", "x")], LOOP)
     one = make_master(instances, system, algorithm, 0.01)

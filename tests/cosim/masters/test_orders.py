@@ -1,4 +1,4 @@
-"""Every algorithm on offer has a measured order of convergence, on the robot and on the stage, against closed forms.
+"""Measured order of convergence of every algorithm, on the robot and on the stage, against closed forms.
 
 The robot, its motors and controller, each its own FMU, are linear once the command stands: a matrix exponential. The
 stage under computed torque on its own model is nonlinear, yet its errors obey e'' + Kv e' + Kp e = 0. Both controls act

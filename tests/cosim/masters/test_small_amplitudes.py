@@ -1,4 +1,4 @@
-"""Amplitudes from a picometre to the limit of the workspace: linear responses, and a reference that runs everywhere."""
+"""Amplitudes from a picometre to the limit of the workspace: linear responses, and references everywhere in it."""
 
 from dataclasses import replace
 

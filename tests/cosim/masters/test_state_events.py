@@ -1,4 +1,4 @@
-"""State events and time events of an FMU of another maker, in monolithic runs: a ball that bounces."""
+"""State and time events of a foreign FMU in monolithic runs: a bouncing ball."""
 
 from contextlib import closing
 from pathlib import Path

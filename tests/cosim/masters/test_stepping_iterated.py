@@ -83,12 +83,12 @@ def test_a_warning_is_noted_and_the_step_goes_on(both, around, version, method):
 
 @VERSIONS
 def test_an_fmu_that_refuses_is_named_with_what_it_refused(both, around, version):
-    said = []
+    messages = []
     for behaviour in (REFUSE, LOSE):
         (failure, *_), _ = both(*around(version, behaviour=behaviour, at=0.05), run, "fixed_point")
-        said.append(failure[0].split(" at ")[0])
+        messages.append(failure[0].split(" at ")[0])
     functions = {2: ("fmi2GetFMUstate", "fmi2SetFMUstate"), 3: ("fmi3GetFMUState", "fmi3SetFMUState")}[version]
-    assert said == [f"spring: {function}: error" for function in functions]
+    assert messages == [f"spring: {function}: error" for function in functions]
 
 
 @VERSIONS

@@ -32,8 +32,8 @@ def test_a_run_tells_when_each_limit_acted_first_and_how_often():
         ("pd.axis[1].saturation", 1.0, pytest.approx(0.6), 4.0),
         ("stage.hinge.overload", 2.0, pytest.approx(0.25), None),
     ]
-    said = "pd: axis[1].saturation: saturated, first at t = 1 s, 60 % of the time, to the end from 4 s on: "
-    assert found[0].message.startswith(said)
+    beginning = "pd: axis[1].saturation: saturated, first at t = 1 s, 60 % of the time, to the end from 4 s on: "
+    assert found[0].message.startswith(beginning)
     assert found[0].message.endswith("take a smaller motion or a higher limit")
 
 

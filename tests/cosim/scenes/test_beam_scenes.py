@@ -1,4 +1,4 @@
-"""The scenes on beam modules: their sentences, swept and linearised response, and where a massless spring diverges."""
+"""Scenes on beam modules: docstrings, swept and linearised responses, and divergence of a massless spring."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_every_entry_is_a_sum_over_the_modes(opened):
     np.testing.assert_array_equal(np.argwhere(coupled & ~np.eye(6, dtype=bool)), [[1, 5], [2, 4], [4, 2], [5, 1]])
 
 
-def test_the_bode_plot_of_the_stage_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_stage_is_as_documented(opened):
     still, *at = np.abs(whole(opened, scene("beam_bode"), [0.1, 1815.1, 96.36, 62.82]))
     assert [still[0, 0], still[3, 3], still[1, 1], still[5, 1], still[5, 5], still[1, 5]] == pytest.approx(
         [7.69e-8, 6.06e-2, 6.42e-5, 4.27e-6, 1.71e-4, 4.27e-6], rel=2e-3
@@ -81,7 +81,7 @@ def test_the_bode_plot_of_the_stage_is_as_its_docstring_says(opened):
 
 
 @pytest.mark.parametrize("algorithm", HELD)
-def test_the_step_of_the_stage_costs_what_is_said(opened, algorithm):
+def test_the_step_of_the_stage_has_the_documented_error(opened, algorithm):
     at, frequency = scene("beam_bode"), np.array([*NATURAL[[0, 2, 3, 4]], 2 * NATURAL[-1], 5200.0])
     expected = whole(opened, at, frequency)
     for excited, column in ((1, [1, 5]), (3, [3])):
@@ -118,7 +118,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 # A payload on a base that is shaken -----------------------------------------------------------------------------------
 
 
-def test_the_bode_plot_of_the_payload_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_payload_is_as_documented(opened):
     at = scene("beam_payload")
     still, along, across, above = whole(opened, at, [1.0, 908.1, 641.9, 1e5])
     assert np.abs(np.diag(still)[:2]) == pytest.approx([3.07e-8, 6.15e-8], rel=1e-3)
@@ -148,7 +148,7 @@ def test_either_suspension_has_the_same_linear_response(opened):
 @pytest.mark.parametrize(
     ("algorithm", "along", "across"), [*((a, 1.34, 0.92) for a in HELD[:2]), (HELD[2], 4.85, 3.13)]
 )
-def test_the_step_of_the_payload_costs_what_is_said(opened, algorithm, along, across):
+def test_the_step_of_the_payload_has_the_documented_error(opened, algorithm, along, across):
     frequency = np.array([641.9, 908.1, 2000.0])
     merged, massless = (scene("beam_payload", suspension=way) for way in ("merged", "massless"))
     for k, expected in ((0, [along]), (1, [across])):
@@ -312,10 +312,10 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
 
 def test_a_large_shake_is_warned_of(hfsa):
     words = ["--frequency", "641.9", "--amplitude", "2000", "--stop", "0.5", "--step", "1e-5"]
-    code, said, warned = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
+    code, out, err = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
     assert code == 0
-    assert "payload.displacement_warning: displaced too far" in said
-    assert "take a smaller motion" in warned
+    assert "payload.displacement_warning: displaced too far" in out
+    assert "take a smaller motion" in err
 
 
 @pytest.mark.parametrize(
@@ -328,6 +328,6 @@ def test_a_large_shake_is_warned_of(hfsa):
     ],
 )
 def test_modules_that_cannot_be(hfsa, words, message):
-    code, said, warned = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
-    assert (code, said) == (2, "")
-    assert message in warned
+    code, out, err = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
+    assert (code, out) == (2, "")
+    assert message in err

@@ -1,4 +1,4 @@
-"""The SDelta under its control laws by linearised FMUs: tracking, damping, and the bandwidths at which loops break."""
+"""The SDelta under its control laws, from linearised FMUs: tracking, damping, and limits of the bandwidth."""
 
 from functools import cache
 
@@ -236,9 +236,7 @@ def test_the_bandwidth_at_which_sampled_control_turns_unstable(robot, law, delay
 
 
 def test_an_elastic_feed_forward_against_a_measured_pose_is_refused():
-    with pytest.raises(
-        StructureError, match="which elastic feed-forward sets apart on purpose; take law ctc_cartesian"
-    ):
+    with pytest.raises(StructureError, match="but elastic feed-forward makes them differ; take law ctc_cartesian"):
         load_scene("sdelta_hfsa", {"law": "ctc", "feedback": "pose", "feed_forward": "elastic"})
 
 

@@ -1,4 +1,4 @@
-"""The scene `stage_bode`: linearised it is a formula of the parts' numbers, and swept it is the linearised one."""
+"""The scene `stage_bode`: the linearised response agrees with a formula, the swept response with the linearised one."""
 
 from functools import cache
 
@@ -66,7 +66,7 @@ def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
     return Bench(build.build(system), tuple(names), library=library)
 
 
-# What the docstring says ----------------------------------------------------------------------------------------------
+# Docstring ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
@@ -77,7 +77,7 @@ def test_every_entry_is_the_formula_of_the_parts_numbers(opened, level, bias):
     assert max(errors(found, expected)) < 1e-3
 
 
-def test_bode_plot_is_as_the_docstring_says(opened):
+def test_bode_plot_is_as_documented(opened):
     linear = linearized(opened)
     dense = np.arange(700.0, 2800.0, 0.5)
     found, still = np.abs(response(linear, dense)), np.abs(response(linear, 1.0)[0])
@@ -157,7 +157,7 @@ def test_a_bias_that_the_stacks_cannot_have():
             load_scene("stage_bode", {"bias": bias})
 
 
-# What a stepped sweep measures ----------------------------------------------------------------------------------------
+# Stepped sweep --------------------------------------------------------------------------------------------------------
 
 
 def coupled_step(opened, algorithm: str, stacks_first: bool) -> CoupledStep:
@@ -226,7 +226,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 
 
 def test_a_large_amplitude_meets_the_current_limit(library, opened):
-    """At 2 kHz 0.1 A is 9.65 V, as the linear current says; well above that the point tells it."""
+    """At 2 kHz 0.1 A is 9.65 V by the linear current; well above that the point is limited."""
     at, excited = scene(), scene().inputs[0]
     current = linearize(at.system, opened(build.build(at.system).files), [excited], ["stack[1].stack.current"])
     per_volt = abs(current.response(np.array([2000.0]), [(0, -1, -1)])[0, 0, 0])

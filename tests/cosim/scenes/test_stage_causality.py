@@ -1,4 +1,4 @@
-"""Stage and stacks by either causality: a stiffness that is exchanged diverges, one that the stage owns does not.
+"""Causality of stage and stacks: an exchanged stiffness diverges, a stiffness within the stage does not.
 
 A stack's force k (d V - l), held over a step H, is that of a spring that lags by H / 2: a negative damper k H / 2
 beside the damping c of each mode. Here c is 1 % of critical for the mode without stacks, c = 0.02 sqrt(k_mode m_mode).
