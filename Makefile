@@ -1,15 +1,15 @@
-# make demo   sets everything up and runs the main job: a Bode plot of the flexible robot from co-simulated FMUs
-# make test   sets everything up and passes the tests
-# make bench  our stepping loop beside other masters;  make published  the published numbers beside ours
-# make slow   the tests that take minutes;  make fuzz  new random examples;  make coverage  what no test reaches
-# make style  format and floors;  make lint  types too;  make docs  the site;  make pictures  its pictures
+# make demo   installs the environment and computes a Bode plot of the flexible robot from co-simulated FMUs
+# make test   installs the environment and runs the tests
+# make bench  speed of the stepping loop and of other masters;  make published  published and computed numbers
+# make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
+# make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
 .PHONY: demo test slow fuzz coverage bench published style lint docs pictures lock clean
 
 PYTHON ?= python3
-# tests are as many processes as there are cores: threads of linear algebra would only wait for each other
+# tests run in one process per core: threads of linear algebra would wait for each other
 export OPENBLAS_NUM_THREADS ?= 1
 BIN := .venv/bin
 HAS_UV := $(shell command -v uv 2> /dev/null)
@@ -28,7 +28,7 @@ test: .venv/installed
 slow: .venv/installed
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 8
 
-# Each round draws other examples than the one before; a failure prints the example and keeps it in `.hypothesis`.
+# Each round draws new examples; a failure prints its example and stores it in `.hypothesis`.
 ROUNDS ?= 5
 fuzz: .venv/installed
 	for round in $$(seq $(ROUNDS)); do \
@@ -59,7 +59,7 @@ docs: .venv/installed
 pictures: .venv/installed
 	$(BIN)/python docs/pictures.py
 
-# The environment: pinned versions with hashes, then this checkout itself, editable.
+# Environment: pinned versions with hashes, then this checkout, editable.
 .venv/installed: $(LOCKS) pyproject.toml setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "hfsa needs Python 3.11 or newer; set PYTHON=...")'
 ifdef HAS_UV

@@ -1,4 +1,7 @@
-"""Compile the stepping loop where a C compiler is found; elsewhere, and at first use: cosim/assembly/native_loop.py."""
+"""Build script: compiles the stepping loop at installation where there is a C compiler.
+
+Without one, `cosim/assembly/native_loop.py` compiles it at first use.
+"""
 
 import runpy
 from pathlib import Path

@@ -5,6 +5,8 @@ parts share. No module in this package imports `controllers`, `fmus` or `cosim`.
 """
 
 from hfsa.components._modelling.errors import ModelError
+from hfsa.components._modelling.facts import Fact, Known
+from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import Model
 
-__all__ = ["Model", "ModelError"]
+__all__ = ["Fact", "Join", "Known", "Model", "ModelError"]

@@ -51,6 +51,7 @@ from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, d
 from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
 from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
 from hfsa.components._modelling.facts import Known
+from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import one_of
 
 FACTS = {
@@ -60,6 +61,15 @@ FACTS = {
     DAMPING_RATIO: Known("damping_ratio", levels=("cartesian",)),
     GRAVITY: Known("gravity"),
 }
+
+JOINS = (
+    Join(
+        "rigid",
+        "drive[",
+        {"sdelta_reference": None, "c_drive": ("ideal",)},
+        "it puts out its static reaction only, because a held inertial reaction diverges at every step",
+    ),
+)
 
 # Nominal values of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
 _TURN = (1e-5, 1e-3, 1e-1)

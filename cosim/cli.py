@@ -1,7 +1,7 @@
-"""The command `hfsa`: parses, nothing else.
+"""Command `hfsa`: the parser of the command line.
 
-Each verb is a file of `commands/`, found by its name. What a verb needs is imported when it runs, so that
-`hfsa --help` is there at once.
+Each verb is a file of `commands/`, found by its name. A verb imports its libraries when it runs, so that `hfsa --help`
+is fast.
 """
 
 import ast
@@ -19,14 +19,14 @@ app = App(
     help="Components, co-simulation and frequency sweeps for high-frequency, small-amplitude machines, made of FMUs.",
     help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
     "4 simulation failed, 130 interrupted, 143 ended by SIGTERM, 129 by SIGHUP. "
-    "With --traceback, an error shows where it was raised.",
+    "With --traceback, an error prints its traceback.",
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,
 )
 
 
 def _help(file: Path) -> str:
-    """Return the docstring of a verb's function down to its parameters, without importing it."""
+    """Return the docstring of the function of a verb, without its parameters and without importing it."""
     functions = (node for node in ast.parse(file.read_text(encoding="utf-8")).body if isinstance(node, ast.FunctionDef))
     verb = next(node for node in functions if node.name == file.stem)
     return (ast.get_docstring(verb) or "").partition("\nParameters\n")[0].strip()
@@ -39,13 +39,13 @@ for _file in sorted(Path(commands.__path__[0]).glob("[!_]*.py")):
 
 def main(tokens: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    # matrices are small here, and jobs are processes: threads of linear algebra would only wait for each other
+    # matrices are small and jobs are processes: threads of linear algebra would wait for each other
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     words = sys.argv[1:] if tokens is None else tokens
     traced = _shell.TRACEBACK in words
 
     def verb() -> int:
-        """Parse and run; a wrong word has been reported by then."""
+        """Parse and run; the parser has reported a wrong word."""
         rest = [word for word in words if word != _shell.TRACEBACK]
         try:
             return app(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE

@@ -62,8 +62,8 @@ def one_step(file: Path, _work: Path) -> None:
     with plt.rc_context(STYLE):
         figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(8.6, 6.2), layout="constrained")
         for algorithm in chosen:
-            cycle = names["shaken"].with_algorithm(algorithm)
-            ones = [cycle.over(step) for step in steps]
+            coupled = names["shaken"].with_algorithm(algorithm)
+            ones = [coupled.over(step) for step in steps]
             above.plot(steps * 1e3, [one.growth() for one in ones], label=algorithm)
             below.plot(steps * 1e3, [100 * abs(one.response([frequency])[0, 0] / exact - 1) for one in ones])
     decay = -names["c"] / (2 * names["m"])

@@ -1,4 +1,4 @@
-"""The accelerometer in the scenes that it is in: names, and the response by the numbers of the part."""
+"""The accelerometer in scenes: names, and the response from the numbers of the part."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -1,4 +1,4 @@
-"""Names of algorithms by what they do with inputs, from the table."""
+"""Names of algorithms by their treatment of inputs, from the table of algorithms."""
 
 from hfsa.cosim.masters import algorithms
 
@@ -8,7 +8,7 @@ MONOLITHIC, MONOLITHIC_DAE, ERROR_CONTROLLED = "monolithic", "monolithic_dae", "
 
 
 def _steps(inputs: str) -> tuple[str, ...]:
-    """Algorithms that take the steps they are given, whose inputs do that."""
+    """Return the algorithms with fixed steps and a treatment of inputs."""
     return tuple(name for name, row in algorithms.ALGORITHMS.items() if row.is_limited and row.inputs == inputs)
 
 

@@ -1,4 +1,4 @@
-"""Shared fixtures: parts at every level, their FMUs, exported once, a model as printed, and two masters of others."""
+"""Shared fixtures: parts at every level, their FMUs, a model as printed, and two foreign masters."""
 
 import ctypes
 import fcntl
@@ -42,8 +42,8 @@ def pytest_generate_tests(metafunc):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def heard() -> Iterator[None]:
-    """Tests, and processes that they start, hear Ctrl-C, also where a shell runs them in the background, deaf to it."""
+def ctrl_c() -> Iterator[None]:
+    """Handle Ctrl-C in tests and their processes, also where a background shell ignores it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

@@ -1,4 +1,4 @@
-"""FMUs of another maker for tests: compiled from one C file, with stubs for every function that it leaves out."""
+"""Foreign FMUs for tests: compiled from one C file, with stubs for all functions that it does not define."""
 
 import subprocess
 import zipfile

@@ -132,7 +132,7 @@ class Entry:
 
     @property
     def title(self) -> str:
-        """What tells it from every other entry."""
+        """Unique title of the entry."""
         return f"{self.evaluation.part}: {self.quantity} ({self.kind}, {self.source}, {self.equation})"
 
     @property

@@ -1,4 +1,4 @@
-"""Responses of a scene, linearised, by the exact one-step map and swept, and what lies between two of them."""
+"""Responses of a scene: linearised, by the one-step matrix, and swept; and differences between them."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -42,10 +42,10 @@ def one_step(
     algorithm: str = "gauss_seidel",
     step_size: float | None = None,
 ) -> np.ndarray:
-    """Return what a stepped sweep measures in the end, (frequencies, outputs)."""
+    """Return the settled response of a stepped sweep, (frequencies, outputs)."""
     system = build.instrument(at, excited, outputs)
-    cycle = Cycle(system, opened(build.build(system).files), algorithm, source="source", lock_in="lock_in")
-    return cycle.over(step_size or at.step_size).response(np.atleast_1d(frequency))
+    coupled = CoupledStep(system, opened(build.build(system).files), algorithm, source="source", lock_in="lock_in")
+    return coupled.over(step_size or at.step_size).response(np.atleast_1d(frequency))
 
 
 def swept(
@@ -68,7 +68,7 @@ def swept(
 
 
 def responses(points: Sequence[Point]) -> np.ndarray:
-    """Return the responses of points that are all done, without a word, (points, outputs)."""
+    """Return the responses of points, all done and without a message, (points, outputs)."""
     assert {(point.status, point.message) for point in points} == {(Status.DONE, "")}
     return np.array([point.response for point in points])
 
@@ -80,7 +80,7 @@ def errors(found: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
 
 
 def ahead(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Return by what phase a response leads the expected one [deg]."""
+    """Return the phase lead of a response over the expected one [deg]."""
     return np.degrees(np.angle(found / expected))
 
 

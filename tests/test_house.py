@@ -1,5 +1,6 @@
 """The house as a whole: style, floors, packaging, and that nothing depends on the checkout."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -74,6 +75,17 @@ def test_parts_stand_alone():
         assert {user.split(".")[1] for user in users} <= {"controllers"}, f"{part} is imported by {users}"
 
 
+def test_no_room_knows_a_part_by_name():
+    """Parts declare what holds of them; only scenes, and the instruments of a measurement, are named."""
+    names = {file.stem for package in ("components", "controllers") for file in (ROOT / package).glob("[!_]*.py")}
+    found = set()
+    for file in (file for file in (ROOT / "cosim").rglob("*.py") if file.parent.name != "scenes"):
+        nodes = ast.walk(ast.parse(file.read_text()))
+        words = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+        found |= {(file.name, name) for name in words & names}
+    assert found == {("scene.py", "sine_source"), ("scene.py", "lock_in")}
+
+
 def test_modules_say_what_they_are():
     for package in PACKAGES:
         for file in (ROOT / package).rglob("*.py"):
@@ -94,7 +106,7 @@ def wheel(tmp_path_factory) -> Path:
     everywhere = shutil.ignore_patterns(".git", ".venv", ".*_cache", "*.egg-info", "__pycache__")
 
     def left_out(place: str, names: list[str]) -> set[str]:
-        """What an earlier build or a run has left."""
+        """Return the names of files from an earlier build or run."""
         return {*everywhere(place, names), *({"build", "results"} if Path(place) == ROOT else ())}
 
     shutil.copytree(ROOT, folder / "copy", symlinks=True, ignore=left_out)
@@ -125,3 +137,11 @@ def sources(folder: Path) -> set[str]:
 def test_the_wheel_has_every_module_of_the_checkout(wheel):
     here = {f"{package}/{file}" for package in PACKAGES for file in sources(ROOT / package)}
     assert here == sources(wheel / "hfsa")
+
+
+def test_the_wheel_makes_a_repository_of_ones_own(wheel, tmp_path):
+    code = "import sys; sys.path.insert(0, sys.argv[1])\nfrom hfsa.cosim.cli import main\nmain(['new', 'mine'])\n"
+    run(sys.executable, "-c", code, str(wheel), cwd=tmp_path)
+    template = [file for file in (ROOT / "cosim/commands/_new").rglob("*") if file.is_file() and file.suffix != ".pyc"]
+    assert len([file for file in (tmp_path / "mine").rglob("*") if file.is_file()]) == len(template)
+    assert (tmp_path / "mine/.gitignore").is_file()

@@ -1,7 +1,7 @@
-"""What a master does between two communication points: fetch outputs, set inputs, step.
+"""Actions between two communication points: fetch outputs, set inputs, step.
 
 All connected outputs lie in one array, the bus. An algorithm is an order of actions; each has a `call`, whose `run`
-returns the status of what it did.
+performs the action and returns its FMI status.
 """
 
 from abc import ABC, abstractmethod
@@ -12,18 +12,18 @@ from typing import Self
 from hfsa.cosim.fmi.co_simulation import Call
 
 
-class Work(ABC):
-    """An action that is more than one call of an FMU: what a master runs is the action itself.
+class CompositeAction(ABC):
+    """An action made of several FMI calls; the action is its own `call`.
 
     Attributes:
-        failing: the call that the last status is of.
+        failing: the FMI call that produced the last status.
     """
 
     failing: Call | None = None
 
     @property
     def call(self) -> Self:
-        """What a master runs."""
+        """The action itself."""
         return self
 
     @abstractmethod
@@ -31,7 +31,7 @@ class Work(ABC):
         """Do it; return the first status that is worse than a warning, else the first warning's."""
 
     def _run(self, calls: Iterable[Call]) -> int:
-        """Run calls; return the first status that is worse than a warning, else the first warning's."""
+        """Run calls; return the first status worse than a warning, else the first warning."""
         warning = 0
         for call in calls:
             if status := call.run():
@@ -40,8 +40,8 @@ class Work(ABC):
                     return status
         return warning
 
-    def _told(self, status: int, time: float) -> int:
-        """Return a status that is not worse than a warning; `StepError` at `time` [s] for any other."""
+    def _checked(self, status: int, time: float) -> int:
+        """Return a status that is ok or a warning; raise `StepError` at `time` [s] for a worse one."""
         if status > 1:
             assert self.failing is not None
             self.failing.instance.time = time
@@ -49,8 +49,8 @@ class Work(ABC):
         return status
 
 
-def blamed(call: Call | Work) -> Call | None:
-    """Return the FMU's own call that the last status of a call is of."""
+def failing_call(call: Call | CompositeAction) -> Call | None:
+    """Return the FMI call that produced the last status."""
     return call if isinstance(call, Call) else call.failing
 
 
@@ -59,8 +59,8 @@ class Group:
     """Connected outputs of one instance at one feedthrough level, fetched by one call.
 
     Attributes:
-        transfers: what it feeds.
-        loop: number of the algebraic loop that it is on.
+        transfers: inputs that these outputs feed.
+        loop: number of the algebraic loop through the group, `None` if there is none.
     """
 
     instance: str
@@ -72,7 +72,11 @@ class Group:
 
 @dataclass(eq=False)
 class Transfer:
-    """Inputs of instance `target` that one group feeds, set by one call; `affected` groups follow them directly."""
+    """Inputs of instance `target` that one group feeds, set by one call.
+
+    Attributes:
+        affected: groups with direct feedthrough from these inputs.
+    """
 
     target: str
     inputs: list[str]
@@ -82,7 +86,7 @@ class Transfer:
 
 @dataclass(eq=False)
 class Stepper:
-    """One step of one instance; afterwards all its `groups` may have changed."""
+    """One step of one instance; it may change all `groups` of that instance."""
 
     instance: str
     call: Call

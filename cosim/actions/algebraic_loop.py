@@ -1,15 +1,15 @@
-"""Algebraic loops across FMUs: outputs that follow each other without a step between, solved by Newton's method.
+"""Algebraic loops across FMUs: outputs that depend on each other through direct feedthrough, solved by Newton's method.
 
-The values w on the connections of a loop are set, and the outputs that they lead to fetched: y(w). Wanted is w = y(w):
+Each pass sets the values w on the connections of a loop, fetches the outputs y(w), and corrects w towards w = y(w):
 
     w <- w + (1 - dy/dw)^-1 (y(w) - w)
 
-until the change is at most `TOLERANCE` of the value, or of its nominal where that is more; then once more, so that what
-is left is rounding and does not grow from point to point. dy/dw is made of the
-FMUs' directional derivatives, of differences where an FMU has none; it is kept as long as it serves, and made anew
-where `PASSES` do not suffice. A loop of linear parts takes two passes, whatever its gain.
+until the change is at most `TOLERANCE` of the value, or of its nominal where that is larger. One more pass then reduces
+the residual to rounding, so that it does not grow from point to point. dy/dw consists of the FMUs' directional
+derivatives, or of finite differences where an FMU has none. Its inverse is reused until `PASSES` passes do not
+converge; it is then computed again. A loop of linear parts takes two passes, whatever its gain.
 
-`run` is what the stepping loop in C does as well, with the same bits; `solve` is called where that does not suffice.
+The stepping loop in C computes the same bits as `run`; `solve` continues where `run` returns `STALE`.
 """
 
 from collections.abc import Sequence
@@ -17,38 +17,38 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work
+from hfsa.cosim.actions.action import CompositeAction, Group, Transfer
 from hfsa.cosim.fmi.co_simulation import Instance, StepError
 
 TOLERANCE = 1e-10
 """Largest last change but one of a value on a loop, relative to the value or its nominal."""
 
 ROUNDING = 1e-15
-"""Relative change after which nothing is left to change."""
+"""Relative change below which a further pass changes nothing."""
 
 PASSES = 8
-"""Passes with one inverse, after which it is made anew."""
+"""Passes with one inverse before it is computed again."""
 
 REFRESHES = 20
-"""Inverses after which a loop must be solved."""
+"""Inverses after which an unsolved loop is an error."""
 
 STALE = 101
-"""Status of a run whose inverse does not suffice, beside those of FMI."""
+"""Status of a run that needs a new inverse, in addition to those of FMI."""
 
 _DIFFERENCE = 1e-6
-"""Relative size of the differences that stand in for directional derivatives."""
+"""Relative step of the finite differences that replace directional derivatives."""
 
 
 @dataclass(eq=False)
-class AlgebraicLoop(Work):
-    """One algebraic loop: an action of the master like fetching a group.
+class AlgebraicLoop(CompositeAction):
+    """One algebraic loop: the action that solves it.
 
     Attributes:
-        number: among the loops of its system.
+        number: index of the loop in its system.
         groups: outputs on the loop; `inner` are the transfers that close it, `transfers` those to other inputs.
-        places: of the loop's connections on the `bus`, (n,); `ends` are (source instance, output, target instance,
-            input) of each.
-        scale: nominals of the values, (n,); `words` spell the loop out.
+        places: indices of the loop's connections on the `bus`, (n,); `ends` are (source instance, output, target
+            instance, input) of each.
+        scale: nominals of the values, (n,); `words` name the loop in messages.
         inverse: (1 - dy/dw)^-1, (n, n).
     """
 
@@ -70,11 +70,11 @@ class AlgebraicLoop(Work):
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: the next run starts from what the outputs are then."""
+        """Discard the inverse: the next solution starts from the outputs at that time."""
         self.inverse[:] = np.nan
 
     def run(self) -> int:
-        """Correct the values until they agree; return the status of a call that was not ok, or `STALE`."""
+        """Correct the values until they agree; return the first status that is not ok, or `STALE`."""
         warning, was_close = 0, False
         for _ in range(PASSES if self._is_begun() else 0):
             status = self._evaluate()
@@ -88,17 +88,17 @@ class AlgebraicLoop(Work):
         return STALE
 
     def solve(self, time: float) -> int:
-        """Solve with an inverse of the present values, as often as it takes; `StepError` where nothing helps.
+        """Solve with a new inverse at the present values, up to `REFRESHES` times; return 0 or the first warning.
 
-        Returns the status of a call that warned.
+        Raises `StepError` where the loop has no unique solution or Newton's method does not converge.
         """
         if not self._is_begun():
-            self._told(self._fetch(), time)
+            self._checked(self._fetch(), time)
         for _ in range(REFRESHES):
             self._refresh(time)
             status = self.run()
             if status != STALE:
-                return self._told(status, time)
+                return self._checked(status, time)
         i = int(np.argmax(np.abs(self.change) / self._size()))
         source, output, _, _ = self.ends[i]
         residual = float(self.bus[self.places][i] - self.change[i] - self.guess[i])
@@ -125,22 +125,22 @@ class AlgebraicLoop(Work):
         return self._run(group.call for group in self.groups)
 
     def _is_begun(self) -> bool:
-        """Whether there is an inverse."""
+        """Whether an inverse has been computed."""
         return not np.isnan(self.inverse[0, 0])
 
     def _correct(self) -> float:
-        """Take the step to better values; return the largest change relative to its size."""
+        """Take one Newton step; return the largest change relative to the size of its value."""
         residual = self.bus[self.places] - self.guess
         self.change[:] = product(self.inverse, residual)
         self.bus[self.places] = self.guess + self.change
         return float(np.max(np.abs(self.change) / self._size()))
 
     def _size(self) -> np.ndarray:
-        """Return the sizes that changes are relative to, (n,)."""
+        """Return the sizes that changes are divided by, (n,)."""
         return np.maximum(np.abs(self.guess), self.scale)
 
     def _refresh(self, time: float) -> None:
-        """Make the inverse at the present values."""
+        """Compute the inverse at the present values."""
         n = len(self.places)
         gradient = np.zeros((n, n))
         for name in dict.fromkeys(source for source, *_ in self.ends):
@@ -157,7 +157,7 @@ class AlgebraicLoop(Work):
 
 
 def product(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return a matrix times a vector, summed column by column as in C; a library's sums have orders of their own."""
+    """Return a matrix times a vector, summed column by column as in C; the order of a library's sums may differ."""
     total = np.zeros(len(matrix))
     for column, value in zip(matrix.T, vector, strict=True):
         total += column * value
@@ -165,7 +165,10 @@ def product(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def direct_gain(instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> np.ndarray:
-    """Return d output / d input without a step between, (outputs, inputs), by differences where the FMU has no own."""
+    """Return the direct feedthrough d output / d input, (outputs, inputs).
+
+    Finite differences replace directional derivatives that the FMU does not provide.
+    """
     if instance.fmu.description.has_derivatives:
         distinct = list(dict.fromkeys(outputs))
         return instance.jacobian(distinct, inputs)[[distinct.index(name) for name in outputs]]

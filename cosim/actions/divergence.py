@@ -1,16 +1,16 @@
-"""Divergence: the scale of what is recorded, and the stop of a run that has left it.
+"""Divergence: scales of recorded values, and the error that ends a run beyond a thousand times a scale.
 
     scales = recorded_scales(scene, system, connectors, ["tracking.axis[1].error"])
     recording.watch.limit(scales)          # from then on DivergenceError beyond a thousand times a scale
 
-A linear model goes on at any size, and an unstable loop grows until numbers overflow: long before that they mean
-nothing. The scale of an output is, in this order,
+An unstable loop of linear models grows until its numbers overflow; they lose their meaning long before. The scale of an
+output is, in this order,
 
-    1. what the scene declares (`Scene.scale`): a travel, a force or torque limit
-    2. none where the FMU states both bounds: a run stops at these
+    1. the scale that the scene declares (`Scene.scale`): a travel, a force or torque limit
+    2. none where the FMU states both bounds: the run stops at these
     3. the nominal value that the FMU states, or the scene's amplitude in that unit where it is larger
 
-Elsewhere only values that are not finite stop a run. Inputs, which somebody prescribes, are limited by 1 alone.
+An output without a scale stops a run only where it is not finite. For an input, which is prescribed, only rule 1 holds.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,14 +23,14 @@ from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import System
 
 FACTOR = 1000.0
-"""Times its scale, the value of a variable above which a run has no meaning."""
+"""Ratio of a value to its scale above which a run has diverged."""
 
 _UNDECLARED = ", as the scene declares no scale for it"
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The size that a variable has in use: `size` in its `unit`, its `origin` and a `remark` on that in words."""
+    """Usual size of a variable: `size` in its `unit`; `origin` and `remark` are its source in words."""
 
     size: float
     unit: str
@@ -39,7 +39,7 @@ class Scale:
 
     @property
     def limit(self) -> float:
-        """Largest value with a meaning, in the unit."""
+        """Largest value that counts as converged, in the unit."""
         return FACTOR * self.size
 
     def __str__(self) -> str:
@@ -47,7 +47,7 @@ class Scale:
 
 
 class DivergenceError(StepError):
-    """A run whose recorded values have left their scale; `signal` is the full name, `value` in the unit of `scale`."""
+    """Divergence of a recorded variable: its full name `signal`, and its `value` in the unit of `scale`."""
 
     def __init__(self, signal: str, value: float, scale: Scale, time: float):
         instance, _, variable = signal.partition(".")
@@ -64,7 +64,7 @@ def recorded_scales(
 ) -> dict[str, Scale]:
     """Return the scales of those variables (full names) that have one.
 
-    `system` is what runs of the scene, `connectors` holds the variables of each component's FMU by name.
+    `system` is the part of the scene that runs; `connectors` holds the variables of each component's FMU by name.
     `StructureError` where the scene declares the scale of a variable that does not exist.
     """
     declared = {name: connector(system, connectors, name) for name in scene.scale}

@@ -1,4 +1,4 @@
-"""Values that agree across every connection: the calls that make them so, and their start in initialization mode.
+"""Exchange of values across all connections: at the start, in initialization mode, and at communication points.
 
 exchange = Exchange(wiring)
 exchange.enter(start_time=0.0)         # all instances in initialization mode, values settled
@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from hfsa.cosim.actions.action import blamed
+from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Action, Runnable
 from hfsa.cosim.actions.wiring import Wiring
@@ -28,7 +28,7 @@ SETTLING_TOLERANCE = 1e-12
 
 
 class Exchange:
-    """Runs actions on the instances of a wiring, and reports what is not ok.
+    """Runs actions on the instances of a wiring, raises errors and collects warnings.
 
     Attributes:
         watch: checks the values on the bus.
@@ -49,10 +49,10 @@ class Exchange:
     def enter(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Bring all instances into initialization mode, with values that agree.
+        """Bring all instances into initialization mode, with values that agree across connections.
 
-        `starts` holds start values by full name, which go before those of the components. `StructureError` for a start
-        value of a variable that does not exist, or that is no finite number; `StepError` as of `settle`.
+        `starts` holds start values by full name, which override those of the components. Raises `StructureError` for a
+        start value of a variable that does not exist, or that is not finite; `StepError` as `settle`.
         """
         starts = dict(starts or {})
         for name, value in starts.items():
@@ -69,7 +69,7 @@ class Exchange:
         self.settle()
 
     def settle(self) -> None:
-        """Exchange values in initialization mode until none changes; `StepError` names a connection that still does."""
+        """Exchange values in initialization mode until none changes; `StepError` names a connection that does not."""
         bus, watch = self.wiring.bus, self.watch
         before, change = np.full_like(bus, np.nan), np.full_like(bus, np.inf)
         for _ in range(SETTLING_PASSES):
@@ -95,24 +95,28 @@ class Exchange:
             self.wiring.instances[component.name].exit()
 
     def run(self, actions: Iterable[Action]) -> None:
-        """Run actions, and report what is not ok."""
+        """Run actions; `report` handles every status that is not ok."""
         self.run_calls(action.call for action in actions)
 
     def run_calls(self, calls: Iterable[Runnable]) -> None:
-        """Run calls, and report what is not ok."""
+        """Run calls; `report` handles every status that is not ok."""
         for call in calls:
             status = call.run()
             if status:
                 self.report(call, status)
 
     def report(self, call: Runnable, status: int) -> None:
-        """Raise what a status says, note the first warning of an instance, or make anew what an iteration needs."""
+        """Handle a status that is not ok.
+
+        An error raises `StepError`, the first warning of an instance is kept, and `STALE` solves the loop or the
+        iterated step with a new inverse.
+        """
         if status == STALE:
-            assert isinstance(call, AlgebraicLoop | Converge)
+            assert isinstance(call, AlgebraicLoop | IteratedStep)
             status = call.solve(self.time)
             if not status:
                 return
-        failing = blamed(call)
+        failing = failing_call(call)
         assert failing is not None
         failing.instance.time = self.time
         failing.instance.check(failing, status)

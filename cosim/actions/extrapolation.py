@@ -1,18 +1,19 @@
-"""Inputs that move within a step: polynomials through what the outputs that feed them were at communication points.
+"""Input extrapolation: polynomials through the values of the feeding outputs at the last communication points.
 
-From t_k on an input is u(t_k + s) = u_k + d1 s + d2 s^2 / 2 for a step of H. With values b at t_k + H of an instance
-that has stepped already, h0 at t_k, h1 at t_k - H and h2 at t_k - 2 H:
+Over a step H from t_k on an input is u(t_k + s) = u_k + d1 s + d2 s^2 / 2. Its derivatives follow from the values of
+the feeding output: h0 at t_k, h1 at t_k - H, h2 at t_k - 2 H, and b at t_k + H where the source has stepped already:
 
-    order  not yet stepped                            stepped already
+    order  source not yet stepped                     source stepped already
     1      d1 H = h0 - h1                             d1 H = b - h0
     2      d1 H = (3 h0 - 4 h1 + h2) / 2              d1 H = (b - h1) / 2
            d2 H^2 = h0 - 2 h1 + h2                    d2 H^2 = b - 2 h0 + h1
 
-Sampled outputs are held. What follows them directly jumps at ticks: it is held too, or, of an instance that has stepped
-already, a straight line. h0 is taken after the ticks at t_k, so that no line goes across one.
+Sampled outputs are held. Outputs with direct feedthrough from them jump at ticks: they are held too, or follow a
+straight line where their instance has stepped already. h0 is recorded after the ticks at t_k, so that no polynomial
+crosses a tick.
 
-At the start h1 and h2 are made of the FMUs' output derivatives, passed on in feedthrough order; where an FMU has none
-the first step holds its outputs.
+At the start h1 and h2 follow from the FMUs' output derivatives, passed on in feedthrough order; the first step holds
+the outputs of an FMU without them.
 """
 
 from collections.abc import Collection, Sequence
@@ -20,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Work
+from hfsa.cosim.actions.action import CompositeAction
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call, Number
 
@@ -40,8 +41,8 @@ _DEGREES: dict[tuple[tuple[float, ...], ...], int] = {
 
 
 @dataclass(eq=False)
-class Remember(Work):
-    """Keeps the values at the last communication points: `points` is (3, n), h0, h1, h2."""
+class History(CompositeAction):
+    """Bus values at the last communication points: `points` holds h0, h1, h2, (3, n)."""
 
     bus: np.ndarray
     points: np.ndarray = field(init=False)
@@ -50,7 +51,7 @@ class Remember(Work):
         self.points = np.zeros((3, len(self.bus)))
 
     def run(self) -> int:
-        """Take the present values for h0."""
+        """Record the present values as h0."""
         self.points[2] = self.points[1]
         self.points[1] = self.points[0]
         self.points[0] = self.bus
@@ -58,16 +59,16 @@ class Remember(Work):
 
 
 @dataclass(eq=False)
-class Extrapolate(Work):
-    """Gives the inputs of one instance their derivatives for the step that follows.
+class Extrapolate(CompositeAction):
+    """Sets the derivatives of one instance's inputs for the next step.
 
     Attributes:
-        places: of the inputs on the bus, (n,); `weights` of b, h0, h1, h2 in d1 H and d2 H^2, (2, 4, n).
-        derivatives: d1, d2, (2, n); `setters` hand them over, one or two.
+        places: indices of the inputs on the bus, (n,); `weights` of b, h0, h1, h2 in d1 H and d2 H^2, (2, 4, n).
+        derivatives: d1, d2, (2, n); `setters` set them, one or two.
     """
 
     instance: str
-    remember: Remember
+    history: History
     step_size: Number
     places: np.ndarray
     weights: np.ndarray
@@ -75,9 +76,9 @@ class Extrapolate(Work):
     setters: Sequence[Call]
 
     def run(self) -> int:
-        """Work the derivatives out and hand them over; return the first status that is not ok."""
-        h, places, points = self.step_size.value, self.places, self.remember.points
-        nodes = self.remember.bus[places], points[0, places], points[1, places], points[2, places]
+        """Compute and set the derivatives; return the first status that is not ok."""
+        h, places, points = self.step_size.value, self.places, self.history.points
+        nodes = self.history.bus[places], points[0, places], points[1, places], points[2, places]
         for order, weights, divisor in zip((0, 1), self.weights, (h, h * h), strict=True):
             total = np.zeros(len(places))
             for weight, values in zip(weights, nodes, strict=True):  # in C the sums have this order
@@ -87,23 +88,25 @@ class Extrapolate(Work):
 
 
 class Extrapolation:
-    """The inputs of a system that can move within a step, up to an order of 1 or 2.
+    """Extrapolation of the inputs of a system by polynomials of order 1 or 2.
 
     Attributes:
-        remember: keeps what the polynomials go through.
-        unable: instances with inputs that could move, but whose FMU takes no derivatives of them.
-        degree: least degree of the polynomials that such inputs follow, 0 where one is held.
+        history: bus values that the polynomials pass through.
+        unable: instances with moving inputs whose FMU accepts no input derivatives; these inputs are held.
+        degree: least degree of the polynomials, 0 where an input is held.
     """
 
     def __init__(self, wiring: Wiring, order: int):
         self._wiring, self._order = wiring, order
-        self.remember = Remember(wiring.bus)
+        self.history = History(wiring.bus)
         self._jumping = wiring.jumping()
-        self.unable = [s.instance for s in wiring.others if self.moving(s.instance) and not self.is_able(s.instance)]
+        self.unable = [
+            s.instance for s in wiring.continuous if self.moving(s.instance) and not self.is_able(s.instance)
+        ]
         self.degree = 0 if self.unable else order
 
     def moving(self, instance: str) -> list[int]:
-        """Return the places on the bus of an instance's inputs that do more than jump."""
+        """Return the bus indices of an instance's inputs that change between ticks."""
         return [
             i
             for i, connection in enumerate(self._wiring.connections)
@@ -111,13 +114,13 @@ class Extrapolation:
         ]
 
     def is_able(self, instance: str) -> bool:
-        """Whether an instance takes derivatives of its inputs."""
+        """Whether an instance accepts derivatives of its moving inputs."""
         return self._wiring.instances[instance].has_input_derivatives(self._inputs(self.moving(instance)), 1)
 
     def of(self, instance: str, stepped: Collection[str] = ()) -> list[Extrapolate]:
-        """Return the action that lets an instance's inputs move, if it has any that can.
+        """Return the action that extrapolates an instance's inputs; none where no input can move.
 
-        `stepped` are the instances that have stepped already.
+        `stepped` names the instances that have stepped already.
         """
         places = self.moving(instance)
         if not places or not self.is_able(instance):
@@ -130,10 +133,10 @@ class Extrapolation:
         derivatives = np.zeros((2, len(places)))
         setters = [it.derivative_setter(it.handle(inputs, derivatives[k]), k + 1) for k in range(order)]
         step_size = self._wiring.step_size
-        return [Extrapolate(instance, self.remember, step_size, np.array(places), weights, derivatives, setters)]
+        return [Extrapolate(instance, self.history, step_size, np.array(places), weights, derivatives, setters)]
 
     def _weights(self, place: int, order: int, stepped: Collection[str]) -> tuple[tuple[float, ...], ...]:
-        """Return the weights of an input's polynomial, by whether its source has stepped, and jumps."""
+        """Return the weights of an input's polynomial; they depend on whether its source has stepped, and jumps."""
         start = self._wiring.connections[place].start
         has_stepped, jumps = self._wiring.split(start)[0] in stepped, start in self._jumping
         if has_stepped:
@@ -143,11 +146,11 @@ class Extrapolation:
         return _PARABOLA if order == 2 else _LINE
 
     def _inputs(self, places: Sequence[int]) -> list[str]:
-        """Return the inputs at places on the bus."""
+        """Return the names of the inputs at places on the bus."""
         return [self._wiring.split(self._wiring.connections[i].end)[1] for i in places]
 
     def begin(self) -> None:
-        """Make h1 and h2 at the start, where the exchange has just been done."""
+        """Compute h1 and h2 at the start, right after the first exchange."""
         wiring, h = self._wiring, self._wiring.step_size.value
         slopes = np.zeros_like(wiring.bus)
         for group in wiring.groups:
@@ -164,5 +167,5 @@ class Extrapolation:
                     handle = target.handle(self._inputs(own), slopes[own])
                     call = target.derivative_setter(handle, 1)
                     target.check(call, call.run())
-        # the first step makes them h1 and h2
-        self.remember.points[:2] = wiring.bus - h * slopes, wiring.bus - 2 * h * slopes
+        # the first step shifts them to h1 and h2
+        self.history.points[:2] = wiring.bus - h * slopes, wiring.bus - 2 * h * slopes

@@ -1,9 +1,9 @@
-"""What a step of linearised feedback begins with: gains of plants, rates of outputs, lines of inputs.
+"""Actions of linearised feedback at the beginning of a step: feedback gains, output rates, input slopes.
 
-`Gains` are the derivatives of what controllers command with respect to what a plant puts out, for the plant to follow
-within the step; `Rates` say what outputs change by at the communication point; `Lines` are the slopes of an instance's
-inputs: to where the instance that feeds them has stepped already, else at the rate that its output has, without what a
-plant follows itself. The law is that of `masters/linearized_feedback.py`.
+`Gains` are the derivatives of controller commands with respect to plant outputs; the plant applies them within the
+step. `Rates` are the time derivatives of outputs at the communication point. `Lines` are the slopes of an instance's
+inputs: towards the newest output of a source that has stepped already, else the rate of that output, less the part that
+the plant applies itself. The law is that of `masters/linearized_feedback.py`.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -11,34 +11,34 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Work
-from hfsa.cosim.actions.extrapolation import Remember
+from hfsa.cosim.actions.action import CompositeAction, Group
+from hfsa.cosim.actions.extrapolation import History
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call, Number
 from hfsa.cosim.systems.connectors import Connector
-from hfsa.cosim.systems.feedback_loops import Loop
+from hfsa.cosim.systems.feedback_loops import FeedbackLoop
 
 
-class Gains(Work):
-    """The gains of one plant.
+class Gains(CompositeAction):
+    """Feedback gains of one plant.
 
     Attributes:
-        loops: the ways around, one or more for each gain.
-        gains: (n,); `of_loop` says which is a loop's.
-        derivatives: what the calls but the last fetch; derivative `entries[k]` is part of gain `places[k]`.
-        calls: one for each controller and value it measures, and the one that sets the gains.
+        loops: feedback loops through the plant, one or more for each gain.
+        gains: (n,); `of_loop` holds the index of the gain of each loop.
+        derivatives: results of all calls but the last; derivative `entries[k]` is a summand of gain `places[k]`.
+        calls: one for each controller and measured input, and the one that sets the gains.
     """
 
-    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+    def __init__(self, wiring: Wiring, loops: Sequence[FeedbackLoop]):
         self.loops = loops
         plant = wiring.instances[loops[0].plant]
         names = list(dict.fromkeys(loop.gain for loop in loops))
         self.gains = np.zeros(len(names))
         self.of_loop = [names.index(loop.gain) for loop in loops]
-        ways: dict[tuple[str, str], list[str]] = {}
+        all_commands: dict[tuple[str, str], list[str]] = {}
         for loop in loops:
-            ways.setdefault((loop.controller, loop.measured), []).append(loop.command)
-        commands = {way: list(dict.fromkeys(found)) for way, found in ways.items()}
+            all_commands.setdefault((loop.controller, loop.measured), []).append(loop.command)
+        commands = {measured: list(dict.fromkeys(found)) for measured, found in all_commands.items()}
         self.derivatives = np.zeros(sum(map(len, commands.values())))
         self.calls: list[Call] = []
         entries: list[int] = []
@@ -69,12 +69,13 @@ class Gains(Work):
 
 
 @dataclass(eq=False)
-class Rates(Work):
-    """Rates of outputs of one instance at one feedthrough level, from time, its states and its fed inputs.
+class Rates(CompositeAction):
+    """Rates of one group's outputs, by directional derivatives along time, states and connected inputs.
 
     Attributes:
-        rates: of all connected outputs; the group's are at `places`, those that feed the instance at `feeding`.
-        seed: 1 for time, then the states' derivatives, then the fed inputs' rates; `result` are the outputs' rates.
+        rates: rates of all connected outputs; the group's are at `places`, those that feed the instance at `feeding`.
+        seed: 1 for time, then the states' derivatives, then the rates of the connected inputs.
+        result: rates of the group's outputs.
     """
 
     rates: np.ndarray
@@ -86,11 +87,11 @@ class Rates(Work):
 
     @property
     def fed(self) -> np.ndarray:
-        """The part of the seed that is of fed inputs."""
+        """The part of the seed for connected inputs."""
         return self.seed[len(self.seed) - len(self.feeding) :]
 
     def run(self) -> int:
-        """Find the rates."""
+        """Compute the rates."""
         self.fed[:] = self.rates[self.feeding]
         status = self._run(self.calls)
         if status <= 1:
@@ -99,14 +100,15 @@ class Rates(Work):
 
 
 @dataclass(eq=False)
-class Lines(Work):
-    """Gives the inputs of one instance their slopes for the step that follows.
+class Lines(CompositeAction):
+    """Sets the slopes of one instance's inputs for the next step.
 
     Attributes:
-        bus, before, rates: the connected outputs now, at the communication point, and what they changed by there.
-        places: of the inputs on the bus, (n,); `is_known` says of which the end of the step is known.
-        slopes: (n,), handed over by `setter`.
-        own: (slope, gain, place of a rate) of what a plant follows itself, (m, 3); `gains` are the plant's.
+        bus, before, rates: connected outputs now and at the communication point, and their rates there.
+        places: indices of the inputs on the bus, (n,); `is_known` marks those whose source has stepped already.
+        slopes: (n,); `setter` sets them.
+        own: (slope, gain, place of a rate) of each feedback that the plant applies itself, (m, 3); `gains` are the
+            plant's.
     """
 
     step_size: Number
@@ -121,7 +123,7 @@ class Lines(Work):
     gains: np.ndarray
 
     def run(self) -> int:
-        """Work the slopes out and hand them over."""
+        """Compute and set the slopes."""
         change = (self.bus[self.places] - self.before[self.places]) / self.step_size.value
         self.slopes[:] = np.where(self.is_known, change, self.rates[self.places])
         for slope, gain, place in self.own:
@@ -130,24 +132,27 @@ class Lines(Work):
 
 
 class Feedback:
-    """All of this for the loops that linearised feedback closes in a system.
+    """The actions of linearised feedback for the feedback loops of a system.
 
     Attributes:
-        gains: by plant.
-        point: actions at a communication point: what is known there is kept.
+        gains: gains by plant.
+        point: actions at a communication point: record values, compute gains and rates.
     """
 
-    def __init__(self, wiring: Wiring, loops: Sequence[Loop]):
+    def __init__(self, wiring: Wiring, loops: Sequence[FeedbackLoop]):
         self._wiring = wiring
         self._rates = np.zeros_like(wiring.bus)
-        self._remember = Remember(wiring.bus)
+        self._history = History(wiring.bus)
         plants = dict.fromkeys(loop.plant for loop in loops)
         self.gains = {plant: Gains(wiring, [o for o in loops if o.plant == plant]) for plant in plants}
         rates = (found for group in wiring.groups for found in _rates(wiring, group, self._rates))
-        self.point = [self._remember, *self.gains.values(), *rates]
+        self.point = [self._history, *self.gains.values(), *rates]
 
     def lines(self, instance: str, stepped: Collection[str]) -> Iterator[Lines]:
-        """Yield the action that lets an instance's inputs move, if it can; `stepped` have stepped already."""
+        """Yield the action that sets the slopes of an instance's inputs, if its FMU accepts them.
+
+        `stepped` names the instances that have stepped already.
+        """
         wiring, it, gains = self._wiring, self._wiring.instances[instance], self.gains.get(instance)
         marks = {o.at for o in gains.loops} if gains else set()
         fed_back = {o.input for o in gains.loops} if gains else set()
@@ -164,7 +169,7 @@ class Feedback:
         yield Lines(
             wiring.step_size,
             wiring.bus,
-            self._remember.points[0],
+            self._history.points[0],
             self._rates,
             np.array([i for i, _, _ in moving]),
             np.array([source in stepped and name not in fed_back for _, source, name in moving]),
@@ -175,7 +180,7 @@ class Feedback:
         )
 
     def _own(self, gains: Gains, inputs: Sequence[str]) -> np.ndarray:
-        """Return (slope, gain, place of a rate) of what a plant follows itself; each gain counts once."""
+        """Return (slope, gain, place of a rate) of each feedback that a plant applies itself; each gain counts once."""
         ends = [(self._wiring.split(c.start), self._wiring.split(c.end)) for c in self._wiring.connections]
         found = {
             gain: (inputs.index(o.input), gain, ends.index(((o.plant, o.output), (o.plant, o.at))))
@@ -185,7 +190,10 @@ class Feedback:
 
 
 def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
-    """Yield what finds the rates of a group's outputs: nothing where they are held or the FMU does not tell."""
+    """Yield the action that computes the rates of a group's outputs.
+
+    Nothing where the outputs are held, on an algebraic loop, or the FMU has no directional derivatives.
+    """
     it = wiring.instances[group.instance]
     variables, description = it.fmu.variables, it.fmu.description
     moving = [(i, n) for i, n in zip(wiring.places(group), group.outputs, strict=True) if not _is_held(variables[n])]
@@ -193,7 +201,7 @@ def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
         return
     ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
     fed = [(i, name) for i, (target, name) in ends if target == group.instance]
-    # not every maker takes time for something to derive by
+    # not every foreign FMU differentiates with respect to time
     is_finished = wiring.system[group.instance].part.endswith(".fmu")
     time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
     states = [state for state, _ in description.states]

@@ -1,22 +1,20 @@
-"""Iterated coupling: a step is taken again and again until its inputs end at what the outputs come to.
+"""Iterative coupling: repeat the step until the inputs assumed at its end equal the outputs computed there.
 
-Over a step from t_k to t_k + H every input that another instance feeds follows a straight line, from what was put out
-at t_k to a guess w of what will be put out at t_k + H. All instances step, the exchange at t_k + H tells y(w), and the
-guess is made better:
+Over a step from t_k to t_k + H every connected input follows a straight line, from the output at t_k to a guess w of
+the output at t_k + H. All instances step, the exchange at t_k + H yields the outputs y(w), and the guess is corrected:
 
     fixed_point     w <- y(w)
     quasi_newton    w <- w + (1 - dy/dw)^-1 (y(w) - w)
 
-until the change is at most `TOLERANCE` of the value, or of its nominal where that is more, or at most `ROUNDING` of it
-and getting no smaller; each time the instances go back to their states at t_k. dy/dw is that of the linearised FMUs
-over a step of H; it is made at the first step, and anew where it does not serve or the step has changed much. The first
-guess goes on as the values have come.
+until the change is at most `TOLERANCE` of the value, or of its nominal where that is larger, or at most `ROUNDING` of
+it and no longer decreasing. All instances return to their states at t_k before each further pass. The interface
+Jacobian dy/dw is that of the linearised FMUs over a step of H. It is computed at the first step, and again where the
+passes do not converge or the step size has changed much. The first guess extrapolates the last communication points.
 
-Sampled outputs are held as ever. Where an FMU takes no derivatives of its inputs, they are held at the middle of the
-line. With straight lines the coupling is of second order, like the trapezoidal rule, and as stable.
-
-`Converge.attempt` is what the stepping loop in C does as well, with the same bits, up to where an inverse is to be made
-or the passes do not suffice; `Converge.solve` goes on from there.
+Sampled outputs are held. Where an FMU accepts no input derivatives, its inputs are held at the middle of the line. With
+straight lines the coupling is of second order and as stable as the trapezoidal rule.
+The stepping loop in C computes the same bits as `IteratedStep.attempt`; `IteratedStep.solve` continues where a new
+inverse is needed.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -24,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Group, Transfer, Work, blamed
+from hfsa.cosim.actions.action import CompositeAction, Group, Transfer, failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop, product
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
@@ -36,26 +34,26 @@ TOLERANCE = 1e-10
 """Largest last change of a value, relative to the value or its nominal."""
 
 ROUNDING = 1e-6
-"""Largest last change of a value that rounding keeps from getting smaller, likewise."""
+"""The same for a change that rounding keeps from decreasing further."""
 
 PASSES = {"fixed_point": 200, "quasi_newton": 8}
-"""Steps tried with one guess improving the other, by method."""
+"""Largest number of passes in a round, by method."""
 
 ROUNDS = {"fixed_point": 1, "quasi_newton": 2}
-"""Rounds of as many passes, each with an inverse of its own, by method."""
+"""Largest number of rounds, each with its own inverse, by method."""
 
 REUSE = 0.3
-"""Relative difference of steps up to which an inverse serves both."""
+"""Relative difference of step sizes up to which an inverse is reused."""
 
-Gradient = Callable[["Converge", float], np.ndarray]
-"""From a step size [s] to dy/dw of the linearised system at the present values, (places, places)."""
+InterfaceJacobian = Callable[["IteratedStep", float], np.ndarray]
+"""Function from a step size [s] to dy/dw of the linearised system at the present values, (places, places)."""
 
 
 class Line:
-    """The inputs of one instance that follow straight lines: from the last point to a guess, in `places` of the bus.
+    """The moving inputs of one instance: straight lines from the last point to the guess, at `places` of the bus.
 
     Attributes:
-        is_able: whether it takes their slopes; otherwise `values` are the lines' middles.
+        is_able: whether the instance accepts slopes; otherwise `values` are the middles of the lines.
     """
 
     def __init__(self, wiring: Wiring, instance: str, places: Sequence[int], is_able: bool):
@@ -66,7 +64,7 @@ class Line:
         self.call = it.derivative_setter(handle, 1) if is_able else it.setter(handle)
 
     def aim(self, start: np.ndarray, guess: np.ndarray, step_size: float) -> None:
-        """Lay the line from values on the bus at the beginning to values at the end, (n,) each."""
+        """Set the line between bus values at the beginning and at the end of the step, (n,) each."""
         first, last = start[self.places], guess[self.places]
         self.values[:] = (last - first) / step_size if self.is_able else (first + last) / 2
 
@@ -92,22 +90,22 @@ class Progress:
     warning: int = 0
 
 
-class Converge(Work):
-    """All instances that are not sampled step together, as often as it takes: an action of the master.
+class IteratedStep(CompositeAction):
+    """The action that steps all continuous instances together, repeated until the coupling converges.
 
     Attributes:
         method: `fixed_point` or `quasi_newton`.
-        lines: inputs that move, by instance; `places` of all of them on the bus, (n,).
-        groups: what may have changed afterwards.
-        exchange: at the end of a step.
-        savers, restorers: keep the states of the instances, and bring them back; `tries` are the calls of a pass.
-        guess: of the bus at the end; `change` is what it is to change by in `places`, `nominal` the values' there.
+        lines: moving inputs by instance; `places` are the bus indices of all of them, (n,).
+        groups: outputs that a step changes.
+        exchange: actions at the end of a step.
+        savers, restorers: calls that save and restore the instances' states; `tries` are the calls of a pass.
+        guess: bus values at the end of the step; `change` is the correction at `places`, `nominal` the sizes there.
         inverse: (1 - dy/dw)^-1, (n, n).
-        attempt: what `run` begins with; `stepping.step_in_c` puts the same in C in its place.
+        attempt: first part of `run`; `stepping.step_in_c` replaces it by the same in C.
     """
 
-    def __init__(self, wiring: Wiring, method: str, gradient: Gradient):
-        for stepper in wiring.others:
+    def __init__(self, wiring: Wiring, method: str, jacobian: InterfaceJacobian):
+        for stepper in wiring.continuous:
             if not wiring.instances[stepper.instance].fmu.description.can_restore:
                 file = wiring.instances[stepper.instance].fmu.description.file.name
                 raise StructureError(
@@ -115,19 +113,19 @@ class Converge(Work):
                     "a step taken again needs; algorithms that take each step once are gauss_seidel and jacobi, also "
                     "with _linear and _quadratic"
                 )
-        self.wiring, self.method, self._gradient = wiring, method, gradient
+        self.wiring, self.method, self._jacobian = wiring, method, jacobian
         extrapolation = Extrapolation(wiring, 1)
         self.unable = extrapolation.unable
         self.lines: list[Line] = []
-        for stepper in wiring.others:
+        for stepper in wiring.continuous:
             if places := extrapolation.moving(stepper.instance):
                 is_able = extrapolation.is_able(stepper.instance)
                 self.lines.append(Line(wiring, stepper.instance, places, is_able))
         self.places = np.concatenate([np.zeros(0, dtype=int), *(line.places for line in self.lines)])
-        self.groups = [group for stepper in wiring.others for group in stepper.groups]
+        self.groups = [group for stepper in wiring.continuous for group in stepper.groups]
         names = [wiring.split(wiring.connections[i].start) for i in self.places]
         self.nominal = np.array([abs(wiring.connectors[component][name].nominal) for component, name in names])
-        instances = [wiring.instances[stepper.instance] for stepper in wiring.others]
+        instances = [wiring.instances[stepper.instance] for stepper in wiring.continuous]
         slots = [it.slot() for it in instances]
         self.savers = [it.saver(slot) for it, slot in zip(instances, slots, strict=True)]
         self.restorers = [it.restorer(slot) for it, slot in zip(instances, slots, strict=True)]
@@ -143,40 +141,40 @@ class Converge(Work):
         self.progress = Progress()
         self.attempt: Callable[[], int] = self._attempt
 
-    def another(self) -> "Converge":
-        """Return one more iteration of the same steps, with an inverse and a past of its own."""
-        return Converge(self.wiring, self.method, self._gradient)
+    def duplicate(self) -> "IteratedStep":
+        """Return an iterated step of the same instances, with its own inverse and history."""
+        return IteratedStep(self.wiring, self.method, self._jacobian)
 
     @property
     def passes(self) -> int:
-        """Steps tried since the start."""
+        """Number of passes since the start."""
         return self.progress.passes
 
     @property
     def past(self) -> Past:
-        """The last communication points; others may be put in their place."""
+        """History of the last communication points."""
         return self._past
 
     @past.setter
     def past(self, points: Iterable[tuple[float, np.ndarray]]) -> None:
-        """Go back to points that were known before, latest first."""
+        """Replace the history by earlier points, latest first."""
         kept = list(points)
         self._past.clear()
         for time, bus in reversed(kept):
             self._past.take(time, bus)
 
     def begin(self) -> None:
-        """Forget what was before the start."""
+        """Clear the history and the inverse at the start."""
         self._past.clear()
         self.progress.inverse_step, self.progress.passes = 0.0, 0
 
     def run(self) -> int:
-        """Step to the next communication point; `StepError` where no guess is good enough."""
+        """Step to the next communication point; `StepError` where the passes do not converge."""
         time, status = self.wiring.time.value, self.attempt()
-        return self.solve(time) if status == STALE else self._told(status, time)
+        return self.solve(time) if status == STALE else self._checked(status, time)
 
     def _attempt(self) -> int:
-        """Step to the next communication point; `STALE` where something is to be made anew before that."""
+        """Step to the next communication point; return the status, `STALE` where a new inverse is needed first."""
         progress, time = self.progress, self.wiring.time.value
         self._past.take(time, self.wiring.bus)
         progress.warning = self._run(self.savers)
@@ -187,32 +185,32 @@ class Converge(Work):
         return self._iterate()
 
     def solve(self, time: float) -> int:
-        """Go on with the step from `time` [s] on that is under way, where neither loop can as it is."""
+        """Complete the current step from `time` [s] after a status `STALE`; return 0 or the first warning."""
         status = STALE
         while status == STALE:
-            self._renew(time)
+            self._resolve(time)
             status = self._iterate()
-        return self._told(status, time)
+        return self._checked(status, time)
 
     def go_back(self) -> None:
-        """Bring all instances back to the beginning of the step."""
-        self._told(self._run(self.restorers), self.wiring.time.value)
+        """Restore all instances to the beginning of the step."""
+        self._checked(self._run(self.restorers), self.wiring.time.value)
 
     def _begin_round(self, time: float) -> None:
-        """Guess that values go on as they have come."""
+        """Start a round of passes from the extrapolated guess."""
         self.guess[:] = self._past.predicted(time + self.wiring.step_size.value)
         self.progress.before, self.progress.next, self.progress.tried = np.inf, 0, 0
 
     def _iterate(self) -> int:
-        """Try steps until the guess is good enough; `STALE` where something is to be made anew before that."""
+        """Repeat the step until the guess converges; return the status, `STALE` where a new inverse is needed first."""
         wiring, progress, places = self.wiring, self.progress, self.places
         while True:
             if progress.next == 0:
                 for line in self.lines:
                     line.aim(self._past.points[0], self.guess, wiring.step_size.value)
-            if status := self._go_on():
+            if status := self._complete_pass():
                 return status
-            if not self._serves():
+            if not self._has_inverse():
                 return STALE
             largest = self._correct()
             progress.passes += 1
@@ -228,8 +226,8 @@ class Converge(Work):
                 return status
             progress.warning = progress.warning or status
 
-    def _go_on(self) -> int:
-        """Make the calls of a pass that are still to be made; `STALE` where the next is a loop to be solved anew."""
+    def _complete_pass(self) -> int:
+        """Make the remaining calls of a pass; return `STALE` before an algebraic loop that needs a new inverse."""
         progress = self.progress
         while progress.next < len(self.tries):
             call = self.tries[progress.next]
@@ -237,26 +235,29 @@ class Converge(Work):
             if status == STALE:
                 return STALE
             if status:
-                self.failing, progress.warning = blamed(call), progress.warning or status
+                self.failing, progress.warning = failing_call(call), progress.warning or status
                 if status > 1:
                     return status
             progress.next += 1
         return 0
 
-    def _serves(self) -> bool:
-        """Whether there is an inverse for the step's size, or none is needed."""
+    def _has_inverse(self) -> bool:
+        """Whether the inverse suits the step size, or none is needed."""
         step_size = self.wiring.step_size.value
         return self.method == "fixed_point" or abs(step_size - self.progress.inverse_step) <= REUSE * step_size
 
     def _correct(self) -> float:
-        """Find by how much the guess is to change; return the largest change relative to its size."""
+        """Compute the correction of the guess; return the largest change relative to its size."""
         now = self.wiring.bus[self.places]
         residual = now - self.guess[self.places]
         self.change[:] = residual if self.method == "fixed_point" else product(self.inverse, residual)
         return float(np.max(np.abs(self.change) / np.maximum(np.abs(now), self.nominal), initial=0.0))
 
-    def _renew(self, time: float) -> None:
-        """Do what keeps the iteration from going on: solve a loop, make an inverse, begin another round, or give up."""
+    def _resolve(self, time: float) -> None:
+        """Resolve a status `STALE`: solve an algebraic loop, compute an inverse or begin another round.
+
+        `StepError` where all rounds are used up.
+        """
         progress = self.progress
         if progress.next < len(self.tries):
             loop = self.tries[progress.next]
@@ -264,7 +265,7 @@ class Converge(Work):
             if status := loop.solve(time):
                 self.failing, progress.warning = loop.failing, progress.warning or status
             progress.next += 1
-        elif not self._serves():
+        elif not self._has_inverse():
             self._invert(time)
         else:
             progress.rounds += 1
@@ -275,10 +276,10 @@ class Converge(Work):
             self._begin_round(time)
 
     def _invert(self, time: float) -> None:
-        """Make the inverse for the step's size."""
+        """Compute the inverse for the step size."""
         step_size = self.wiring.step_size.value
         try:
-            self.inverse[:] = np.linalg.inv(np.eye(len(self.places)) - self._gradient(self, step_size))
+            self.inverse[:] = np.linalg.inv(np.eye(len(self.places)) - self._jacobian(self, step_size))
         except np.linalg.LinAlgError:
             connection = self.wiring.connections[self.places[0]]
             message = (
@@ -289,7 +290,7 @@ class Converge(Work):
         self.progress.inverse_step = step_size
 
     def _failure(self, time: float) -> StepError:
-        """Return the error of the connection whose residual is largest."""
+        """Return the error for the connection with the largest residual."""
         wiring = self.wiring
         now, guess = wiring.bus[self.places], self.guess[self.places]
         size = np.maximum(np.abs(now), self.nominal)

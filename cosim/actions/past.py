@@ -1,4 +1,4 @@
-"""What was on the bus at the last communication points, and how that goes on."""
+"""Bus values at the last communication points, and their polynomial extrapolation."""
 
 from collections.abc import Iterator
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 class Past:
-    """The last communication points, up to three, latest first: (time [s], bus (n,)) of each.
+    """History of up to three communication points, latest first: (time [s], bus (n,)) of each.
 
     Attributes:
-        times, points: of all there is room for, (3,) and (3, n); the first `known` (1,) count.
+        times, points: storage for three points, (3,) and (3, n); the first `known` (1,) are valid.
     """
 
     def __init__(self, n: int):
@@ -22,7 +22,7 @@ class Past:
         return ((float(self.times[i]), self.points[i].copy()) for i in range(len(self)))
 
     def clear(self) -> None:
-        """Forget them."""
+        """Remove all points."""
         self.known[0] = 0
 
     def take(self, time: float, bus: np.ndarray) -> None:
@@ -33,7 +33,7 @@ class Past:
             self.known[0] += 1
 
     def predicted(self, time: float) -> np.ndarray:
-        """Return the bus at a time, on the polynomial through the points."""
+        """Return the bus values at a time [s], by the polynomial through the points."""
         result, known = np.zeros(self.points.shape[1]), len(self)
         for i in range(known):
             weight = 1.0

@@ -1,4 +1,4 @@
-"""What a run leaves behind: values recorded at communication points; and the watch over values that must be finite."""
+"""Recording: values at communication points, and the check that they are finite and within their bounds."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,7 +10,7 @@ from hfsa.cosim.systems.connectors import Connector
 
 
 class Watch:
-    """Watches an array of values (n,): each must be finite, within the bounds of its variable and of its scale."""
+    """Check of an array of values, (n,): each must be finite and within the limits of its variable and its scale."""
 
     def __init__(self, names: Sequence[str], connectors: Sequence[Connector], values: np.ndarray):
         self.names, self.values = names, values
@@ -21,7 +21,7 @@ class Watch:
         self._scales: dict[str, Scale] = {}
 
     def limit(self, scales: Mapping[str, Scale]) -> None:
-        """Hold values (full names) to be wrong as well where they are beyond the limit of their scale."""
+        """Limit values (full names) to the limits of their scales as well."""
         self._scales |= scales
         limits = np.array([scales[name].limit if name in scales else np.inf for name in self.names])
         # in place: the stepping loop in C compares with these arrays
@@ -85,11 +85,11 @@ class Recording:
         return self.values[:, self.names.index(name)]
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Remove all rows."""
         self.rows = 0
 
     def take(self, time: float) -> None:
-        """Keep the row `point`, and then raise `StepError` if the watch finds fault with it."""
+        """Append the row `point`, then check it; `StepError` where a value is not finite or out of bounds."""
         if self.rows == len(self._time):
             self.grow()
         self._time[self.rows] = time
@@ -98,11 +98,11 @@ class Recording:
         self.watch.check(time)
 
     def grow(self) -> None:
-        """Make room for a run longer than was asked for."""
+        """Double the capacity, for a run longer than planned."""
         self._time = np.concatenate([self._time, np.zeros_like(self._time)])
         self._values = np.concatenate([self._values, np.zeros_like(self._values)])
 
     @property
     def room(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times and values of all rows there is room for, taken or not: (capacity,) and (capacity, n)."""
+        """Storage for the times, (capacity,), and values, (capacity, n), of all rows, used or not."""
         return self._time, self._values

@@ -1,26 +1,26 @@
-"""The order of actions between two communication points: sampled instances first, and nothing done twice."""
+"""Schedule of the actions between two communication points: sampled instances first, no action without effect."""
 
 from collections.abc import Iterable, Iterator
 
-from hfsa.cosim.actions.action import Group, Stepper, Transfer, Work
+from hfsa.cosim.actions.action import CompositeAction, Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
 
-Runnable = Call | Work
-"""What an action runs."""
+Runnable = Call | CompositeAction
+"""Types of the `call` of an action."""
 
-Action = Group | Transfer | Stepper | Work
+Action = Group | Transfer | Stepper | CompositeAction
 
 
-def sampled_first(wiring: Wiring) -> Iterator[Action]:
-    """Yield the steps of the sampled instances, one after the other, each with what its tick changes for those behind.
+def discrete_first(wiring: Wiring) -> Iterator[Action]:
+    """Yield the steps of the sampled instances, one after the other, each followed by an exchange.
 
-    What is passed on goes to all that have not stepped, through direct feedthrough where there is some.
+    The exchange sets the inputs of all instances that have not stepped yet, through direct feedthrough as well.
     """
     stepped = set()
-    for stepper in wiring.sampled:
+    for stepper in wiring.discrete:
         yield stepper
         stepped.add(stepper.instance)
         for action in wiring.exchange():
@@ -29,16 +29,17 @@ def sampled_first(wiring: Wiring) -> Iterator[Action]:
 
 
 def without_repetition(cycle: Iterable[Action]) -> list[Action]:
-    """Leave out fetching what cannot have changed since it was fetched, and setting what has not been fetched anew.
+    """Return a cycle without the actions that would repeat an earlier one.
 
-    The cycle begins after a complete exchange and ends with one, so what is left out is the same in every cycle.
+    Outputs are fetched only where they may have changed since the last fetch, and inputs set only after a new fetch.
+    The cycle begins after a complete exchange and ends with one, so the result is the same for every cycle.
     """
     stale_groups: set[Group] = set()
     stale_transfers: set[Transfer] = set()
     stale_loops: set[int] = set()
 
     def touch(groups: Iterable[Group]) -> None:
-        """What has changed is to be fetched, and a loop that it is on to be solved."""
+        """Mark groups, and the algebraic loops through them, as changed."""
         for group in groups:
             stale_groups.add(group)
             if group.loop is not None:
@@ -46,7 +47,7 @@ def without_repetition(cycle: Iterable[Action]) -> list[Action]:
 
     kept: list[Action] = []
     for action in cycle:
-        if isinstance(action, Stepper | Converge):
+        if isinstance(action, Stepper | IteratedStep):
             touch(action.groups)
         elif isinstance(action, Group):
             if action not in stale_groups:

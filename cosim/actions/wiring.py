@@ -1,8 +1,8 @@
-"""How the instances of a system are joined: prepared calls between arrays that an output and the inputs it feeds share.
+"""Wiring of a system: prepared FMI calls that share one array of output values, the bus.
 
-All connected outputs lie in one array, the bus. A `Group` fetches outputs of one instance into its part of the bus, a
-`Transfer` sets inputs of one instance from part of a group, and a `Stepper` steps one instance. Where outputs follow
-each other without a step between, an `AlgebraicLoop` takes the place of their groups.
+A `Group` fetches outputs of one instance into its part of the bus, a `Transfer` sets inputs of one instance from part
+of a group, and a `Stepper` steps one instance. An `AlgebraicLoop` replaces the groups whose outputs depend on each
+other through direct feedthrough.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,18 +16,18 @@ from hfsa.cosim.fmi.co_simulation import Instance, Number
 from hfsa.cosim.fmi.description import SAMPLE_TIME
 from hfsa.cosim.systems.connectors import Connector, check
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.feedthrough import feedthrough, spelt
+from hfsa.cosim.systems.feedthrough import feedthrough, loop_path
 from hfsa.cosim.systems.system import Connection, System
 
 
 class Wiring:
-    """Groups, transfers and steppers of a checked system; `time` and `step_size` are what the steppers read.
+    """Groups, transfers and steppers of a checked system; the steppers read `time` and `step_size` [s].
 
     Attributes:
-        bus: values of the connected outputs, (n,); `connections` says which, in that order (an output that feeds two
-            inputs is there twice).
+        bus: values of the connected outputs, (n,), in the order of `connections` (an output that feeds two inputs is
+            there twice).
         groups: all groups, lowest feedthrough level first; `loops` are the algebraic loops among them.
-        sampled, others: steppers of the sampled instances and of the others, each in the system's order.
+        discrete: steppers of the sampled instances; `continuous`: all other steppers; each in the order of the system.
     """
 
     def __init__(self, system: System, instances: Mapping[str, Instance]):
@@ -39,7 +39,7 @@ class Wiring:
         order = {component.name: i for i, component in enumerate(system.components)}
 
         def place(connection: Connection) -> tuple[int, int, int]:
-            """Where a connection stands on the bus: by level, then source, then target."""
+            """Sort key of a connection on the bus: feedthrough level, source, target."""
             source, target = (system.split(end)[0] for end in (connection.start, connection.end))
             return found.levels[connection.start], order[source], order[target]
 
@@ -50,17 +50,17 @@ class Wiring:
             self.groups.append(self._group(system, instances, system.components[source].name, list(members)))
         for group in self.groups:
             for transfer in group.transfers:
-                transfer.affected = [other for other in self.groups if self._follows(other, transfer)]
+                transfer.affected = [other for other in self.groups if self._is_affected(other, transfer)]
         self.loops = [self._loop(number, loop) for number, loop in enumerate(found.loops)]
-        self.sampled: list[Stepper] = []
-        self.others: list[Stepper] = []
+        self.discrete: list[Stepper] = []
+        self.continuous: list[Stepper] = []
         for name in order:
             call = instances[name].stepper(self.time, self.step_size)
             stepper = Stepper(name, call, [group for group in self.groups if group.instance == name])
-            (self.sampled if instances[name].fmu.description.is_sampled else self.others).append(stepper)
+            (self.discrete if instances[name].fmu.description.is_sampled else self.continuous).append(stepper)
 
     def stages(self) -> Iterator[Group | AlgebraicLoop]:
-        """Yield all groups in feedthrough order, those on an algebraic loop as that loop."""
+        """Yield all groups in feedthrough order; an algebraic loop replaces the groups on it."""
         entered = set()
         for group in self.groups:
             if group.loop is None:
@@ -70,13 +70,13 @@ class Wiring:
                 yield self.loops[group.loop]
 
     def exchange(self) -> Iterator[Group | Transfer | AlgebraicLoop]:
-        """Yield one pass in feedthrough order: fetch a group, or solve a loop, and set the inputs that it feeds."""
+        """Yield one exchange in feedthrough order: fetch a group or solve a loop, then set the inputs that it feeds."""
         for stage in self.stages():
             yield stage
             yield from stage.transfers
 
     def places(self, group: Group) -> list[int]:
-        """Return the places of a group on the bus."""
+        """Return the indices of a group on the bus."""
         before = 0
         for other in self.groups:
             if other is group:
@@ -89,28 +89,30 @@ class Wiring:
         return self.system.split(name)
 
     def is_sampled(self, output: str) -> bool:
-        """Whether an output (full name) changes at ticks only."""
+        """Whether an output (full name) changes only at ticks."""
         component, variable = self.split(output)
         return self.connectors[component][variable].variability == "discrete"
 
     def jumping(self) -> set[str]:
-        """Return the connected outputs (full names) that change at ticks without a step between."""
+        """Return the connected outputs (full names) that jump at ticks: sampled ones, and those they feed through."""
         found = {connection.start for connection in self.connections if self.is_sampled(connection.start)}
         before = -1
         while len(found) > before:
             before = len(found)
             fed = [connection.end for connection in self.connections if connection.start in found]
-            found |= {f"{g.instance}.{name}" for g in self.groups for name in g.outputs if self._is_led(g, name, fed)}
+            found |= {
+                f"{g.instance}.{name}" for g in self.groups for name in g.outputs if self._has_feedthrough(g, name, fed)
+            }
         return found
 
-    def _is_led(self, group: Group, output: str, ends: Iterable[str]) -> bool:
-        """Whether an output follows one of the inputs (full names) without a step between."""
+    def _has_feedthrough(self, group: Group, output: str, ends: Iterable[str]) -> bool:
+        """Whether an output has direct feedthrough from one of the inputs (full names)."""
         followed = self.connectors[group.instance][output].dependencies
         own = [variable for component, variable in map(self.split, ends) if component == group.instance]
         return any(followed is None or name in followed for name in own)
 
     def _loop(self, number: int, connections: tuple[Connection, ...]) -> AlgebraicLoop:
-        """Return the action that solves an algebraic loop, and mark its groups."""
+        """Return the action that solves an algebraic loop, and assign its groups to it."""
         starts, ends = {c.start for c in connections}, {c.end for c in connections}
         groups = [g for g in self.groups if any(f"{g.instance}.{name}" in starts for name in g.outputs)]
         for group in groups:
@@ -129,16 +131,16 @@ class Wiring:
             [(*start, *end) for start, end in variables],
             self.bus,
             np.array([abs(self.connectors[component][name].nominal) for (component, name), _ in variables]),
-            spelt(self.system, self.connectors, connections),
+            loop_path(self.system, self.connectors, connections),
             dict(self.instances),
         )
 
     def _group(self, system, instances, source: str, connections: list[Connection]) -> Group:
-        """Return the group of connections that follow one another on the bus, with one transfer per target."""
+        """Return the group of consecutive connections on the bus, with one transfer per target."""
         first = self.connections.index(connections[0])
 
         def handle(instance: str, variables: list[str]):
-            """Variables of an instance, their values in the group's part of the bus."""
+            """Return the handle of variables whose values lie in the group's part of the bus."""
             return instances[instance].handle(variables, self.bus[first : first + len(variables)])
 
         outputs = [system.split(connection.start)[1] for connection in connections]
@@ -149,10 +151,10 @@ class Wiring:
             first += len(inputs)
         return group
 
-    def _follows(self, group: Group, transfer: Transfer) -> bool:
-        """Whether an output of the group follows an input of the transfer without a step between."""
+    def _is_affected(self, group: Group, transfer: Transfer) -> bool:
+        """Whether an output of the group has direct feedthrough from an input of the transfer."""
         ends = [f"{transfer.target}.{name}" for name in transfer.inputs]
-        return any(self._is_led(group, name, ends) for name in group.outputs)
+        return any(self._has_feedthrough(group, name, ends) for name in group.outputs)
 
 
 def check_sample_times(
@@ -160,7 +162,7 @@ def check_sample_times(
 ) -> None:
     """Raise `StructureError` unless each sample time divides the step or is a multiple of it (to 1e-9 of it).
 
-    `starts` holds start values by full name; a sample time that is not there is the component's or the FMU's own.
+    `starts` holds start values by full name, which override the sample times of components and FMUs.
     """
     for component in system.components:
         sampled = connectors[component.name].get(SAMPLE_TIME)

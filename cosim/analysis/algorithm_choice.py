@@ -1,20 +1,20 @@
-"""Algorithm `auto`: the cheapest way to step a system whose error is within the tolerance; and what to warn of.
+"""Algorithm `auto`: the cheapest algorithm within the tolerance; and the warnings about an algorithm and its step.
 
-    choice = choose(question, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
-    for sentence in warnings(question, question.effect("gauss_seidel", 50e-6), tolerance=1e-3):
+    choice = choose(analysis, step_size=50e-6, tolerance=1e-3)       # choice.algorithm, choice.errors of all tried
+    for sentence in warnings(analysis, analysis.effect("gauss_seidel", 50e-6), tolerance=1e-3):
         print(sentence)
 
-Tried are the algorithms of `CANDIDATES`, the cheapest first, until one is good enough: its responses err by less than
-the tolerance, and it is stable where the system is and unstable where the system is. Where none is, the one that errs
-least is taken, and the warning says which step would do. All is known from the linearised FMUs
-(`analysis/step_effect.py`) before anything runs.
+The algorithms of `CANDIDATES` are evaluated, the cheapest first, until one is good enough: the error of its responses
+is within the tolerance, and it is stable exactly where the system is. If none is, `auto` takes the one with the
+smallest error, and the warning names a sufficient step. Everything follows from the linearised FMUs
+(`analysis/step_effect.py`) before a run.
 """
 
 import math
 from collections.abc import Collection, Iterator
 
 from hfsa.cosim.analysis.sampling import sample_times, sampling_limit
-from hfsa.cosim.analysis.step_effect import Effect, Question
+from hfsa.cosim.analysis.step_effect import StepAnalysis, StepEffect
 from hfsa.cosim.analysis.step_limits import advice, fitting
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES
@@ -22,18 +22,18 @@ from hfsa.cosim.results.records import AlgorithmChoice
 from hfsa.cosim.systems.errors import StructureError
 
 _HALVINGS = 12
-"""Halved steps that are tried to show what a step hides, or until one is good enough."""
+"""Largest number of halvings in the search for a step that is good enough or reveals an instability."""
 
 NOT_KNOWN = (ValueError, ArithmeticError, StepError)
-"""Why nothing is known of a system: StructureError and LinAlgError are values that are wrong."""
+"""Errors of an analysis that is not possible; StructureError and LinAlgError are ValueErrors."""
 
 
 def choose(
-    question: Question, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
+    analysis: StepAnalysis, step_size: float, tolerance: float, offered: Collection[str] = CANDIDATES
 ) -> AlgorithmChoice:
-    """Return the algorithm for a step [s]; `offered` are those of `CANDIDATES` that may be taken.
+    """Return the choice of an algorithm for a step [s], among the algorithms of `CANDIDATES` in `offered`.
 
-    `StructureError` where none is offered.
+    Raises `StructureError` where none of them can run the system.
     """
     errors: dict[str, float] = {}
     refusals: dict[str, str] = {}
@@ -41,7 +41,7 @@ def choose(
         if algorithm not in offered:
             continue
         try:
-            errors[algorithm] = judged(question.effect(algorithm, step_size))
+            errors[algorithm] = effective_error(analysis.effect(algorithm, step_size))
         except NOT_KNOWN as error:
             refusals[algorithm] = str(error)
             continue
@@ -50,85 +50,85 @@ def choose(
     if not errors:
         raise StructureError("; ".join(refusals.values()))
     best = min(errors, key=errors.__getitem__)
-    about = "response" if question.excitations else "modes"
+    about = "response" if analysis.excitations else "modes"
     return AlgorithmChoice(best, step_size, tolerance, about, errors, refusals)
 
 
-def judged(effect: Effect) -> float:
+def effective_error(effect: StepEffect) -> float:
     """Return the error of an effect; infinite where the steps change stability."""
-    return math.inf if effect.is_hidden or effect.is_made else effect.error
+    return math.inf if effect.hides_instability or effect.causes_instability else effect.error
 
 
-def warnings(question: Question, effect: Effect, tolerance: float) -> list[str]:
-    """Return what is to be said of an algorithm and a step: of instability, else of responses that err too much."""
+def warnings(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> list[str]:
+    """Return the warnings about an algorithm and a step: of instability, else of responses beyond the tolerance."""
     if effect.own:
-        return [_hidden(question, effect)] if effect.is_hidden else instability(question)
-    if effect.is_made:
-        sentence = advice(question.cycle, effect.algorithm, effect.step_size, _times(question))
+        return [_hidden(analysis, effect)] if effect.hides_instability else instability(analysis)
+    if effect.causes_instability:
+        sentence = advice(analysis.coupled, effect.algorithm, effect.step_size, _times(analysis))
         return [sentence] if sentence else []
-    return [] if effect.error <= tolerance else [_inaccurate(question, effect, tolerance)]
+    return [] if effect.error <= tolerance else [_inaccurate(analysis, effect, tolerance)]
 
 
 # Instability ----------------------------------------------------------------------------------------------------------
 
 
-def instability(question: Question) -> list[str]:
-    """Return what is to be said of a system that is unstable without communication steps; nothing of a stable one."""
-    if not question.cycle.exact.growth:
+def instability(analysis: StepAnalysis) -> list[str]:
+    """Return the warnings about a system that is unstable without communication steps; none for a stable system."""
+    if not analysis.coupled.exact.growth:
         return []
-    return [f"{_growing(question)}; {_sampling(question) or 'no step and no algorithm makes it stable'}"]
+    return [f"{_growing(analysis)}; {_sampling(analysis) or 'no step and no algorithm makes it stable'}"]
 
 
-def _hidden(question: Question, effect: Effect) -> str:
-    """Return what to say of steps that make a system look stable that is not."""
+def _hidden(analysis: StepAnalysis, effect: StepEffect) -> str:
+    """Return the warning about steps that hide an instability of the system."""
     hides = (
-        f"{_growing(question)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: what that gives "
-        "is not the motion of the system"
+        f"{_growing(analysis)}, which {effect.algorithm} at a step of {effect.step_size:.4g} s hides: its results are "
+        "not the motion of the system"
     )
-    return "; ".join(filter(None, (hides, _sampling(question), _shown(question, effect))))
+    return "; ".join(filter(None, (hides, _sampling(analysis), _shown(analysis, effect))))
 
 
-def _growing(question: Question) -> str:
-    """Return that a system is unstable, and how fast."""
-    own = question.cycle.exact.growth
+def _growing(analysis: StepAnalysis) -> str:
+    """Return the clause about the growing mode of an unstable system."""
+    own = analysis.coupled.exact.growth
     at = f" at {own.frequency:.4g} Hz" if own.frequency else ""
     return f"the system itself is unstable: without communication steps a mode grows by {own.rate:.4g} 1/s{at}"
 
 
-def _sampling(question: Question) -> str:
-    """Return up to which sample time the system is stable; empty where nothing is sampled or that is not known."""
+def _sampling(analysis: StepAnalysis) -> str:
+    """Return the clause about the limit of the sample time; empty where nothing is sampled or no limit is known."""
     try:
-        found = sampling_limit(question.system, question.instances, question.outputs)
+        found = sampling_limit(analysis.system, analysis.instances, analysis.outputs)
     except NOT_KNOWN:
         return ""
     if found is None or math.isinf(found.longest):
         return ""
     if not found.longest:
-        return f"its sample time is {found.sample_time:.4g} s, and no other that was asked makes it stable"
+        return f"its sample time is {found.sample_time:.4g} s, and none that was evaluated makes it stable"
     return f"it is stable up to a sample time of {found.longest:.4g} s, its own is {found.sample_time:.4g} s"
 
 
-def _shown(question: Question, effect: Effect) -> str:
-    """Return which algorithm and which step show that the system is unstable."""
+def _shown(analysis: StepAnalysis, effect: StepEffect) -> str:
+    """Return the clause about an algorithm and a step that reveal the instability."""
     others = (algorithm for algorithm in CANDIDATES if algorithm != effect.algorithm)
-    algorithm = next((name for name in others if _is_seen(question, name, effect.step_size)), None)
-    steps = _shorter(question, effect.step_size)
-    shorter = next((step for step in steps if _is_seen(question, effect.algorithm, step)), None)
+    algorithm = next((name for name in others if _is_seen(analysis, name, effect.step_size)), None)
+    steps = _shorter(analysis, effect.step_size)
+    shorter = next((step for step in steps if _is_seen(analysis, effect.algorithm, step)), None)
     words = [*([algorithm] if algorithm else []), *([f"a step of {shorter:.4g} s"] if shorter else [])]
     return f"{' or '.join(words)} shows it" if words else ""
 
 
-def _is_seen(question: Question, algorithm: str, step_size: float) -> bool:
-    """Whether an algorithm and a step [s] show that a system is unstable."""
-    effect = _effect(question, algorithm, step_size)
-    return effect is not None and not effect.is_hidden
+def _is_seen(analysis: StepAnalysis, algorithm: str, step_size: float) -> bool:
+    """Whether an algorithm at a step [s] reveals that the system is unstable."""
+    effect = _effect(analysis, algorithm, step_size)
+    return effect is not None and not effect.hides_instability
 
 
 # Accuracy -------------------------------------------------------------------------------------------------------------
 
 
-def _inaccurate(question: Question, effect: Effect, tolerance: float) -> str:
-    """Return what to say of responses that err by more than the tolerance."""
+def _inaccurate(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> str:
+    """Return the warning about responses with errors beyond the tolerance."""
     step = f"{effect.algorithm} at a step of {effect.step_size:.4g} s"
     limit = f"more than the tolerance of {100 * tolerance:.3g} %"
     if not math.isfinite(effect.error):
@@ -141,43 +141,43 @@ def _inaccurate(question: Question, effect: Effect, tolerance: float) -> str:
             f"with {step} the response of {output} to {excited} errs by {100 * effect.error:.3g} % at "
             f"{frequency:.4g} Hz, {limit}"
         )
-    would = [*_better(question, effect, tolerance), *_fine_enough(question, effect, tolerance)]
-    return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was asked would do"
+    would = [*_better(analysis, effect, tolerance), *_fine_enough(analysis, effect, tolerance)]
+    return f"{errs}; {' or '.join(would)} would do" if would else f"{errs}; no step that was evaluated would do"
 
 
-def _better(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
-    """Yield the cheapest other algorithm that is good enough at this step."""
+def _better(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
+    """Yield the cheapest other algorithm within the tolerance at this step."""
     for algorithm in CANDIDATES:
-        other = None if algorithm == effect.algorithm else _effect(question, algorithm, effect.step_size)
-        if other and judged(other) <= tolerance:
+        other = None if algorithm == effect.algorithm else _effect(analysis, algorithm, effect.step_size)
+        if other and effective_error(other) <= tolerance:
             yield f"the algorithm {algorithm} ({100 * other.error:.2g} %)"
             return
 
 
-def _fine_enough(question: Question, effect: Effect, tolerance: float) -> Iterator[str]:
-    """Yield the longest of halved steps that is good enough with the same algorithm."""
-    for shorter in _shorter(question, effect.step_size):
-        other = _effect(question, effect.algorithm, shorter)
-        if other and judged(other) <= tolerance:
+def _fine_enough(analysis: StepAnalysis, effect: StepEffect, tolerance: float) -> Iterator[str]:
+    """Yield the longest of the halved steps within the tolerance with the same algorithm."""
+    for shorter in _shorter(analysis, effect.step_size):
+        other = _effect(analysis, effect.algorithm, shorter)
+        if other and effective_error(other) <= tolerance:
             yield f"a step of {shorter:.4g} s ({100 * other.error:.2g} %)"
             return
 
 
-def _effect(question: Question, algorithm: str, step_size: float) -> Effect | None:
-    """Return the effect of an algorithm and a step [s]; `None` where it is not offered, or the step does not fit."""
+def _effect(analysis: StepAnalysis, algorithm: str, step_size: float) -> StepEffect | None:
+    """Return the effect of an algorithm at a step [s], `None` where it is not known or the step does not fit."""
     try:
-        return question.effect(algorithm, step_size)
+        return analysis.effect(algorithm, step_size)
     except NOT_KNOWN:
         return None
 
 
-def _shorter(question: Question, step_size: float) -> Iterator[float]:
+def _shorter(analysis: StepAnalysis, step_size: float) -> Iterator[float]:
     """Yield shorter steps [s] that fit the sample times, each about half of the one before."""
-    times = _times(question)
+    times = _times(analysis)
     for n in range(1, _HALVINGS + 1):
         yield fitting(step_size / 2**n, times)
 
 
-def _times(question: Question) -> Collection[float]:
-    """Return the sample times [s] of a question's system."""
-    return sample_times(question.system, question.instances, {}).values()
+def _times(analysis: StepAnalysis) -> Collection[float]:
+    """Return the sample times [s] of the analysed system."""
+    return sample_times(analysis.system, analysis.instances, {}).values()

@@ -1,9 +1,9 @@
-"""Aliasing: a sine with fewer than ten communication points in a period looks like a slow one, or like rest.
+"""Aliasing: a sine with fewer than ten communication points in a period looks like a slow sine, or like a constant.
 
     check_resolved(system, connectors, step_size=1e-4)       # StructureError for a source of 9999 Hz
 
-Held over such steps and seen at their ends alone, 9999 Hz at a step of 0.1 ms is a sine of 1 Hz. A source is a
-component that no other feeds; what it drives the system with is its parameter `frequency` in Hz.
+At a step of 0.1 ms the samples of a sine of 9999 Hz are those of a sine of 1 Hz. A source is a component without
+connected inputs; its frequency is its parameter `frequency` in Hz.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ _FREQUENCY = "frequency"
 
 
 def check_resolved(system: System, connectors: Mapping[str, Mapping[str, Connector]], step_size: float) -> None:
-    """Raise `StructureError` for a source whose period has too few steps [s], with the step that would do.
+    """Raise `StructureError` for a source whose period has too few steps [s]; the message names a sufficient step.
 
     `connectors` holds the variables of each component's FMU by name.
     """
@@ -34,7 +34,7 @@ def check_resolved(system: System, connectors: Mapping[str, Mapping[str, Connect
 
 
 def _check(name: str, frequency: float, step_size: float) -> None:
-    """Raise `StructureError` where a frequency [Hz] of that full name is not resolved."""
+    """Raise `StructureError` for a frequency [Hz], by full name, that the step does not resolve."""
     try:
         window_steps(frequency, step_size)
     except ValueError as error:

@@ -1,15 +1,16 @@
-"""One loop of a closed system opened: loop gain, sensitivity, and how much gain, phase and delay it still bears.
+"""Stability margins of a feedback loop, opened at a connection: loop gain, sensitivity; gain, phase and delay margins.
 
     loop = open_loop(system, instances, find_connection(system, "controller.axis[1].command"))
     L = loop.gain(frequency)                     # complex, the other loops closed
     loop.margins()                               # gain, phase and delay margins, sensitivity peak
 
-The connection start -> end is cut at the operating point of the closed system. With T the response from the end to the
-start, L = -T, so that S = 1 / (1 + L) and the loop is on the verge of instability where L = -1.
+The connection start -> end is opened at the operating point of the closed system. With T the response from the end to
+the start, the loop gain is L = -T and the sensitivity S = 1 / (1 + L); the stability boundary is L = -1.
 
-Where start or end belongs to a sampled FMU, T goes from sequence to sequence at its ticks: what enters at the end is
-held like the FMU's own output, or sampled like its own input. With one sample time L is exact up to half the sampling
-frequency. Between two continuous FMUs of a sampled system L is that of the fundamentals, good far below it.
+Where start or end belongs to a sampled FMU, T is the response between sequences at its ticks: the excitation at the end
+is held like the FMU's own output, or sampled like its own input. With one sample time L is exact up to half the
+sampling frequency. Between two continuous FMUs of a sampled system L is that of the fundamentals, accurate far below
+it.
 """
 
 import math
@@ -28,7 +29,7 @@ from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.system import Connection, System
 
 _POINTS_PER_DECADE = 200
-# Distances from a mode, in units of its half width: a resonance turns the phase by 180 degrees within a few.
+# distances from a mode, in units of its half width: a resonance turns the phase by 180 degrees within a few
 _AROUND = np.concatenate([-np.geomspace(30, 0.03, 40), [0.0], np.geomspace(0.03, 30, 40)])
 
 
@@ -36,8 +37,8 @@ _AROUND = np.concatenate([-np.geomspace(30, 0.03, 40), [0.0], np.geomspace(0.03,
 class Margin:
     """A crossing of the loop gain, at `frequency` [Hz].
 
-    `value` of a gain margin is the factor on L that reaches -1 there; of a phase margin the phase [rad] by which L may
-    turn clockwise, negative where it already has.
+    The `value` of a gain margin is the factor on L that reaches -1 there. The `value` of a phase margin is the
+    clockwise rotation [rad] of L that reaches -1, negative where L is already beyond.
     """
 
     frequency: float
@@ -46,13 +47,13 @@ class Margin:
 
 @dataclass(frozen=True)
 class Margins:
-    """What a loop bears.
+    """Stability margins of a loop.
 
     Attributes:
-        is_stable: whether the closed loop is; the margins mean little where it is not.
-        gain: gain margins, by frequency; `phase`: phase margins.
+        is_stable: whether the closed loop is stable; the margins mean little where it is not.
+        gain, phase: gain margins and phase margins, by frequency.
         delay: shortest delay [s] that brings a crossing of gain 1 to -1; infinite where there is none.
-        sensitivity_peak: largest |S|, 1 or more for most loops, at `sensitivity_frequency` [Hz].
+        sensitivity_peak: largest |S|, at least 1 for most loops, at `sensitivity_frequency` [Hz].
     """
 
     is_stable: bool
@@ -63,21 +64,21 @@ class Margins:
     sensitivity_frequency: float
 
 
-class Loop:
+class OpenedLoop:
     """A loop opened at one connection.
 
     Attributes:
-        connection: which.
-        is_stable: whether the system with the loop closed is.
+        connection: the opened connection.
+        is_stable: whether the system is stable with the loop closed.
         highest: half the sampling frequency of a sampled system [Hz], else infinity.
-        operating_point: the closed system's equilibrium, by full name.
+        operating_point: equilibrium of the closed system, by full name.
     """
 
     def __init__(self, connection: Connection, opened: Linearization, closed: Linearization, clock: str | None):
-        """`clock` is the sampled FMU at whose ticks L goes from sequence to sequence, if there is one."""
+        """`clock` names the sampled FMU at whose ticks L is defined, `None` for a continuous L."""
         self.connection, self.operating_point = connection, opened.operating_point
         poles = closed.poles
-        # a mode that neither grows nor decays, like rigid motion without a spring, is no instability
+        # a neutral mode, like rigid motion without a spring, is no instability
         self.is_stable = bool(np.all(poles.real <= 1e-9 * np.abs(poles).max(initial=1.0)))
         self._poles = np.concatenate([opened.poles, poles])
         self._opened = opened
@@ -105,8 +106,9 @@ class Loop:
     def margins(self, low: float | None = None, high: float | None = None) -> Margins:
         """Return all margins between two frequencies [Hz].
 
-        Without them from a hundredth of the lowest mode to half the sampling frequency of a sampled loop, to a hundred
-        times the highest mode of a continuous one. `StructureError` where the connection closes no loop.
+        By default `low` is a hundredth of the lowest mode; `high` is half the sampling frequency of a sampled loop, or
+        a hundred times the highest mode of a continuous one. Raises `StructureError` where the connection closes no
+        loop.
         """
         f = self._grid(low, high)
         L = self.gain(f)
@@ -118,7 +120,7 @@ class Loop:
         return Margins(self.is_stable, gain, phase, min(delays, default=math.inf), *peak)
 
     def _gain_margins(self, f: np.ndarray, L: NDArray[np.complex128]) -> tuple[Margin, ...]:
-        """Return where L crosses the negative real axis."""
+        """Return the crossings of L with the negative real axis."""
 
         def sine(frequency: float) -> float:
             """Sine of the gain's phase, 0 where it crosses the real axis."""
@@ -130,16 +132,16 @@ class Loop:
         for k in np.flatnonzero((is_left[1:] | is_left[:-1]) & (above[1:] != above[:-1])):
             at = _root(sine, f[k], f[k + 1])
             value = self.gain(at)[0]
-            # an undamped mode jumps over the axis; that is no crossing
+            # the gain of an undamped mode jumps over the axis: no crossing
             if value.real < 0 and abs(value.imag) < 1e-6 * abs(value):
                 found.append(Margin(at, float(-1 / value.real)))
-        # at half the sampling frequency a sequence has no phase but 0 and 180 degrees
+        # at half the sampling frequency the phase of a sequence is 0 or 180 degrees
         if self._system and f[-1] == self.highest and L[-1].real < 0 and not any(m.frequency > f[-2] for m in found):
             found.append(Margin(float(f[-1]), float(-1 / L[-1].real)))
         return tuple(found)
 
     def _phase_margins(self, f: np.ndarray, L: np.ndarray) -> tuple[Margin, ...]:
-        """Return where |L| crosses 1."""
+        """Return the crossings of |L| with 1."""
 
         def level(frequency: float) -> float:
             """Logarithm of the gain's magnitude, 0 where it is 1."""
@@ -157,12 +159,12 @@ class Loop:
         k = int(np.argmin(np.abs(1 + L)))
         bounds = f[max(k - 1, 0)], f[min(k + 1, len(f) - 1)]
         best = minimize_scalar(lambda x: abs(1 + self.gain(x)[0]), bounds=bounds, options={"xatol": 1e-9 * f[k]})
-        # a minimum at an end of the grid is not found from inside
+        # the search does not find a minimum at an end of the grid
         at = min((float(f[k]), float(best.x)), key=lambda x: abs(1 + self.gain(x)[0]))  # type: ignore[attr-defined]
         return float(abs(self.sensitivity(at)[0])), at
 
     def _grid(self, low: float | None, high: float | None) -> np.ndarray:
-        """Return frequencies close enough that no crossing hides between two of them."""
+        """Return frequencies [Hz] dense enough to separate all crossings, (n,)."""
         modes = np.abs(self._poles) / (2 * np.pi)
         modes = modes[modes > 1e-6 * modes.max(initial=0.0)]
         lowest, highest = modes.min(initial=min(self.highest, 1e6)), modes.max(initial=1.0)
@@ -179,7 +181,7 @@ class Loop:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the frequency [Hz] between two at which a function that changes sign there is zero."""
+    """Return the zero [Hz] of a function between two frequencies with different signs."""
     return float(brentq(function, low, high, xtol=1e-12 * low, rtol=1e-13))  # type: ignore[arg-type]
 
 
@@ -188,8 +190,8 @@ def open_loop(
     instances: Mapping[str, Instance],
     connection: Connection,
     starts: Mapping[str, float] | None = None,
-) -> Loop:
-    """Return the loop that a connection closes, opened there.
+) -> OpenedLoop:
+    """Return the loop through a connection, opened there.
 
     Raises as `linearize`, and `StructureError` for a connection that closes no loop.
     """
@@ -200,13 +202,13 @@ def open_loop(
     closed = linearize(system, instances, [], [connection.start], starts)
     ends = (name.partition(".")[0] for name in (connection.start, connection.end))
     clock = next((name for name in ends if instances[name].fmu.description.is_sampled), None)
-    return Loop(connection, opened, closed, clock)
+    return OpenedLoop(connection, opened, closed, clock)
 
 
 def find_connection(system: System, name: str) -> Connection:
-    """Return the connection called `start -> end`, or by one of its ends if that fits no other.
+    """Return the connection with the name `start -> end`, or with one end of that name if it is unique.
 
-    `StructureError` names the nearest ones, or those that fit.
+    Raises `StructureError` with the nearest names, or with all connections that fit.
     """
     start, arrow, end = (part.strip() for part in name.partition("->"))
     if arrow:

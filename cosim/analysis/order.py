@@ -1,19 +1,21 @@
-"""The order in which an algorithm steps what is not sampled: which one errs least, before anything runs.
+"""Stepping order of the continuous components: the order with the smallest error, computed before a run.
 
-    question = Responses(case, excitations, outputs, band=(1.0, 50.0))      # or Modes(case, outputs, lowest=1.0)
-    choice = best_order(case, question)
+    criterion = ResponseCriterion(problem, excitations, outputs, band=(1.0, 50.0))
+    criterion = ModeCriterion(problem, outputs, lowest=1.0)                # for a system without excitation
+    choice = best_order(problem, criterion)
     system = in_order(system, choice.order)
 
-Gauss-Seidel hands the newest outputs on to those that wait. What steps before what it feeds thus leads by half a step,
-what steps after it lags by half: along a chain, source -> stack -> stage -> sensor, an order that takes turns errs in
-the second order of the step, one that goes down the chain in the first.
+Gauss-Seidel passes the newest outputs on to the components that step later. A connection whose source steps first leads
+by half a step, one whose source steps last lags by half. Along a chain, source -> stack -> stage -> sensor, an order
+that alternates has an error of second order in the step, an order down the chain one of first order.
 
-Only who steps first of two that are joined makes a difference. So orders are compared by that: all that differ where
-there are `MOST` or fewer, else those that exchange one such pair, again and again from the system's own order, until
-none is better. A stable order goes before an unstable one; of orders as good as each other the one that is nearest to
-the system's own stays. What ticks keeps its place: when it ticks, and after whom, is what the system is.
+Only the order within each connected pair has an effect, so orders that agree on all pairs are equivalent. The search
+compares all orders that differ where there are `MOST` or fewer; else it exchanges single pairs, starting from the
+system's own order, until no exchange is better. A stable order is better than an unstable one; among equally good
+orders the search keeps the one nearest to the system's own. Components with ticks keep their places, because the order
+of their ticks is part of the model.
 
-Of each order the one-step matrix is asked (`analysis/stability.py`), on FMUs that are linearised once.
+The criterion is evaluated on the one-step matrix of each order (`analysis/stability.py`); FMUs are linearised once.
 """
 
 import math
@@ -24,7 +26,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hfsa.cosim.analysis.stability import Cycle, OneStep
+from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.analysis.step_effect import mode_error
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import linearize, sinusoids
@@ -36,21 +38,21 @@ from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.system import System
 
 MOST = 120
-"""Orders up to which all that differ are compared."""
+"""Largest number of different orders that are all compared."""
 
 _ALIKE = 0.01
-"""Relative difference of errors up to which two orders are as good as each other."""
+"""Relative difference of errors up to which two orders are equally good."""
 
 _POINTS = 40
-"""Frequencies over a band; those around modes come on top."""
+"""Number of frequencies over a band, in addition to those around modes."""
 
 Before = frozenset[tuple[str, str]]
-"""Of each two components that are joined, (who steps first, who steps after it)."""
+"""For each connected pair of components: (the one that steps first, the other)."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """A system to be stepped; `instances` are of its components, `step_size` in s."""
+class OrderProblem:
+    """A system to be stepped by an algorithm at a `step_size` [s]; `instances` by component."""
 
     system: System
     instances: Mapping[str, Instance]
@@ -59,10 +61,11 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Excitation:
-    """The system of a case with a sine source at `input` and a lock-in amplifier at the outputs that are asked for.
+class ExcitedSystem:
+    """The system of a problem with a sine source at `input` and a lock-in amplifier at the outputs of interest.
 
-    `instances` are of all its components, `source` and `lock_in` those two, `amplitude` in the input's unit.
+    `instances` by component, `source` and `lock_in` are the names of the instruments, `amplitude` is in the unit of the
+    input.
     """
 
     system: System
@@ -73,8 +76,8 @@ class Excitation:
     amplitude: float
 
 
-class Question(Protocol):
-    """What of a system shall err least."""
+class Criterion(Protocol):
+    """Error of an order: of responses, or of modes."""
 
     about: str
 
@@ -83,20 +86,24 @@ class Question(Protocol):
         ...
 
 
-class Responses:
-    """The responses of outputs to inputs, against the exact ones.
+class ResponseCriterion:
+    """Error of the responses of outputs to inputs, compared with the exact responses.
 
-    The error is the largest at any frequency of the band, relative to what the output shows there at most, of whichever
-    input, each at its amplitude: a small cross response counts for little. Notches are filled
+    It is the largest error over the frequencies of the band, relative to the largest response of that output there to
+    any input at its amplitude, so that a small cross response has little weight. Notches are filled
     (`signals/response_scale.py`).
     """
 
     about = "response"
 
     def __init__(
-        self, case: Case, excitations: Sequence[Excitation], outputs: Sequence[str], band: tuple[float, float]
+        self,
+        problem: OrderProblem,
+        excitations: Sequence[ExcitedSystem],
+        outputs: Sequence[str],
+        band: tuple[float, float],
     ):
-        system, instances = case.system, case.instances
+        system, instances = problem.system, problem.instances
         columns, orders = sinusoids(system, instances, [excitation.input for excitation in excitations])
         linear = linearize(system, instances, columns, outputs)
         grid = logarithmic(*band, _POINTS)
@@ -108,54 +115,57 @@ class Responses:
         units = [connector(system, variables, name).unit or "1" for name in outputs]
         self._moving = ~negligible(scale, units, np.ones(len(excitations))).all(axis=1)
         self._size = scale.max(axis=2, keepdims=True)
-        self._step_size = case.step_size
-        self._cycles = [
-            Cycle(e.system, e.instances, case.algorithm, source=e.source, lock_in=e.lock_in) for e in excitations
+        self._step_size = problem.step_size
+        self._coupled_steps = [
+            CoupledStep(e.system, e.instances, problem.algorithm, source=e.source, lock_in=e.lock_in)
+            for e in excitations
         ]
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
         """Return the largest error of the responses."""
-        found = [cycle.in_order(order).over(self._step_size).response(self._frequency) for cycle in self._cycles]
+        found = [
+            coupled.in_order(order).over(self._step_size).response(self._frequency) for coupled in self._coupled_steps
+        ]
         difference = np.abs(np.stack(found, axis=2) * self._amplitudes - self._exact) / self._size
         return float(difference[:, self._moving].max(initial=0.0))
 
 
-class Modes:
-    """The modes of a system that moves by itself, as rates and frequencies, against the exact ones.
+class ModeCriterion:
+    """Error of the modes of a system without excitation, compared with the exact modes.
 
-    Errors are those of `step_effect.mode_error`, relative to 2 pi `lowest` [Hz] where a mode is slower.
+    The error is that of `step_effect.mode_error`, relative to 2 pi `lowest` [Hz] where a mode is slower.
     """
 
     about = "modes"
 
-    def __init__(self, case: Case, outputs: Sequence[str], lowest: float):
-        self._poles, self._lowest = linearize(case.system, case.instances, [], outputs).poles, lowest
+    def __init__(self, problem: OrderProblem, outputs: Sequence[str], lowest: float):
+        self._poles, self._lowest = linearize(problem.system, problem.instances, [], outputs).poles, lowest
 
     def error(self, order: Sequence[str], own: OneStep) -> float:  # noqa: ARG002
         """Return the largest error of a mode."""
         return mode_error(self._poles, own, self._lowest)
 
 
-def best_order(case: Case, question: Question) -> OrderChoice:
-    """Return the order of a case that errs least; raises `StructureError` where a response or modes are not known."""
-    descriptions = {c.name: case.instances[c.name].fmu.description for c in case.system.components}
+def best_order(problem: OrderProblem, criterion: Criterion) -> OrderChoice:
+    """Return the order with the smallest error; raises `StructureError` as `linearize`."""
+    descriptions = {c.name: problem.instances[c.name].fmu.description for c in problem.system.components}
     names = [name for name, description in descriptions.items() if not description.is_sampled]
     fixed = {name for name in names if descriptions[name].has_sample_time}
-    cycle = Cycle(case.system, case.instances, case.algorithm)
-    kind = cycle.counting
+    coupled = CoupledStep(problem.system, problem.instances, problem.algorithm)
+    kind = coupled.counting
 
     def merit(before: Before) -> tuple[float, float]:
-        """What an order is worth, the less the better: how fast it grows, 0 where it is stable, and its error."""
+        """Return the merit of an order, smaller is better: (growth rate, 0 where stable; error)."""
         order = order_of(names, before)
-        own = cycle.in_order(order).over(case.step_size)
-        return (0.0, question.error(order, own)) if own.is_stable(kind) else (own.growth(kind), math.inf)
+        own = coupled.in_order(order).over(problem.step_size)
+        return (0.0, criterion.error(order, own)) if own.is_stable(kind) else (own.growth(kind), math.inf)
 
-    own = joined(case.system, names)
+    own = joined(problem.system, names)
     found = search(own, lambda before: exchanged(before, fixed), merit)
     return OrderChoice(
         order=order_of(names, found.best),
         own=tuple(names),
-        about=question.about,
+        about=criterion.about,
         error=found.merits[found.best][1],
         own_error=found.merits[own][1],
         compared=len(found.merits),
@@ -167,7 +177,7 @@ def best_order(case: Case, question: Question) -> OrderChoice:
 
 
 def joined(system: System, names: Sequence[str]) -> Before:
-    """Return who of two joined components stands first in the system, among these names in its order."""
+    """Return each connected pair among `names`, the component that is first in `names` first."""
     places = {name: i for i, name in enumerate(names)}
     ends = ({system.split(c.start)[0], system.split(c.end)[0]} for c in system.connections)
     pairs = (sorted(pair, key=places.__getitem__) for pair in ends if len(pair) == 2 and pair <= places.keys())
@@ -175,7 +185,7 @@ def joined(system: System, names: Sequence[str]) -> Before:
 
 
 def order_of(names: Sequence[str], before: Before) -> tuple[str, ...]:
-    """Return the order that keeps who steps before whom, and else stays next to that of `names`."""
+    """Return the order that satisfies all pairs and is otherwise nearest to that of `names`."""
     left, order = list(names), []
     while left:
         waiting = {second for first, second in before if first in left}
@@ -185,7 +195,7 @@ def order_of(names: Sequence[str], before: Before) -> tuple[str, ...]:
 
 
 def exchanged(before: Before, fixed: Iterable[str]) -> Iterator[Before]:
-    """Yield what becomes of it when one joined pair changes places, and nobody else; not of those that are fixed."""
+    """Yield each result of exchanging a single connected pair without a fixed component."""
     kept = set(fixed)
     for first, second in sorted(before):
         rest = before - {(first, second)}
@@ -194,7 +204,7 @@ def exchanged(before: Before, fixed: Iterable[str]) -> Iterator[Before]:
 
 
 def _followers(name: str, before: Before) -> set[str]:
-    """Return all that step after a component."""
+    """Return all components that must step after a component."""
     found, new = set(), {name}
     while new:
         new = {second for first, second in before if first in new} - found
@@ -204,7 +214,7 @@ def _followers(name: str, before: Before) -> set[str]:
 
 @dataclass(frozen=True)
 class Search:
-    """What a search has come to: the best, the merits of all that were asked, and whether these are all there are."""
+    """Result of a search: the best order, the merits of all compared orders, and whether these are all orders."""
 
     best: Before
     merits: Mapping[Before, tuple[float, float]]
@@ -214,7 +224,7 @@ class Search:
 def search(
     own: Before, neighbours: Callable[[Before], Iterator[Before]], merit: Callable[[Before], tuple[float, float]]
 ) -> Search:
-    """Return the best of all that can be reached, or, of more than `MOST`, the best by steps to better neighbours."""
+    """Return the best of all reachable orders, or of more than `MOST`, the end of a descent over neighbours."""
     every = list(islice(_reached(own, neighbours), MOST + 1))
     best, merits = own, {own: merit(own)}
     if len(every) <= MOST:
@@ -233,7 +243,7 @@ def search(
 
 
 def _reached(own: Before, neighbours: Callable[[Before], Iterator[Before]]) -> Iterator[Before]:
-    """Yield all that can be reached by exchanges, the fewest first."""
+    """Yield all orders reachable by exchanges, those with the fewest exchanges first."""
     seen, new = {own}, [own]
     while new:
         yield from new
@@ -243,7 +253,7 @@ def _reached(own: Before, neighbours: Callable[[Before], Iterator[Before]]) -> I
 
 
 def _is_better(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether an order is worth more than another, by more than rounding."""
+    """Whether a merit is better than another by more than `_ALIKE`."""
     for new, old in zip(one, other, strict=True):
         if new != old and not math.isclose(new, old, rel_tol=_ALIKE):
             return new < old

@@ -1,12 +1,12 @@
-"""How slowly a sampled system may tick: the sample time up to which its closed loops are stable.
+"""Sampling limit: the longest sample time at which the closed loops of a sampled system are stable.
 
     found = sampling_limit(scene.system, instances, scene.outputs)
     found.sample_time, found.longest, found.is_stable
 
-All sample times are scaled together. For each scale the FMUs are linearised at their equilibrium, and the multipliers
-of one period of the exact sampled system, hold and all (`linearize`), tell whether a mode grows. Going up from the
-system's own sample times the limit is where that happens first; where the system is unstable as it is, the limit is the
-longest sample time below its own that makes it stable.
+All sample times are scaled together. For each scale the FMUs are linearised at their equilibrium, and the system is
+stable where no multiplier of one period of the exact sampled system (`linearize`), holds included, grows. The limit of
+a stable system is the first loss of stability above its own sample times; that of an unstable system is the longest
+stable sample time below its own.
 """
 
 import math
@@ -20,10 +20,10 @@ from hfsa.cosim.linear.linearize import linearize, upstream
 from hfsa.cosim.systems.system import System
 
 MOST, LEAST = 1e4, 1e-6
-"""Scales between which a limit is looked for."""
+"""Range of scales of the search."""
 
 RATIO = 1.1
-"""Ratio of neighbours in the search, below which two changes of stability are taken for none."""
+"""Ratio of neighbouring scales in the search; two changes of stability within it are not detected."""
 
 ACCURACY = 1e-4
 """Relative accuracy of a limit."""
@@ -34,9 +34,9 @@ class SamplingLimit:
     """The limit of a sampled system.
 
     Attributes:
-        sample_time: the shortest of the system's own [s].
-        longest: what that may be, the others in proportion [s]; infinite where no limit is found up to `MOST` times the
-            own, 0 where the system is unstable down to `LEAST` of it.
+        sample_time: shortest sample time of the system [s].
+        longest: longest stable value of it [s], the others in proportion; infinite where the system is stable up to
+            `MOST` times its own, 0 where it is unstable down to `LEAST` of it.
     """
 
     sample_time: float
@@ -54,7 +54,7 @@ def sampling_limit(
     outputs: Sequence[str],
     starts: Mapping[str, float] | None = None,
 ) -> SamplingLimit | None:
-    """Return the limit of what the outputs (full names) follow from, `None` where nothing of that is sampled.
+    """Return the limit of the system upstream of the outputs (full names), `None` where nothing there is sampled.
 
     `starts` holds start values by full name. Instances are left in initialization mode. Raises `StructureError` as
     `linearize`.
@@ -64,7 +64,7 @@ def sampling_limit(
         return None
 
     def is_stable(scale: float) -> bool:
-        """Whether no pole grows with all sample times scaled, but for rounding."""
+        """Whether no pole grows, except by rounding, with all sample times scaled."""
         scaled = {name: scale * value for name, value in own.items()}
         found = linearize(system, instances, [], outputs, {**(starts or {}), **scaled})
         fastest = max((pole.real for pole in found.poles), default=-math.inf)
@@ -75,7 +75,7 @@ def sampling_limit(
 
 
 def sample_times(system: System, instances: Mapping[str, Instance], starts: Mapping[str, float]) -> dict[str, float]:
-    """Return the sample times [s] of a system by the full names of the parameters; `starts` go before its own."""
+    """Return the sample times [s] of a system by the full names of the parameters; `starts` override its own."""
     found = {}
     for component in system.components:
         description = instances[component.name].fmu.description

@@ -1,19 +1,18 @@
-"""What a co-simulation algorithm makes of a linear system: exact modes, stable steps and frequency response.
+"""Stability of co-simulation: exact modes, stable steps and frequency response of an algorithm on a linearised system.
 
-    cycle = Cycle(system, instances, "gauss_seidel")
-    step = cycle.over(50e-6)
-    step.modes                        # what remains of each mode after one period of ticks, as rate and frequency
-    step.response(frequency)          # what a stepped sweep measures, with a sine source and a lock-in amplifier
-    cycle.stability_limits(20e-6, 1e-3, kind="oscillatory")
+    coupled = CoupledStep(system, instances, "gauss_seidel")
+    step = coupled.over(50e-6)
+    step.modes                        # modes of the one-step matrix, as rates and frequencies
+    step.response(frequency)          # the response that a stepped sweep measures, by sine source and lock-in amplifier
+    coupled.stability_limits(20e-6, 1e-3, kind="oscillatory")
 
-The algorithm's own cycle of actions runs on the matrices of the FMUs linearised at the equilibrium
-(`linear/cycle.py`); the product over one period, the least common multiple of step and sample times, is the one-step
-matrix. Its eigenvalues lambda tell what co-simulation makes of each mode: it grows at log|lambda| / period, and turns
-at arg(lambda) / period.
+The algorithm's actions are linear maps on the FMUs linearised at the equilibrium (`linear/cycle.py`). Their product
+over one period, the least common multiple of step and sample times, is the one-step matrix. A mode with the eigenvalue
+lambda of this matrix grows at the rate log|lambda| / period and oscillates at arg(lambda) / period.
 
-Oscillatory and aperiodic modes are told apart by what they turn at: at `OSCILLATORY` or more, or below it. The drift of
-a free body is aperiodic, and an algorithm may make it grow slowly at every step, while the modes of its springs, which
-oscillate, leave the unit circle at a step of their own. What decays without turning, however fast, is aperiodic too.
+A mode is oscillatory where it oscillates at `OSCILLATORY` or more, else aperiodic. The drift of a free body is
+aperiodic, and an algorithm may make it grow slowly at every step, while the oscillatory modes of its springs leave the
+unit circle at a definite step. A mode that decays without oscillation is aperiodic too, however fast it decays.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,20 +24,20 @@ from typing import Literal
 
 import numpy as np
 
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block, Blocks, block
-from hfsa.cosim.linear.cycle import Layout, Listen, Replace, Source, operations
+from hfsa.cosim.linear.cycle import Layout, Replace, SampleSignals, Source, operations
 from hfsa.cosim.linear.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
 from hfsa.cosim.masters.algorithms import DEFAULT, algorithm_named
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import System, in_order
 
 OSCILLATORY = 1.0
-"""Frequency [Hz] from which on a mode is oscillatory; below it, aperiodic, it cannot be told from one at 0 Hz."""
+"""Frequency [Hz] from which on a mode is oscillatory; a slower mode is hard to distinguish from one at 0 Hz."""
 
 ROUNDING = 1e-8
-"""What rounding makes of a free body's double eigenvalue 1: so far from 1 two of them may be found."""
+"""Shift by rounding of a free body's double eigenvalue 1."""
 
 Kind = Literal["aperiodic", "oscillatory", "all"]
 
@@ -48,9 +47,9 @@ class Mode:
     """One eigenvalue of the one-step matrix.
 
     Attributes:
-        multiplier: by which it grows and turns in one period.
-        rate: at which it grows [1/s]; `frequency` [Hz] >= 0.
-        shape: its share in states and sampled values at the beginning of a period, by full name, in their units.
+        multiplier: the eigenvalue, factor of the mode over one period.
+        rate: growth rate [1/s]; `frequency` [Hz] >= 0.
+        shape: states and sampled values at the beginning of a period, by full name, in their units.
     """
 
     multiplier: complex
@@ -60,11 +59,11 @@ class Mode:
 
 
 class OneStep:
-    """An algorithm with one step size.
+    """The one-step matrix of an algorithm at one step size.
 
     Attributes:
-        step_size: [s]; `steps` of them until the ticks repeat, `period` [s].
-        matrix: one-step matrix over one period, of what one period hands on to the next.
+        step_size: [s]; the ticks repeat after `steps` steps, a `period` [s].
+        matrix: one-step matrix over one period, on the members that act on the next period.
     """
 
     def __init__(self, layout: Layout, step_size: float):
@@ -79,25 +78,25 @@ class OneStep:
         kept = np.unique(np.concatenate([np.zeros(0, dtype=int), *self._written()]))
         self._memory = 1
         while np.any(dead := ~np.any(whole[np.ix_(kept, kept)], axis=0)):
-            kept = kept[~dead]  # written over before it is read: of no consequence
+            kept = kept[~dead]  # overwritten before it is read
             self._memory += 1
         self._kept = kept
         self.matrix = whole[np.ix_(kept, kept)]
 
     def _written(self) -> list[np.ndarray]:
-        """Return the members that operations write; the others stay what they are, 0."""
+        """Return the members that operations write; all others stay 0."""
         operations = (operation for step in self._operations for operation in step)
         return [operation.rows for operation in operations if isinstance(operation, Replace)]
 
     @cached_property
     def _multipliers(self) -> np.ndarray:
-        """Eigenvalues of `matrix` that are motion, not memory that is written over."""
+        """Eigenvalues of `matrix` without those of overwritten memory."""
         multipliers = np.linalg.eigvals(self.matrix)
         return multipliers[np.abs(multipliers) > FORGOTTEN]
 
     @cached_property
     def modes(self) -> list[Mode]:
-        """All modes, the fastest growing first, conjugates once."""
+        """All modes, the fastest growing first; one of each conjugate pair."""
         multipliers, vectors = np.linalg.eig(self.matrix)
         values = {(component, name) for component, b in self._layout.blocks.items() for name in b.values}
         places = {f"{c}.{n}": place for (c, n), place in self._layout.place.items() if (c, n) in values}
@@ -132,10 +131,10 @@ class OneStep:
         return self.growth(kind) <= NEUTRAL + ROUNDING / self.period
 
     def response(self, frequency: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Return the complex amplitude of each observed signal in the end, (frequencies, signals).
+        """Return the steady-state complex amplitude of each observed signal, (frequencies, signals).
 
-        The source excites with amplitude 1 at each `frequency` [Hz]. `StructureError` where there is no source, or
-        nothing is observed.
+        The source excites with amplitude 1 at each `frequency` [Hz]. Raises `StructureError` without a source or
+        without observed signals.
         """
         observed = self._layout.observation()
         if observed is None:
@@ -160,12 +159,12 @@ class OneStep:
         forced = np.zeros((layout.size, len(omega)), complex)
         for _ in self._run(forced, omega):
             pass
-        # what the excitation turns by in a period, everything does
+        # in steady state the whole vector turns with the excitation
         turn, kept = np.exp(1j * omega * self.period), self._kept
         v = np.zeros_like(forced)
         left = turn[:, None, None] * np.eye(len(kept)) - self.matrix
         v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
-        for _ in range(self._memory):  # what is written over follows what is kept
+        for _ in range(self._memory):  # overwritten members follow from the kept ones
             v = (self._whole @ v + forced) / turn
         return v
 
@@ -175,9 +174,10 @@ class OneStep:
         return self._layout
 
     def _run(self, v: np.ndarray, omega: np.ndarray | None = None) -> Iterator[np.ndarray]:
-        """Take vectors v, (size, m), through one period in place; yields them at each sample of what is observed.
+        """Advance vectors v, (size, m), by one period in place; yield them at each sample of the observed signals.
 
-        Each has a sinusoid of its own at `omega` [rad/s], (m,), which begins with phase 0; without, the source rests.
+        The source of column j is a sinusoid at `omega[j]` [rad/s] with phase 0 at the beginning; without `omega` it is
+        constant.
         """
         now, after = self._layout.now, self._layout.next
         turn = 0.0
@@ -192,21 +192,21 @@ class OneStep:
                         v[rows] = v[columns]
                     case Replace(rows, columns, matrix):
                         v[rows] = matrix @ v[columns]
-                    case Listen():
+                    case SampleSignals():
                         yield v
 
 
-class Cycle:
-    """An algorithm's cycle of actions on a system linearised at its equilibrium.
+class CoupledStep:
+    """A communication step of an algorithm on a system linearised at its equilibrium.
 
-    `system` may hold a sine source and a lock-in amplifier, named by `source` and `lock_in`: they take part in
+    `system` may contain a sine source and a lock-in amplifier, named by `source` and `lock_in`; they take part in
     responses only. `starts` holds start values by full name. Raises `StructureError` as `linearize`.
 
     Attributes:
-        operating_point: states, and sampled states and outputs, at the equilibrium by full name.
-        exact: the same system without communication steps, without inputs or outputs.
-        counting: the modes that must not grow: all, or oscillatory ones where some motion is free, which an algorithm
-            may make grow slowly at every step.
+        operating_point: states, sampled states and sampled outputs at the equilibrium, by full name.
+        exact: the same system without communication steps, without inputs and outputs.
+        counting: kind of the modes that must not grow: all, or oscillatory ones where some motion is free, because an
+            algorithm may make free motion grow slowly at every step.
     """
 
     def __init__(
@@ -240,11 +240,11 @@ class Cycle:
         *,
         lock_in: str | None = None,
         observed: Sequence[str] = (),
-    ) -> "Cycle":
-        """Return the same with one component taken for a sinusoid.
+    ) -> "CoupledStep":
+        """Return the same step with one component as the source of a sinusoid.
 
-        Its response is that of a lock-in amplifier's signals, or of the `observed` outputs (full names). `system` is
-        this one, or this one with instruments, which `instances` then hold as well.
+        Its response is that of the lock-in amplifier's signals, or of the `observed` outputs (full names). `system` is
+        the system of this step, possibly with instruments, which `instances` then contain as well.
         """
         other = copy(self)
         other._system, other._instances = system, instances
@@ -253,7 +253,7 @@ class Cycle:
         return other
 
     def _linearized(self) -> dict[str, Block]:
-        """Return the FMUs, instruments left out, from inputs that are fed to outputs that feed or are observed."""
+        """Return the linearised FMUs without instruments, from connected inputs to connected or observed outputs."""
         system = self._system
         fed = [system.split(c.end) for c in system.connections]
         shown = [*(system.split(c.start) for c in system.connections), *self._observed]
@@ -265,48 +265,48 @@ class Cycle:
         }
 
     def _arrange(self, blocks: Mapping[str, Block]) -> None:
-        """Find out where everything is when linearised FMUs step in the order of the system."""
+        """Create the layout of linearised FMUs that step in the order of the system."""
         self._blocks = blocks
         observation = self._source, self._lock_in, self._observed
         row = algorithm_named(self._algorithm)
         self._layout = row.layout_of(self._system, self._instances, blocks, *observation)
 
-    def with_algorithm(self, algorithm: str) -> "Cycle":
-        """Return the same with another algorithm, errors as of a new one; nothing is linearised anew."""
+    def with_algorithm(self, algorithm: str) -> "CoupledStep":
+        """Return the step of another algorithm on the same linearised FMUs; raises as the constructor."""
         other = copy(self)
         other._algorithm = algorithm
         other._arrange(self._blocks)
         return other
 
-    def in_order(self, names: Sequence[str]) -> "Cycle":
-        """Return the same with components in another order (`system.in_order`); nothing is linearised anew."""
+    def in_order(self, names: Sequence[str]) -> "CoupledStep":
+        """Return the step with components in another order (`system.in_order`) on the same linearised FMUs."""
         other = copy(self)
         other._system = in_order(self._system, names)
         other._arrange(self._blocks)
         return other
 
     def over(self, step_size: float) -> OneStep:
-        """Return the algorithm with a step size [s]; `StructureError` where that does not fit the sample times."""
+        """Return the one-step matrix at a step size [s]; `StructureError` where it does not fit the sample times."""
         return OneStep(self._layout, step_size)
 
     def is_stable(self, step_size: float) -> bool:
-        """Whether no mode that counts grows at a step [s], and its passes lead to a result; errors as of `over`."""
+        """Whether no mode of the kind `counting` grows at a step [s], and its passes converge; raises as `over`."""
         return self.over(step_size).is_stable(self.counting) and self.converges(step_size)
 
     def converges(self, step_size: float) -> bool:
-        """Whether the passes of a `fixed_point` step [s] lead to a result; other algorithms always come to one."""
+        """Whether the passes of a `fixed_point` step [s] converge; true for other algorithms."""
         return self.contraction(step_size) < 1
 
     def contraction(self, step_size: float) -> float:
-        """Return by what each pass of a `fixed_point` step [s] multiplies the error in the end; 0 of other algorithms.
+        """Return the asymptotic factor of the error from pass to pass of a `fixed_point` step [s]; 0 for others.
 
-        What ticks has done so before the passes.
+        Ticks take place before the passes.
         """
         for action in self._layout.cycle:
-            if isinstance(action, Converge) and action.method == "fixed_point":
-                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.others]
-                gradient = self._layout.gradient(action, step_size, steps)
-                return float(np.max(np.abs(np.linalg.eigvals(gradient)), initial=0.0))
+            if isinstance(action, IteratedStep) and action.method == "fixed_point":
+                steps = [self._layout.step(other.instance, step_size, 0) for other in self._layout.wiring.continuous]
+                jacobian = self._layout.interface_jacobian(action, step_size, steps)
+                return float(np.max(np.abs(np.linalg.eigvals(jacobian)), initial=0.0))
         return 0.0
 
     def stability_limits(
@@ -314,8 +314,8 @@ class Cycle:
     ) -> list[float]:
         """Return the steps [s] within a range at which stability of a kind of modes is lost or regained, ascending.
 
-        A loss need not be the last: the range is scanned at `points` steps, evenly spaced by ratio, and each change
-        bisected to a relative `accuracy`. For systems without ticks, whose step is free.
+        The range is scanned at `points` steps in geometric progression, and each change is bisected to a relative
+        `accuracy`. For systems without ticks only, where every step size is possible.
         """
         steps = np.geomspace(shortest, longest, points)
         stable = [self.over(step).is_stable(kind) for step in steps]
@@ -330,5 +330,5 @@ class Cycle:
 
 
 def _of(component: str, variables: Sequence[tuple[str, str]]) -> list[str]:
-    """Return those variables (component, variable) that belong to a component."""
+    """Return the variables of a component among pairs (component, variable)."""
     return [variable for owner, variable in variables if owner == component]

@@ -1,6 +1,6 @@
 """The steady state of a stepped linear system under a sine: where a measurement may start, without a transient.
 
-    starts = steady_starts(cycle, step_size=50e-6, frequency=frequency, amplitude=1e-5)
+    starts = steady_starts(coupled, step_size=50e-6, frequency=frequency, amplitude=1e-5)
     starts[k].values              # start values of states and held outputs by full name, at phase 0 of the source
 
 The algorithm's own periodic solution at each frequency, step and pattern of ticks follows from its one-step matrix
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 
 
 @dataclass(frozen=True)
@@ -35,20 +35,20 @@ class SteadyStart:
 
 
 def steady_starts(
-    cycle: Cycle, step_size: float, frequency: NDArray[np.float64], amplitude: float
+    coupled: CoupledStep, step_size: float, frequency: NDArray[np.float64], amplitude: float
 ) -> Sequence[SteadyStart] | None:
     """Return the steady state at each frequency [Hz] for a source of an amplitude; `None` where no transient dies out.
 
     `StructureError` where the step [s] does not fit the sample times, or nothing is observed.
     """
-    one = cycle.over(step_size)
+    one = coupled.over(step_size)
     growth = one.growth()
     if growth >= 0:
         return None
     layout, omega = one.layout, 2 * np.pi * np.asarray(frequency, float)
     vector, gain = amplitude * one.periodic(omega), amplitude * one.response(frequency)
     places = {f"{c}.{n}": layout.place[c, n] for c, block in layout.blocks.items() for n in block.values}
-    point = cycle.operating_point
+    point = coupled.operating_point
     found = []
     for k in range(len(omega)):
         now = vector[:, k].imag

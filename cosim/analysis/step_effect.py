@@ -1,18 +1,18 @@
-"""What communication steps do to a system's responses and to its stability, known before anything runs.
+"""Effect of communication steps on the responses and the stability of a system, computed before a run.
 
-    question = Question(system, instances, excitations, outputs, band=(1.0, 50.0))
-    effect = question.effect("gauss_seidel", 50e-6)
+    analysis = StepAnalysis(system, instances, excitations, outputs, band=(1.0, 50.0))
+    effect = analysis.effect("gauss_seidel", 50e-6)
     effect.error, effect.worst             # 2.23: the response of one output to one input at one frequency is 223 % off
-    effect.is_hidden                       # whether the steps make a system look stable that is not
-    question.errors(cycle, frequency)      # |G - H| / |H| of every response at given frequencies
+    effect.hides_instability               # whether an unstable system appears stable with these steps
+    analysis.errors("gauss_seidel", 50e-6, frequency)      # |G - H| / |H| of every response at given frequencies
 
-G is the response that the algorithm's one-step matrix gives (`analysis/stability.py`), H that of the same linearised
-FMUs without communication steps (`linear/linearize.py`), both at one operating point. Excited are free inputs, or what
-a component that nothing feeds puts out by itself, a reference or a source: it is taken for a sinusoid with its
-derivatives.
+G is the response of the algorithm's one-step matrix (`analysis/stability.py`), H that of the same linearised FMUs
+without communication steps (`linear/linearize.py`), both at one operating point. The excitation is a sinusoid with its
+derivatives, at unconnected inputs or in place of the outputs of a component without connected inputs (a reference or a
+source).
 
-Of errors those count whose |H| is above -40 dB of its largest over the band; a response that is zero by symmetry is
-rounding. H is the truth also where the system is unstable, and nothing settles to it.
+Errors count where |H| is above -40 dB of its largest value over the band; a response that is zero by symmetry is
+rounding. H is the reference also where the system is unstable and no simulation settles to it.
 """
 
 import math
@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.stability import OSCILLATORY, Cycle, OneStep
+from hfsa.cosim.analysis.stability import OSCILLATORY, CoupledStep, OneStep
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Blocks
 from hfsa.cosim.linear.cycle import SINE, Source
@@ -34,25 +34,26 @@ from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import near_modes
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.names import companions
+from hfsa.cosim.systems.scene import SINE_SOURCE
 from hfsa.cosim.systems.system import System
 
 COUNTING = 1e-2
-"""Part of a response's largest magnitude above which its error counts, -40 dB."""
+"""Fraction of a response's largest magnitude above which its error counts, -40 dB."""
 
 _POINTS = 40
-"""Frequencies over a band; those around modes come on top."""
+"""Number of frequencies over a band, in addition to those around modes."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """One sinusoid that enters a system.
+    """A sinusoidal excitation of a system.
 
     Attributes:
-        name: of what is excited, full, with its `unit` and the `amplitude` in it.
-        system, instances: with the component that puts the sinusoid out.
-        source: that component, and the derivatives that its outputs are.
-        enters: unconnected inputs of the system without the source (full names), each with the derivative that enters.
-        lock_in: an amplifier in the system whose signals are the outputs; without one they are as they are recorded.
+        name: full name of the excited variable, with its `unit` and the `amplitude` in that unit.
+        system, instances: the system with the source component.
+        source: the source component, with the order of derivative of each of its outputs.
+        enters: excited inputs of the system without the source (full names), each with its order of derivative.
+        lock_in: name of the lock-in amplifier that measures the outputs; `None` where they are recorded directly.
     """
 
     name: str
@@ -66,18 +67,18 @@ class Excitation:
 
 
 @dataclass(frozen=True)
-class Effect:
-    """What an algorithm with a step does.
+class StepEffect:
+    """Effect of an algorithm at one step size.
 
     Attributes:
-        algorithm, step_size: [s].
-        error: largest relative error of a response that counts, 0 where there is none; without excitations that of
-            the rate of a mode.
-        worst: that response, (output, what is excited, frequency [Hz]), `None` where there is none.
+        algorithm, step_size: the algorithm and its step [s].
+        error: largest relative error of a response that counts, 0 without any; without excitations that of the rate of
+            a mode.
+        worst: that response, (output, excited variable, frequency [Hz]), `None` without any.
         own: growth without communication steps.
-        growth: with them [1/s], of the modes that count.
-        is_hidden: whether the steps make a system look stable that is not.
-        is_made: whether they make one unstable that is not, or a pass of theirs diverges.
+        growth: growth rate with communication steps [1/s], of the modes that count.
+        hides_instability: whether an unstable system appears stable with the steps.
+        causes_instability: whether the steps make a stable system unstable, or their passes diverge.
     """
 
     algorithm: str
@@ -86,17 +87,17 @@ class Effect:
     worst: tuple[str, str, float] | None
     own: Growth
     growth: float
-    is_hidden: bool
-    is_made: bool
+    hides_instability: bool
+    causes_instability: bool
 
 
 @dataclass
-class Question:
-    """A system and what is wanted of it; `instances` are of its components, with directional derivatives.
+class StepAnalysis:
+    """A system with excitations and outputs; `instances` by component, with directional derivatives.
 
     Attributes:
-        excitations: what enters; without any, modes are compared.
-        outputs: full names of what answers.
+        excitations: sinusoidal excitations; without any, modes are compared.
+        outputs: full names of the observed outputs.
         band: lowest and highest frequency [Hz].
         ignored: outputs whose errors do not count.
     """
@@ -107,27 +108,29 @@ class Question:
     outputs: Sequence[str]
     band: tuple[float, float]
     ignored: Collection[str] = ()
-    _cycles: dict[str, list[Cycle]] = field(default_factory=dict, init=False, repr=False)
+    _coupled_steps: dict[str, list[CoupledStep]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self):
-        self.cycle = Cycle(self.system, self.instances)
+        self.coupled = CoupledStep(self.system, self.instances)
         self._exact = {e.source.component: self._without(e) for e in self.excitations}
 
-    def effect(self, algorithm: str, step_size: float) -> Effect:
-        """Return what an algorithm does with a step [s].
+    def effect(self, algorithm: str, step_size: float) -> StepEffect:
+        """Return the effect of an algorithm at a step [s].
 
-        `StructureError` where the algorithm is not offered or the step does not fit the sample times.
+        Raises `StructureError` where the algorithm cannot run the system or the step does not fit the sample times.
         """
-        cycle, own = self.cycle.with_algorithm(algorithm), self.cycle.exact.growth
-        one = cycle.over(step_size)
+        coupled, own = self.coupled.with_algorithm(algorithm), self.coupled.exact.growth
+        one = coupled.over(step_size)
         if self.excitations:
             error, worst = self._largest(algorithm, step_size)
         else:
-            error, worst = mode_error(cycle.exact.poles, one, self.band[0]), None
-        # a free motion may grow slowly by the steps alone, which shows no instability that oscillates
-        is_hidden = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
-        is_made = not own and not (one.is_stable(cycle.counting) and cycle.converges(step_size))
-        return Effect(algorithm, step_size, error, worst, own, one.growth(cycle.counting), is_hidden, is_made)
+            error, worst = mode_error(coupled.exact.poles, one, self.band[0]), None
+        # free motion may grow slowly because of the steps alone: that does not reveal an oscillatory instability
+        hides_instability = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
+        causes_instability = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
+        return StepEffect(
+            algorithm, step_size, error, worst, own, one.growth(coupled.counting), hides_instability, causes_instability
+        )
 
     def errors(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return |G - H| / |H| at frequencies [Hz], (frequencies, outputs, excitations); NaN where H is negligible."""
@@ -137,7 +140,7 @@ class Question:
         return np.divide(difference, np.abs(exact), out=np.full(exact.shape, np.nan), where=moves & (exact != 0))
 
     def exact(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return H at frequencies [Hz], output per excitation, (frequencies, outputs, excitations)."""
+        """Return H at frequencies [Hz], (frequencies, outputs, excitations)."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
         omega = 2j * np.pi * np.asarray(frequency, float)
         whole: dict[str, NDArray[np.complex128]] = {}
@@ -152,14 +155,14 @@ class Question:
         return found
 
     def stepped(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return G at frequencies [Hz], shaped as H; errors as of `effect`."""
+        """Return G at frequencies [Hz], (frequencies, outputs, excitations); raises as `effect`."""
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
-        for k, (excitation, cycle) in enumerate(zip(self.excitations, self.excited_cycles(algorithm), strict=True)):
-            found[:, self._rows(excitation), k] = cycle.over(step_size).response(frequency)
+        for k, (excitation, coupled) in enumerate(zip(self.excitations, self.coupled_steps(algorithm), strict=True)):
+            found[:, self._rows(excitation), k] = coupled.over(step_size).response(frequency)
         return found
 
-    def at(self, frequency: float) -> "Question":
-        """Return the same question, of one frequency [Hz] alone."""
+    def at(self, frequency: float) -> "StepAnalysis":
+        """Return the same analysis at a single frequency [Hz]."""
         other = copy(self)
         other._moves = self._moves
         other.frequency = np.array([frequency])
@@ -168,7 +171,7 @@ class Question:
 
     @property
     def jumping(self) -> set[str]:
-        """Outputs that change at ticks: what is recorded of them is right, but for a sinusoid a sample lags them."""
+        """Outputs that change at ticks: their recorded samples are correct, but lag behind a sinusoid."""
         found = set()
         for excitation in self.excitations:
             linear = self._exact[excitation.source.component]
@@ -176,31 +179,31 @@ class Question:
             found |= {self._answering(excitation)[row] for row in held}
         return found
 
-    def excited_cycles(self, algorithm: str) -> list[Cycle]:
-        """Return the algorithm's cycle for each excitation."""
-        if algorithm not in self._cycles:
-            base = self.cycle.with_algorithm(algorithm)
-            self._cycles[algorithm] = [self._with(base, excitation) for excitation in self.excitations]
-        return self._cycles[algorithm]
+    def coupled_steps(self, algorithm: str) -> list[CoupledStep]:
+        """Return the coupled step of an algorithm for each excitation."""
+        if algorithm not in self._coupled_steps:
+            base = self.coupled.with_algorithm(algorithm)
+            self._coupled_steps[algorithm] = [self._with(base, excitation) for excitation in self.excitations]
+        return self._coupled_steps[algorithm]
 
-    def _with(self, base: Cycle, excitation: Excitation) -> Cycle:
-        """Return a cycle with one excitation."""
+    def _with(self, base: CoupledStep, excitation: Excitation) -> CoupledStep:
+        """Return a coupled step with one excitation."""
         system, instances, source = excitation.system, excitation.instances, excitation.source
         if excitation.lock_in is not None:
             return base.excited(system, instances, source, lock_in=excitation.lock_in)
         return base.excited(system, instances, source, observed=self._answering(excitation))
 
     def _answering(self, excitation: Excitation) -> list[str]:
-        """Return the outputs that do not belong to the source itself."""
+        """Return the outputs of all components except the source."""
         return [self.outputs[row] for row in self._rows(excitation)]
 
     def _rows(self, excitation: Excitation) -> list[int]:
-        """Return the places of these outputs."""
+        """Return the indices of these outputs."""
         source = excitation.source.component
         return [i for i, name in enumerate(self.outputs) if self.system.split(name)[0] != source]
 
     def _without(self, excitation: Excitation) -> Linearization:
-        """Return the system without a source, from all inputs that any excitation of it enters."""
+        """Return the linearised system without a source, from all inputs that the source excites."""
         source = excitation.source.component
         rest = without(self.system, source)
         ends = [
@@ -210,28 +213,28 @@ class Question:
             for name, _ in other.enters
         ]
         blocks = Blocks(rest, self.instances, list(dict.fromkeys(ends)), self._answering(excitation))
-        return Linearization(blocks.close(), self.cycle.operating_point)
+        return Linearization(blocks.close(), self.coupled.operating_point)
 
     @cached_property
     def frequency(self) -> NDArray[np.float64]:
-        """Frequencies [Hz] that are looked at: over the band, and close together around modes."""
+        """Frequencies [Hz] of the comparison: over the band, and dense around modes."""
         grid = logarithmic(*self.band, _POINTS)
-        return np.unique(np.concatenate([grid, near_modes(self.cycle.exact.poles, self.band)]))
+        return np.unique(np.concatenate([grid, near_modes(self.coupled.exact.poles, self.band)]))
 
     @cached_property
     def _answer(self) -> NDArray[np.complex128]:
-        """H at these frequencies."""
+        """H at these frequencies, (frequencies, outputs, excitations)."""
         return self.exact(self.frequency)
 
     @cached_property
     def _moves(self) -> NDArray[np.bool_]:
-        """Which responses are not zero by symmetry, (outputs, excitations)."""
+        """Whether each response is not zero by symmetry, (outputs, excitations)."""
         variables = {name: instance.fmu.variables for name, instance in self.instances.items()}
         units = [connector(self.system, variables, name).unit or "1" for name in self.outputs]
         return ~negligible(self._answer, units, np.array([e.amplitude for e in self.excitations]))
 
     def _largest(self, algorithm: str, step_size: float) -> tuple[float, tuple[str, str, float] | None]:
-        """Return the largest error that counts, and of which response it is."""
+        """Return the largest error that counts, and its response."""
         resolved = self.frequency <= 1 / (FEWEST_SAMPLES * step_size) * (1 + 1e-9)
         if not resolved.any():
             return math.inf, None
@@ -248,16 +251,17 @@ class Question:
 
 
 def motions(system: System, instances: Mapping[str, Instance]) -> list[Excitation]:
-    """Return what components that nothing feeds put out by themselves, each motion with its derivatives.
+    """Return excitations by the components without connected inputs, each motion with its derivatives.
 
-    An output is the derivative of another where it is named so (`system.companions`), or is a sine source's.
+    An output is the derivative of another where its name says so (`names.companions`), or where it is that of a sine
+    source.
     """
     found, fed = [], {system.split(connection.end)[0] for connection in system.connections}
     for component in system.components:
-        own, shown = instances[component.name].fmu, _shown(system, component.name)
-        if component.name in fed or own.description.states or own.description.has_sample_time or not shown:
+        own, connected = instances[component.name].fmu, _connected_outputs(system, component.name)
+        if component.name in fed or own.description.states or own.description.has_sample_time or not connected:
             continue
-        for orders in _families(shown, is_sine=component.part == "sine_source"):
+        for orders in _families(connected, is_sine=component.part == SINE_SOURCE):
             first = min(orders, key=orders.__getitem__)
             name, unit = f"{component.name}.{first}", own.variables[first].unit or "1"
             found.append(entering(name, unit, 1.0, system, instances, Source(component.name, orders)))
@@ -283,14 +287,14 @@ def entering(
     return Excitation(name, unit, amplitude, system, instances, source, enters, lock_in)
 
 
-def _shown(system: System, component: str) -> list[str]:
+def _connected_outputs(system: System, component: str) -> list[str]:
     """Return the connected outputs of a component, each once."""
     starts = [system.split(connection.start) for connection in system.connections]
     return sorted({variable for owner, variable in starts if owner == component})
 
 
 def _families(outputs: Sequence[str], is_sine: bool) -> list[dict[str, int]]:
-    """Return outputs that are one motion and its derivatives, by order."""
+    """Return families of outputs, each a motion and its derivatives with their orders."""
     if is_sine:
         return [{name: SINE[name] for name in outputs if name in SINE}]
     derivatives = {c: (name, order) for name in outputs for order, c in enumerate(companions(name), 1)}
@@ -303,17 +307,17 @@ def _families(outputs: Sequence[str], is_sine: bool) -> list[dict[str, int]]:
 
 
 def without(system: System, component: str) -> System:
-    """Return the system without a component and what it is joined by; itself where it has no such component."""
+    """Return the system without a component and its connections."""
     kept = [c for c in system.components if c.name != component]
     inner = [c for c in system.connections if component not in (system.split(c.start)[0], system.split(c.end)[0])]
     return System(kept, inner)
 
 
 def mode_error(poles: NDArray[np.complex128], one: OneStep, lowest: float) -> float:
-    """Return the largest relative error of a mode of a one-step matrix, each exact one having one to itself.
+    """Return the largest relative error of the modes of a one-step matrix, matched one to one with the exact modes.
 
-    Those of the exact `poles` [1/s] count that a step resolves. An error is relative to the mode's rate, or where that
-    is slower, to 2 pi `lowest` [Hz]; it is infinite where modes are lacking.
+    Only those of the exact `poles` [1/s] count that the step resolves. The error is relative to the magnitude of the
+    pole, or to 2 pi `lowest` [Hz] where that is larger; it is infinite where modes are missing.
     """
     from scipy.optimize import linear_sum_assignment  # a quarter of a second that few answers should wait for
 

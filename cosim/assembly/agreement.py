@@ -23,7 +23,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.parts import Argument, Part, argument_values, part_named
 from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
-from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
+from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, level_of
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact, expand
 from hfsa.cosim.systems.scene import Scene
@@ -96,7 +96,7 @@ def known_facts(system: System) -> dict[Fact, list[Holder]]:
     fed = {connection.end for connection in system.connections}
     found: dict[Fact, list[Holder]] = defaultdict(list)
     for component in system.components:
-        if component.part.endswith(".fmu") or component.part not in available_parts():
+        if not is_part(component.part):
             continue
         for fact, holder in [*_of_part(component, fed), *_of_analyses(component)]:
             found[fact].append(holder)
@@ -204,7 +204,7 @@ class _Values(Mapping[str, Any]):
         if any(argument.startswith(f"{name}.") for argument in self._arguments):
             raise KeyError(name)  # a dataclass, known by its fields
         level = self._part.levels[-1] if self._component.level == AUTO and self._part.levels else self._component.level
-        return _starts(self._part.name, level, _Arguments(self._component.arguments))[name]
+        return _starts(self._part, level, _Arguments(self._component.arguments))[name]
 
 
 class _Arguments(dict[str, Any]):
@@ -215,10 +215,10 @@ class _Arguments(dict[str, Any]):
 
 
 @lru_cache(maxsize=64)
-def _starts(part: str, level: str | None, arguments: _Arguments) -> Mapping[str, float]:
+def _starts(part: Part, level: str | None, arguments: _Arguments) -> Mapping[str, float]:
     """Return the start values of a part's model; none where it cannot be built."""
     try:
-        return {quantity.name: quantity.start for quantity in available_parts()[part].model(level, **arguments)}
+        return {quantity.name: quantity.start for quantity in part.model(level, **arguments)}
     except ModelError:
         return {}
 

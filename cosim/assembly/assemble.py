@@ -11,10 +11,10 @@ import dataclasses
 from collections.abc import Sequence
 from functools import cached_property
 
-from hfsa.cosim.assembly.build import LOCK_IN, build, instrument
+from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.scene import LOCK_IN, Scene
 from hfsa.cosim.systems.system import System
 
 

@@ -18,11 +18,8 @@ from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import algorithm_named
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import DERIVATIVES, companions
-from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.scene import LOCK_IN, Scene
 from hfsa.cosim.systems.system import Component, Connection, System
-
-LOCK_IN = "lock_in"
-"""Name of the lock-in amplifier among an instrumented system's components."""
 
 
 def build(system: System, fmi: Literal[2, 3] = FMI, known: Assembly | None = None) -> Assembly:
@@ -83,7 +80,7 @@ def instrument(
         arguments={**scene.source.arguments, "unit": unit},
         start={"amplitude": scene.amplitude[unit], **({"offset": bias} if bias else {}), **scene.source.start},
     )
-    lock_in = Component(LOCK_IN, "lock_in", None, {"units": units}, {"sample_time": scene.step_size})
+    lock_in = Component(LOCK_IN, LOCK_IN, None, {"units": units}, {"sample_time": scene.step_size})
     fed = {connection.end for connection in scene.system.connections}
     joined = [("value", excited)]
     joined += [

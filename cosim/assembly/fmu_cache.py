@@ -2,7 +2,8 @@
 
 The cache is `$HFSA_CACHE`, else `hfsa` in `$XDG_CACHE_HOME` or `~/.cache`. An FMU's folder there is named by a hash of
 all it is made from, and appears complete or not at all, so that several processes may build at once and any may be
-killed.
+killed. Of a part that comes with hfsa that is the source of all parts; of any other it is the text of the FMU itself,
+so that modules and data that the part reads count too.
 """
 
 import contextlib
@@ -13,26 +14,28 @@ import shutil
 import sysconfig
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
-from typing import Literal
+from typing import Any, Literal
 
 import hfsa.components
 import hfsa.controllers
 import hfsa.fmus
-from hfsa.components import Model
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.components._modelling.parts import SOLVER, read_arguments
-from hfsa.cosim.assembly.models import model_of, part_of
+from hfsa.components._modelling.parts import SOLVER, Part, part_named, read_arguments
+from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, model_of, part_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component
 from hfsa.fmus._trial import death
-from hfsa.fmus.export import export
+from hfsa.fmus.c_code import generate
+from hfsa.fmus.export import export, members
 
 FMI: Literal[2, 3] = 2
 """Version of the FMUs a scene is built from; ours take derivatives of inputs in either (`fmus/README.md`)."""
@@ -72,8 +75,34 @@ def sources() -> str:
     return digest.hexdigest()
 
 
-def _known_key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:
-    """Return `_key`, worked out once per process for what a component is made of."""
+def own_parts(scene: Scene) -> str:
+    """Return a hash of the FMUs of a scene's parts that do not come with hfsa, at level `auto` those of all levels."""
+    digest = hashlib.sha256()
+    for component in scene.system.components:
+        for member in component.members or (component,):
+            part = part_named(member.part, available_parts()) if is_part(member.part) else None
+            if part is not None and part.is_own:
+                for level in part.levels if member.level == AUTO else (member.level,):
+                    digest.update(_text(part, level, member.arguments, FMI).encode())
+    return digest.hexdigest()
+
+
+def _text(part: Part, level: str | None, arguments: Mapping[str, Any], fmi: Literal[2, 3]) -> str:
+    """Return a hash of all that is text in the FMU of a part; at a level that cannot be built, the reason."""
+    try:
+        model = part.model(level, **arguments)
+    except ModelError as error:
+        return str(error)
+    digest = hashlib.sha256()
+    for name, text in sorted(members(model, generate(model), b"", fmi).items()):
+        digest.update(name.encode() + b"\0" + text + b"\0")
+    return digest.hexdigest()
+
+
+def _known_key(component: Component, fmi: Literal[2, 3], feedback: Sequence[tuple[str, str]]) -> str:
+    """Return `_key`, computed once per process for what a component is made of, unless its part may have changed."""
+    if _is_own(component):
+        return _key(component, fmi, feedback)
     words = repr((_made_of(component), fmi, tuple(feedback), sources(), os.environ.get("CC", "")))
     if words not in _keys:
         _keys[words] = _key(component, fmi, feedback)
@@ -85,24 +114,31 @@ _keys: dict[str, str] = {}
 
 def _made_of(component: Component) -> tuple:
     """Return what a component's FMU is made of, as it stands in the scene."""
-    members = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
-    return component.part, component.level, sorted(component.arguments.items()), members, component.connections
+    inside = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
+    return component.part, component.level, sorted(component.arguments.items()), inside, component.connections
 
 
-def _key(component: Component, fmi: int, feedback: Sequence[tuple[str, str]]) -> str:
+def _is_own(component: Component) -> bool:
+    """Whether a part of a component does not come with hfsa."""
+    return any(part_of(member).is_own for member in component.members or (component,))
+
+
+def _key(component: Component, fmi: Literal[2, 3], feedback: Sequence[tuple[str, str]]) -> str:
     """Return a hash of all that the FMU file depends on."""
-    words = [_ingredients(component), list(feedback), fmi, sources(), version("casadi"), sysconfig.get_platform()]
+    words = [_ingredients(component, fmi), list(feedback), fmi, sources(), version("casadi"), sysconfig.get_platform()]
     return hashlib.sha256(json.dumps([*words, os.environ.get("CC", "")]).encode()).hexdigest()[:32]
 
 
-def _ingredients(component: Component) -> list:
+def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
     """Return in words what a component's model is made from."""
     if component.members:
         times = [member.start.get("sample_time") for member in component.members]
-        members = [[member.name, *_ingredients(member)] for member in component.members]
-        return [members, times, list(map(str, component.connections))]
+        inside = [[member.name, *_ingredients(member, fmi)] for member in component.members]
+        return [inside, times, list(map(str, component.connections))]
     part = part_of(component)
     assert part.build is not None
+    if part.is_own:
+        return [part.name, _text(part, component.level, component.arguments, fmi)]
     structural = {name: value for name, value in component.arguments.items() if part.has_argument(name)}
     if component.level is not None:
         structural["level"] = component.level

@@ -24,7 +24,7 @@ from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import available_parts, model_of
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import meant, permuted
+from hfsa.cosim.systems.names import reorder, resolve_names
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -61,7 +61,7 @@ def fused(system: System, groups: Sequence[Sequence[str]]) -> System:
 
 
 def stepping_in(scene: Scene, names: Sequence[str]) -> Scene:
-    """Return the scene whose components step in this order, in the places that they have (`system.permuted`).
+    """Return the scene whose components step in this order, in the places that they have (`system.reorder`).
 
     A group is named as what it becomes; its members then stand together, in their own order. `StructureError` for a
     name that does not exist, is given twice, or is that of a member.
@@ -73,7 +73,7 @@ def stepping_in(scene: Scene, names: Sequence[str]) -> Scene:
                 raise StructureError(f"{name} is part of {whole}, which steps as one; name {whole} in the order")
     inside = {member: whole for whole, group in groups.items() if whole in names for member in group}
     units = list(dict.fromkeys(inside.get(c.name, c.name) for c in scene.system.components))
-    order = [name for unit in permuted(units, names) for name in groups.get(unit, (unit,))]
+    order = [name for unit in reorder(units, names) for name in groups.get(unit, (unit,))]
     system = System([scene.system[name] for name in order], scene.system.connections)
     return dataclasses.replace(scene, system=system)
 
@@ -111,7 +111,7 @@ def _with_starts(component: Component) -> Model:
 def _in_order(system: System, words: Iterable[str]) -> list[str]:
     """Return the names of a group's components in the system's order; errors as `with_fusion`."""
     known = [component.name for component in system.components]
-    wanted = {name for word in words for name in meant(word.strip(), known)}
+    wanted = {name for word in words for name in resolve_names(word.strip(), known)}
     if len(wanted) < 2:
         raise StructureError(f"a group to fuse has two components or more; found {', '.join(wanted) or 'none'}")
     for name in known:
@@ -128,7 +128,7 @@ def _with_group(system: System, name: str, group: Sequence[str]) -> System:
     of_group = {c: [system.split(end)[0] in group for end in (c.start, c.end)] for c in system.connections}
     whole = Component(
         name,
-        " + ".join(member.part for member in members),
+        " + ".join(Path(member.part).stem for member in members),
         start={},
         members=tuple(members),
         connections=tuple(connection for connection, ends in of_group.items() if all(ends)),

@@ -1,7 +1,10 @@
-"""Scenes by name or from a file, with arguments as typed on a command line."""
+"""Scenes by name or from a file, with arguments as typed on a command line.
+
+Names and paths of parts count from the scene's file: `./spring.py` and `Cart.fmu` lie in its folder, and `spring` is
+the part of that file if there is one. A bare name that is also that of another part is an error.
+"""
 
 import dataclasses
-import importlib.util
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -12,8 +15,18 @@ import numpy as np
 
 import hfsa.cosim.scenes
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.loading import is_path, kind_of, returned, shown
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import SOLVER, Part, find, part_named, read_arguments
+from hfsa.components._modelling.parts import (
+    SOLVER,
+    Catalogue,
+    Part,
+    find,
+    hint,
+    own_part,
+    part_named,
+    read_arguments,
+)
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fmi.description import describe
@@ -28,9 +41,9 @@ _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
 
 @cache
-def available_scenes() -> dict[str, Part]:
-    """Return the scenes of `cosim/scenes` by name; their `build` returns a `Scene`."""
-    return find([hfsa.cosim.scenes])
+def available_scenes() -> Catalogue:
+    """Return the scenes by name, of `cosim/scenes` and of installed packages (`hfsa.scenes`)."""
+    return find([hfsa.cosim.scenes], "hfsa.scenes", "scene")
 
 
 def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
@@ -44,7 +57,7 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
     if name.endswith(".toml"):
         if not Path(name).is_file():
             raise StructureError(f"there is no file {name}")
-        scene, own = read_scene(Path(name)), []
+        scene, own = located(read_scene(Path(name)), Path(name)), []
     else:
         part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
@@ -55,7 +68,11 @@ def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
 
 
 def with_arguments(scene: Scene, arguments: Mapping[str, Any] | None = None) -> Scene:
-    """Return a scene with arguments `component.argument` of its components, as `load_scene`; errors likewise."""
+    """Return a scene with arguments `component.argument` of its components, as `load_scene`; errors likewise.
+
+    Paths of its parts count from the working folder.
+    """
+    scene = located(scene, None)
     scene = _with_parameters(_analyzed(scene), arguments or {}, [], "the scene")
     check_algorithm(scene.algorithm)
     return scene
@@ -78,9 +95,48 @@ def _with_parameters(scene: Scene, arguments: Mapping[str, Any], own: Sequence[s
 def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
     """Return a scene as its function writes it, with analyses where start values are to come from them."""
     assert part.build is not None
-    scene = part.build(**read_arguments(part.name, part.build, arguments))
-    assert isinstance(scene, Scene)
-    return scene
+    found = part.build(**read_arguments(part.name, part.build, arguments))
+    scene = returned(part.build, Scene, found, StructureError)
+    return located(scene, Path(part.module.__file__ or "")) if part.is_own else scene
+
+
+def located(scene: Scene, file: Path | None) -> Scene:
+    """Return a scene whose parts have absolute paths, or the names of parts that are not in the folder of its file.
+
+    Without a file, paths count from the working folder. `StructureError` for a bare name that is that of a part in the
+    folder and of another.
+    """
+
+    def of(component: Component) -> Component:
+        """The component with its part, and the parts of its analyses."""
+        start = {
+            name: dataclasses.replace(value, part=_located(value.part, file)) if isinstance(value, Analysis) else value
+            for name, value in component.start.items()
+        }
+        return dataclasses.replace(component, part=_located(component.part, file), start=start)
+
+    system = dataclasses.replace(scene.system, components=[of(component) for component in scene.system.components])
+    return dataclasses.replace(scene, system=system, source=of(scene.source))
+
+
+def _located(part: str, scene: Path | None) -> str:
+    """Return the name or the absolute path of a part that a scene's file names."""
+    folder = Path() if scene is None else scene.parent
+    if part.endswith(".fmu") and scene is not None:
+        return str((folder / part).resolve())
+    if part.endswith(".fmu") or scene is None or is_path(part):
+        return str((folder / part).resolve()) if is_path(part) else part
+    file = (folder / f"{part}.py").resolve()
+    if not file.is_file() or file == scene.resolve() or kind_of(file) != "part":
+        return part
+    if part not in available_parts():
+        return str(file)
+    other = available_parts().file_of(part)
+    if other is not None and other.resolve() == file:
+        return part
+    raise StructureError(
+        f"{shown(scene)}: {part} is the name of {shown(file)} and of {other}; rename the file, or write ./{part}.py"
+    )
 
 
 def _split(key: str) -> tuple[list[str], str]:
@@ -118,21 +174,15 @@ def _has_argument(component: Component, argument: str) -> bool:
 
 
 def scene_part(name: str) -> Part:
-    """Return the scene of a name, or that of a Python file, whose function is named as the file."""
-    if not name.endswith(".py"):
+    """Return the scene of a name, or that of a Python file or of a folder's, whose function is named as the file."""
+    if not is_path(name):
         if name not in available_scenes():
-            raise StructureError(f"no scene is called {name!r}{nearest(name, available_scenes())}")
+            raise StructureError(f"no scene is called {name!r}{hint(name, available_scenes())}")
         return available_scenes()[name]
-    file = Path(name)
-    specification = importlib.util.spec_from_file_location(file.stem, file)
-    if specification is None or specification.loader is None or not file.is_file():
-        raise StructureError(f"there is no file {name}")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    function = getattr(module, file.stem, None)
-    if function is None:
-        raise StructureError(f"{name} defines no function {file.stem}; a scene is a function named as its file")
-    return Part(file.stem, module, function, None)
+    try:
+        return own_part(name, "scene")
+    except ModelError as error:
+        raise StructureError(str(error)) from error.__cause__ or error
 
 
 def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:

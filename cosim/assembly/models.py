@@ -6,7 +6,8 @@ import hfsa.components
 import hfsa.controllers
 from hfsa.components import Model
 from hfsa.components._modelling.compose import compose
-from hfsa.components._modelling.parts import Part, find, part_named
+from hfsa.components._modelling.loading import is_path
+from hfsa.components._modelling.parts import Catalogue, Part, find, part_named
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component
 
@@ -15,9 +16,14 @@ AUTO = "auto"
 
 
 @cache
-def available_parts() -> dict[str, Part]:
-    """Return all components and controllers by name."""
-    return find([hfsa.components, hfsa.controllers])
+def available_parts() -> Catalogue:
+    """Return all components and controllers, and the parts of installed packages (`hfsa.parts`), by name."""
+    return find([hfsa.components, hfsa.controllers], "hfsa.parts")
+
+
+def is_part(name: str) -> bool:
+    """Whether a component's `part` is a name or path of a part, which may still be broken, and no foreign FMU."""
+    return not name.endswith(".fmu") and (is_path(name) or name in available_parts())
 
 
 def part_of(component: Component) -> Part:

@@ -1,4 +1,4 @@
-"""The verbs of the command line: options in, words out.
+"""Verbs of the command line, one file each: parse options, run an experiment, print the answer.
 
 Read `_shell.py` first. It imports `experiments` and whatever is below.
 """

@@ -1,4 +1,4 @@
-"""What a comparison answers: one table to read, and everything as data for JSON."""
+"""Answer of the verb `compare`: a table as text, and all results as data for JSON."""
 
 import math
 from collections.abc import Iterable
@@ -13,13 +13,13 @@ from hfsa.cosim.commands._reports import algorithm_data, error_data, limits_data
 from hfsa.cosim.commands._shell import rendered
 from hfsa.cosim.commands._shell import table as empty_table
 from hfsa.cosim.experiments.compare import Comparison, Run
-from hfsa.cosim.measurement.trial import Group, Outcome
+from hfsa.cosim.measurement.trial import Outcome, OutputGroup
 from hfsa.cosim.results.files import ErrorEstimate
 from hfsa.cosim.signals.prefixes import readable
 
 _NOTHING = "-"
 _FLICKER = 0.01
-"""Part of a run within which a limit that comes and goes is said to act from its first time on."""
+"""Part of a run, after the first activation of a limit, in which further activations are not shown separately."""
 
 
 def comparison_data(compared: Comparison, figure: Path) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def comparison_data(compared: Comparison, figure: Path) -> dict[str, Any]:
 
 
 def comparison_text(compared: Comparison, figure: Path) -> str:
-    """Return a comparison for reading: the table, what its words stand for, what failed, and the files."""
+    """Return a comparison as text: table, full names of its columns, failed runs, choices of `auto`, and files."""
     names = _short_names([group for run in compared.runs for group in run.outcome.groups])
     labels: dict[str, str] = {}
     for run in compared.runs:
@@ -41,18 +41,18 @@ def comparison_text(compared: Comparison, figure: Path) -> str:
     columns = _columns(compared, names)
     lines = [rendered(_by_rows(columns), _by_columns(columns))]
     lines += [f"  {short}: {label}" for short, label in labels.items() if short != label]
-    lines += [f"  {run.words} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
-    lines += [f"  {run.words}: {run.algorithm.sentence}" for run in compared.runs if run.algorithm]
+    lines += [f"  {run.label} failed: {run.outcome.failure}" for run in compared.runs if run.outcome.failure]
+    lines += [f"  {run.label}: {run.algorithm.sentence}" for run in compared.runs if run.algorithm]
     lines += [f"{run.outcome.path}" for run in compared.runs]
     return "\n".join([*lines, str(figure)])
 
 
-# For reading ----------------------------------------------------------------------------------------------------------
+# Text -----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Column:
-    """A heading of one or two words, and what stands below it, one cell per run."""
+    """Heading of one or two words, and one cell per run."""
 
     heading: str
     cells: list[str]
@@ -60,7 +60,7 @@ class _Column:
 
 
 def _columns(compared: Comparison, names: dict[tuple[str, str], str]) -> list[_Column]:
-    """Return all three numbers of the first group, the peaks of the others, and what went on."""
+    """Return the columns: all three numbers of the first group, the peaks of the others, and facts about each run."""
     outcomes = [run.outcome for run in compared.runs]
     groups = [{group.key: group for group in outcome.groups} for outcome in outcomes]
     columns = [_Column(name, [run.values[name] for run in compared.runs], "left") for name in compared.over]
@@ -99,13 +99,13 @@ def _by_columns(columns: list[_Column]) -> Table:
     return table
 
 
-def _number(group: Group | None, key: str, outcome: Outcome) -> str:
-    """Return a number with its unit; none of a run that failed, where it says only how far things went."""
+def _number(group: OutputGroup | None, key: str, outcome: Outcome) -> str:
+    """Return a number with its unit; none for a failed run, whose numbers depend on when it failed."""
     return _NOTHING if group is None or outcome.failure else readable(getattr(group, key), group.unit)
 
 
 def _limits(outcome: Outcome) -> str:
-    """Return when the run failed, and which kinds of limit acted first when."""
+    """Return the time of a failure, and the first active time of each kind of limit."""
     words = []
     if outcome.failure:
         at = outcome.failure_time
@@ -121,14 +121,14 @@ def _limits(outcome: Outcome) -> str:
 
 
 def _step_error(outcome: Outcome) -> str:
-    """Return the largest relative error that the communication step makes in what is judged."""
+    """Return the largest relative error due to the communication step over all groups."""
     errors = [_error_of(group, outcome) for group in outcome.groups]
     relative = [error.relative for error in errors if error is not None]
     return f"{100 * max(relative):.3g} %" if relative else _NOTHING
 
 
-def _error_of(group: Group, outcome: Outcome) -> ErrorEstimate | None:
-    """Return the largest errors of a group's members, `None` where the run was not verified."""
+def _error_of(group: OutputGroup, outcome: Outcome) -> ErrorEstimate | None:
+    """Return the largest errors over the members of a group, `None` where the run was not verified."""
     errors = [outcome.errors[name] for name in group.members if name in outcome.errors]
     if not errors:
         return None
@@ -136,12 +136,12 @@ def _error_of(group: Group, outcome: Outcome) -> ErrorEstimate | None:
 
 
 def _wall_time(outcome: Outcome) -> str:
-    """Return the time that a run took, if it was made."""
+    """Return the wall time of a run, if it ran."""
     return readable(outcome.wall_time, "s", ".3g") if math.isfinite(outcome.wall_time) else _NOTHING
 
 
 def _sampling(limit: SamplingLimit | None) -> str:
-    """Return the longest sample time, or that there is none, or none that is short enough."""
+    """Return the longest stable sample time as text; `none` where all are stable, `unstable` where none is."""
     if limit is None:
         return _NOTHING
     if limit.longest in (0.0, math.inf):
@@ -150,12 +150,12 @@ def _sampling(limit: SamplingLimit | None) -> str:
     return text if limit.is_stable else f"unstable\nabove {text}"
 
 
-def _short_names(groups: Iterable[Group]) -> dict[tuple[str, str], str]:
-    """Return groups' keys, each with its name's shortest ending that no other has."""
+def _short_names(groups: Iterable[OutputGroup]) -> dict[tuple[str, str], str]:
+    """Return a short name for each group by key: the shortest unique ending of its name."""
     keys = list(dict.fromkeys(group.key for group in groups))
 
     def ending(name: str) -> str:
-        """The fewest last words of a signal's name that are no other signal's."""
+        """Return the shortest ending, in whole words, that no other name has."""
         parts = name.split(".")
         for count in range(1, len(parts)):
             short = ".".join(parts[-count:])
@@ -166,7 +166,7 @@ def _short_names(groups: Iterable[Group]) -> dict[tuple[str, str], str]:
     return {key: ending(key[0]) for key in keys}
 
 
-# For JSON -------------------------------------------------------------------------------------------------------------
+# Data -----------------------------------------------------------------------------------------------------------------
 
 
 def _run_data(run: Run) -> dict[str, Any]:
@@ -190,14 +190,14 @@ def _run_data(run: Run) -> dict[str, Any]:
     }
 
 
-def _group_data(group: Group, outcome: Outcome) -> dict[str, Any]:
-    """Return a group's numbers for JSON, in its unit."""
+def _group_data(group: OutputGroup, outcome: Outcome) -> dict[str, Any]:
+    """Return the numbers of a group for JSON, in its unit."""
     numbers = {key: getattr(group, key) for key in ("peak", "rms", "final")} | error_data(_error_of(group, outcome))
     return {"name": group.name, "members": group.members, "unit": group.unit, **numbers}
 
 
 def _sampling_data(limit: SamplingLimit | None) -> dict[str, Any] | None:
-    """Return a sampling limit for JSON; `longest` is null where none was found, 0 where nothing is short enough."""
+    """Return a sampling limit for JSON; `longest` is null where all sample times are stable, 0 where none is."""
     if limit is None:
         return None
     return {"sample_time": limit.sample_time, "longest": limit.longest, "is_stable": limit.is_stable}

@@ -1,4 +1,4 @@
-"""Engineering numbers for reading: with their units, as many digits as say something, rounding noise as 0.
+"""Engineering numbers as text: with units, seven significant digits, and rounding noise as 0.
 
 stiffness_S [N.m/rad, N; N, N/m] =
 1200.279          0          0          0   16003.71          0
@@ -12,22 +12,22 @@ from typing import Any
 import numpy as np
 
 NOISE = 1e-12
-"""Size, relative to what stands beside it, below which an entry of an array is rounding noise."""
+"""Size, relative to other entries of an array, below which an entry is rounding noise."""
 
 _ACROSS = 120
-"""Letters in a line of a vector."""
+"""Largest number of characters in a line of a vector."""
 
 
 def numbers_text(numbers: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """Return numbers for reading, one quantity after the other, arrays in rows; `units` by key, as far as known."""
+    """Return numbers as text, one quantity after the other, arrays in rows; `units` by key, as far as known."""
     return "\n".join(line for name, value in numbers.items() for line in _lines(name, value, units.get(name, "1")))
 
 
 def without_noise(array: np.ndarray) -> np.ndarray:
-    """Return a real or complex array with its rounding noise as 0: what is less than `NOISE` of the largest entry.
+    """Return a real or complex array with rounding noise set to 0: entries below `NOISE` of the largest entry.
 
-    In a matrix, whose rows and columns may have units of their own, the largest of the entry's row and the largest of
-    its column count, by their geometric mean.
+    In a matrix, whose rows and columns may have different units, the scale of an entry is the geometric mean of the
+    largest entry of its row and the largest entry of its column.
     """
     size = np.where(np.isfinite(array), np.abs(array), 0.0)
     if array.ndim == 2 and array.size:
@@ -40,7 +40,7 @@ def without_noise(array: np.ndarray) -> np.ndarray:
 
 
 def _cleared(part: np.ndarray, scale: np.ndarray | float) -> np.ndarray:
-    """Return real numbers, those that are nothing beside a scale as 0."""
+    """Return real numbers with those below `NOISE` of a scale set to 0."""
     return np.where(np.abs(part) < NOISE * scale, 0.0, part)
 
 
@@ -63,13 +63,13 @@ def _lines(name: str, value: Any, unit: str) -> Iterator[str]:
 
 
 def _folded(cells: Sequence[str]) -> Sequence[Sequence[str]]:
-    """Return the cells of a vector in as many rows as they need."""
+    """Return the cells of a vector in rows of at most `_ACROSS` characters."""
     count = max(1, _ACROSS // (2 + max(map(len, cells), default=1)))
     return [cells[i : i + count] for i in range(0, len(cells), count)]
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield rows of cells whose columns stand below each other, words to the left and numbers to the right."""
+    """Yield rows of cells with aligned columns: words to the left, numbers to the right."""
     columns = max(map(len, rows), default=0)
     widths = [max(len(row[i]) for row in rows if i < len(row)) for i in range(columns)]
     for row in rows:
@@ -78,7 +78,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def _text(value: Any) -> str:
-    """Return one entry: a number to seven digits, without a sign at 0; words as they are; of a mapping all it holds."""
+    """Return an entry as text: a number to seven digits, without a sign at 0; a mapping with all its items."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_text(item)}" for key, item in value.items())
     if isinstance(value, list | tuple | np.ndarray):

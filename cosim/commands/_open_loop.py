@@ -1,4 +1,4 @@
-"""Margins of an opened loop, as data for JSON and as text to read."""
+"""Margins of an opened loop, as data for JSON and as text."""
 
 import math
 from typing import Any

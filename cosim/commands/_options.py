@@ -1,4 +1,4 @@
-"""Options that several verbs share: names, types, bounds, and one help text for all."""
+"""Options shared by several verbs: names, types, bounds, and one help text for all."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -18,8 +18,8 @@ Arguments = Annotated[
         ("-p", "--parameter"),
         negative=(),
         help="NAME=VALUE, repeatable: an argument or a parameter; for a scene its own argument or "
-        "instance.argument, `stack[1..3].argument` of several. Numbers of a vector are separated by commas; units are "
-        "SI where none is stated.",
+        "instance.argument, `stack[1..3].argument` for several. Numbers of a vector are separated by commas; units are "
+        "SI unless stated.",
     ),
 ]
 Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
@@ -38,8 +38,8 @@ Fuse = Annotated[
     Parameter(
         "--fuse",
         negative=(),
-        help="NAME,NAME,...: components of the scene that become one FMU, without communication steps between them; "
-        "`drive[1..3]` or `drives` names all three. Repeatable, one group each.",
+        help="NAME,NAME,...: components of the scene compiled into one FMU, without communication steps between them; "
+        "`drive[1..3]` or `drives` stands for all three. Repeatable, one group each.",
     ),
 ]
 Jobs = Annotated[
@@ -54,7 +54,7 @@ AlgorithmName = Annotated[
     Literal[(AUTO, *ALGORITHMS)] | None,  # type: ignore[valid-type]
     Parameter(
         "--algorithm",
-        help="Co-simulation algorithm (default: the scene's). `auto` takes the cheapest whose predicted error is "
+        help="Co-simulation algorithm (default: the scene's). `auto` chooses the cheapest one with a predicted error "
         "within the tolerance.",
     ),
 ]
@@ -62,8 +62,8 @@ OrderOfSteps = Annotated[
     str | None,
     Parameter(
         "--order",
-        help="Order in which components step, where the algorithm has one: NAME,NAME,... take in this order the "
-        "places that they have in the scene; `computed` is the order with the least error of the response.",
+        help="Order of steps of the components, where the algorithm has one (default: the scene's): NAME,NAME,... are "
+        "permuted among their places in the scene; `computed` is the order with the least error of the response.",
     ),
 ]
 Step = Annotated[
@@ -77,20 +77,20 @@ Verify = Annotated[
         negative=(),
         show_default=False,
         help="Estimate the error of each recorded variable due to the communication step, by a second run at half "
-        "the step, which takes twice as long as the first.",
+        "the step, which takes twice as long.",
     ),
 ]
 DESIGN_STUDY = Group(
     "Design study",
-    help="Of a part that offers one, in place of its numbers: the effect of its dimensions. One at a time.",
+    help="Effect of the dimensions of a part with a design study, instead of its numbers. One option at a time.",
     sort_key=1,
 )
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Stepping:
-    """How a scene is stepped."""
+class SteppingOptions:
+    """Options of the co-simulation: step, algorithm, fused groups, order, tolerance and backend."""
 
     step: Step = None
     algorithm: AlgorithmName = None
@@ -100,39 +100,39 @@ class Stepping:
         float | None,
         Parameter(
             validator=Number(gt=0),
-            help="Relative error of the response allowed to levels chosen by `-p instance.level=auto`, to `auto`, and "
-            "to the steps of `error_controlled` (default: the scene's).",
+            help="Largest relative error of the response for levels chosen by `-p instance.level=auto`, for algorithm "
+            "`auto`, and for the steps of `error_controlled` (default: the scene's).",
         ),
     ] = None
     algebraic_loops: Annotated[
         Literal["solve", "refuse"] | None,
         Parameter(
             "--algebraic-loops",
-            help="Outputs that depend on each other without a step between: solved at every communication point, or "
-            "refused before anything runs (default: solve).",
+            help="Algebraic loops between FMUs: solve them at every communication point, or refuse the scene before "
+            "anything runs (default: solve).",
         ),
     ] = None
     backend: Annotated[
         Literal["c", "python"] | None,
-        Parameter("--backend", help="Stepping loop (default: c). Both give the same numbers, C many times sooner."),
+        Parameter("--backend", help="Stepping loop (default: c). Both give the same numbers; C is many times faster."),
     ] = None
 
     @property
-    def words(self) -> dict[str, Any]:
-        """Arguments of an experiment, those that are given."""
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of an experiment for the options that are given."""
         if self.backend is not None and self.algorithm in ALGORITHMS and ALGORITHMS[self.algorithm].is_model_exchange:
-            raise StructureError(f"--backend: {self.algorithm} takes no steps, so that no stepping loop is chosen")
+            raise StructureError(f"--backend: {self.algorithm} takes no steps and has no stepping loop")
         return given({"step_size" if name == "step" else name: value for name, value in asdict(self).items()})
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Sine:
-    """A sine at one input."""
+class SineOptions:
+    """Options of a sine at one input."""
 
-    input: Annotated[
-        str | None, Parameter(help="Input that follows the sine (default: the scene's first, if it has one).")
-    ] = None
+    input: Annotated[str | None, Parameter(help="Input of the sine (default: the scene's first, if it has one).")] = (
+        None
+    )
     frequency: Annotated[
         float | None,
         Parameter(validator=Number(gt=0), help="Frequency of the sine [Hz] (default: lower end of the scene's band)."),
@@ -141,23 +141,23 @@ class Sine:
         float | None,
         Parameter(
             validator=Number(gte=0),
-            help="Amplitude of the sine in the unit of its input, 0 to hold still (default: the scene's).",
+            help="Amplitude of the sine in the unit of its input, 0 for no excitation (default: the scene's).",
         ),
     ] = None
 
     @property
-    def words(self) -> dict[str, Any]:
-        """Arguments of an experiment, those that are given."""
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of an experiment for the options that are given."""
         return given(asdict(self))
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that have a value; the others keep the default of whoever takes them."""
+    """Return the options that have a value; the others keep the defaults of the experiment."""
     return {name: value for name, value in options.items() if value is not None}
 
 
 def refuse(options: Mapping[str, Any], reason: str) -> None:
-    """Raise `StructureError` for an option that is given though it has no effect, and why."""
+    """Raise `StructureError`, with the reason, for a given option that would have no effect."""
     found = [name for name, value in options.items() if value not in (None, False)]
     if found:
         raise StructureError(f"{', '.join(found)} would have no effect: {reason}")

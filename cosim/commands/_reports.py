@@ -1,4 +1,4 @@
-"""What the verbs answer, as data for JSON and as text to read: parts and scenes, finished work."""
+"""Answers of the verbs as data for JSON and as text: listings of parts and scenes, reports of sweeps and runs."""
 
 import textwrap
 from collections.abc import Iterable, Mapping
@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.components import ModelError
+from hfsa.components._modelling.loading import files_of, is_path, kind_of
 from hfsa.components._modelling.model import Kind, Quantity
-from hfsa.components._modelling.parts import Argument, Part
-from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
+from hfsa.components._modelling.parts import Argument, Part, hint, part_named
+from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
-from hfsa.cosim.measurement.limit_flags import Acting, acting, is_limit
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     Bode,
@@ -29,7 +31,7 @@ from hfsa.cosim.results.files import (
     read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import compact, nearest
+from hfsa.cosim.systems.names import compact
 
 _KINDS = {
     "inputs": (Kind.INPUT,),
@@ -38,37 +40,71 @@ _KINDS = {
 }
 
 FMU, ANALYSIS = "the FMU", "analyze"
-"""What takes an argument of a part."""
+"""Users of the arguments of a part."""
 _TAKERS = (None, [FMU, ANALYSIS], [FMU], [ANALYSIS])
-"""Who takes arguments, in the order in which they are listed."""
+"""Users of arguments in the order of the listing."""
 
 
 # Parts and scenes -----------------------------------------------------------------------------------------------------
 
 
 def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
-    """Return components, controllers and scenes with what they offer; one of them alone by its name.
+    """Return components, controllers, parts of others and scenes with what they offer; one alone by its name or path.
 
-    `StructureError` for a name that is not there, with the nearest ones.
+    The path of a folder lists what its files define. A part or scene that cannot be used has an `error` in the place of
+    all else; by its own name, that is raised. `StructureError` for a name that is not there, with the nearest ones.
     """
-    groups: dict[str, dict[str, Part]] = {"components": {}, "controllers": {}, "scenes": available_scenes()}
-    for part_name, part in available_parts().items():
-        groups[part.module.__name__.split(".")[1]][part_name] = part
+    if name is not None and is_path(name):
+        return _listing_of(Path(name))
+    groups: dict[str, list[str]] = {"components": [], "controllers": [], "parts": []}
+    for part_name in available_parts():
+        home = "parts" if available_parts().is_own(part_name) else available_parts().package_of(part_name)
+        groups[home].append(part_name)
+    groups["scenes"] = [*available_scenes()]
     known = dict.fromkeys(known for group in groups.values() for known in group)
     if name is not None and name not in known:
-        raise StructureError(f"nothing is called {name!r}{nearest(name, known)}")
+        raise StructureError(f"nothing is called {name!r}{hint(name, known)}")
     return {
         group: [
-            _scene_entry(part) if group == "scenes" else _part_entry(part)
-            for part_name, part in found.items()
+            _entry(part_name, part_name, group == "scenes", is_alone=name is not None)
+            for part_name in found
             if name in (None, part_name)
         ]
         for group, found in groups.items()
+        if found or group != "parts"
     }
 
 
+def _listing_of(path: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the listing of a file of one's own, or of a folder's files."""
+    if path.is_dir():
+        files = {"parts": files_of(path, "part"), "scenes": [*files_of(path, "scene"), *sorted(path.glob("*.toml"))]}
+        files["scenes"] = [file for file in files["scenes"] if file.name != "pyproject.toml"]
+        if not any(files.values()):
+            raise StructureError(f"{path} has no parts and no scenes; expected .py files that define a function each")
+    elif not path.is_file():
+        raise StructureError(f"there is no file {path}")
+    else:
+        is_scene = path.suffix == ".toml" or kind_of(path) == "scene"
+        files = {"parts": [] if is_scene else [path], "scenes": [path] if is_scene else []}
+    return {
+        group: [_entry(file.stem, str(file), group == "scenes", is_alone=not path.is_dir()) for file in found]
+        for group, found in files.items()
+    }
+
+
+def _entry(label: str, name: str, is_scene: bool, is_alone: bool) -> dict[str, Any]:
+    """Return what a part or scene offers; where it is not alone, its error instead if it has one."""
+    try:
+        return _scene_entry(label, name) if is_scene else _part_entry(part_named(name, available_parts()))
+    except (ModelError, StructureError) as error:
+        if is_alone:
+            raise
+        return {"name": label, "error": " ".join(str(error).split())}
+
+
 def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
-    """Return the listing for reading; a single entry in full."""
+    """Return the listing as text; a single entry in full."""
     count = sum(map(len, data.values()))
     blocks = []
     for group, entries in data.items():
@@ -79,7 +115,7 @@ def listing_text(data: Mapping[str, list[dict[str, Any]]]) -> str:
 
 
 def _part_entry(part: Part) -> dict[str, Any]:
-    """Return what a part offers, as plain data."""
+    """Return the entry of a part as plain data: levels, arguments, signals."""
     entry = {
         "name": part.name,
         "description": part.doc,
@@ -90,9 +126,11 @@ def _part_entry(part: Part) -> dict[str, Any]:
     }
     if part.build is not None:
         model = part.model()
+        if part.is_own:
+            model.check()
         for key, kinds in _KINDS.items():
             entry[key] = [_signal(quantity) for quantity in model.of(*kinds)]
-        # what an analysis takes may be a parameter of the FMU
+        # an argument of the analysis may be a parameter of the FMU
         own = {parameter["name"]: parameter for parameter in entry["parameters"]}
         for name, parameter in own.items():
             parameter["taken_by"] = [FMU, ANALYSIS] if name in part.analysis_arguments else [FMU]
@@ -100,13 +138,14 @@ def _part_entry(part: Part) -> dict[str, Any]:
     return entry
 
 
-def _scene_entry(part: Part) -> dict[str, Any]:
+def _scene_entry(label: str, name: str) -> dict[str, Any]:
     """Return what a scene holds, as plain data."""
-    scene = load_scene(part.name)
+    scene = load_scene(name)
+    part = None if name.endswith(".toml") else scene_part(name)
     return {
-        "name": part.name,
-        "description": part.doc,
-        "arguments": _entries(part.arguments),
+        "name": label,
+        "description": part.doc if part else "",
+        "arguments": _entries(part.arguments if part else {}),
         "components": [
             {"name": c.name, "part": c.part, "level": c.level, "arguments": dict(c.arguments), "start": dict(c.start)}
             for c in scene.system.components
@@ -120,7 +159,7 @@ def _scene_entry(part: Part) -> dict[str, Any]:
 
 
 def _part_arguments(part: Part) -> list[dict[str, Any]]:
-    """Return the arguments of a part's FMU and of its analysis, but their level, and which of the two takes each."""
+    """Return the arguments of the FMU and of the analysis of a part, except the level, with the users of each."""
     of_model = _entries(part.arguments if part.build is not None else {})
     of_analysis = _entries(part.analysis_arguments)
     both = [entry for entry in of_model if entry in of_analysis]
@@ -132,7 +171,7 @@ def _part_arguments(part: Part) -> list[dict[str, Any]]:
 
 
 def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
-    """Return arguments but the level as plain data."""
+    """Return arguments, except the level, as plain data."""
     return [
         {"name": argument.name, "default": argument.default, "values": list(argument.values)}
         for argument in arguments.values()
@@ -141,17 +180,22 @@ def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
 
 
 def _signal(quantity: Quantity) -> dict[str, Any]:
-    """Return a quantity as plain data; only parameters have a start to show."""
+    """Return a quantity as plain data; only parameters have a start value."""
     start = quantity.start if quantity.kind is Kind.PARAMETER else None
     return {"name": quantity.name, "unit": quantity.unit, "description": quantity.description, "start": start}
 
 
 def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
-    """Yield the lines of an entry; all of its signals and arguments only in full."""
+    """Yield the lines of an entry; arguments and parameters only with `in_full`."""
+    if "error" in entry:
+        yield f"  {entry['name']}"
+        yield f"      cannot be used: {entry['error']}"
+        return
     levels = f" ({', '.join(entry['levels'])})" if entry.get("levels") else ""
     kind = " [analysis]" if entry.get("is_analysis") else ""
     yield f"  {entry['name']}{levels}{kind}"
-    yield f"      {entry['description']}"
+    if entry["description"]:
+        yield f"      {entry['description']}"
     for key in ("inputs", "outputs"):
         if entry.get(key):
             names = [s if isinstance(s, str) else s["name"] for s in entry[key]]
@@ -174,17 +218,17 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
 
 
 def _words(value: Any) -> str:
-    """Return a value as it is typed on a command line."""
+    """Return a value as typed on the command line."""
     if isinstance(value, list | tuple):
         return ",".join(map(_words, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-# Finished work --------------------------------------------------------------------------------------------------------
+# Results --------------------------------------------------------------------------------------------------------------
 
 
 def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
-    """Return what became of a sweep, as data and as text, and whether every point was measured."""
+    """Return the report of a sweep as data and as text, and whether every point is done."""
     bode = read_sweep(path)
     counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
     troubles = [
@@ -220,7 +264,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
 
 
 def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
-    """Return where communication steps change a response most, of all points; `None` where that is not known."""
+    """Return the largest error due to communication steps and its place; `None` where it is not known."""
     if np.isnan(bode.step_error).all():
         return None
     k, output, source = np.unravel_index(int(np.nanargmax(bode.step_error)), bode.step_error.shape)
@@ -233,7 +277,7 @@ def _largest_step_error(bode: Bode) -> dict[str, Any] | None:
 
 
 def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
-    """Return where an entry is largest."""
+    """Return frequency and magnitude of the peak of an entry."""
     size = np.nan_to_num(np.abs(bode.response[:, output, source]))
     k = int(np.argmax(size))
     return {
@@ -245,16 +289,16 @@ def _peak(bode: Any, output: int, source: int) -> dict[str, Any]:
 
 
 def run_report(path: Path) -> tuple[dict[str, Any], str]:
-    """Return what a run recorded, as data and as text: the bounds of each variable, and when limits acted.
+    """Return the report of a run as data and as text: bounds of each variable, and times of active limits.
 
-    Of a run that failed, of what it recorded until then.
+    For a failed run they refer to the values recorded until then.
     """
     recorded, units = read_run(path)
     status, message = read_status(path)
     errors = read_errors(path)
     reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
     values = {name: v[reached] for name, v in recorded.items()}
-    limits = acting(values["time"], values)
+    limits = active_limits(values["time"], values)
     data = {
         "file": path,
         "status": status,
@@ -286,7 +330,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def _bounds(values: NDArray[np.float64]) -> dict[str, float]:
-    """Return the bounds of what was recorded of a variable, and the last value; NaN where nothing was."""
+    """Return bounds and last value of a recorded variable; NaN without values."""
     if not len(values):
         return dict.fromkeys(("minimum", "maximum", "last"), float("nan"))
     return {"minimum": values.min(), "maximum": values.max(), "last": values[-1]}
@@ -307,22 +351,22 @@ def _error_words(variable: Mapping[str, Any]) -> str:
 
 
 def _levels(path: Path) -> dict[str, dict[str, Any]]:
-    """Return how levels were chosen, by instance; empty where the scene named them all."""
+    """Return the choices of levels by instance; empty where the scene names all levels."""
     return {name: {**asdict(choice), "error": choice.error} for name, choice in read_choices(path).items()}
 
 
 def order_data(choice: OrderChoice | None) -> dict[str, Any] | None:
-    """Return how the order of steps was computed, for JSON; `None` where it is the scene's."""
+    """Return the computed order of steps for JSON; `None` where the order is the scene's."""
     return None if choice is None else asdict(choice)
 
 
 def algorithm_data(choice: AlgorithmChoice | None) -> dict[str, Any] | None:
-    """Return which algorithm `auto` took, for JSON; `None` where one was named."""
+    """Return the choice of `auto` for JSON; `None` where the scene names the algorithm."""
     return None if choice is None else {**asdict(choice), "error": choice.error}
 
 
-def limits_data(limits: Iterable[Acting]) -> list[dict[str, Any]]:
-    """Return limits that acted for JSON, times in s."""
+def limits_data(limits: Iterable[ActiveLimit]) -> list[dict[str, Any]]:
+    """Return the active limits for JSON, times in s."""
     return [
         {
             "signal": found.signal,

@@ -1,4 +1,4 @@
-"""How a verb speaks: its answer on stdout, as text or JSON; progress, warnings and errors on stderr; an exit code.
+"""Output of a verb: the answer on stdout, as text or JSON; progress, warnings and errors on stderr; the exit code.
 
 0 done    1 a check found problems or points failed    2 wrong usage    3 build failed    4 simulation failed
 130 interrupted    143 ended by SIGTERM    129 ended by SIGHUP
@@ -15,14 +15,14 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from hfsa.cosim.results.interrupts import Interrupted, heard
+from hfsa.cosim.results.interrupts import Interrupted, handled_signals
 
 DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
 TRACEBACK = "--traceback"
-"""Option of every verb: an error shows where it was raised."""
+"""Option of every verb: an error prints its traceback."""
 
-# A file that the system refuses to write ends a simulation; it is not a wrong word on the command line.
+# a full or failing disk is a failed simulation, not wrong usage
 _DISK = {errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EDQUOT}
 
 _WIDEST = 10_000
@@ -31,19 +31,19 @@ _WIDEST = 10_000
 def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     """Run a verb and return its exit code.
 
-    Errors of ours, which carry an `exit_code`, become one line on stderr, or with `traced` fly; others are bugs and do.
+    Errors with an `exit_code` are printed as one line on stderr, or raised with `traced`; all others are bugs.
     """
     try:
-        with heard():
+        with handled_signals():
             return verb() or DONE
     except Interrupted as interruption:
-        warn(interruption.words)
+        warn(interruption.description)
         return interruption.code
     except KeyboardInterrupt:
         warn("interrupted")
         return INTERRUPTED
     except BrokenPipeError:
-        # whoever read the answer has gone; nothing may be flushed to it at exit either
+        # the reader of stdout has closed it: nothing may be flushed to it at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (ValueError, RuntimeError) as error:
@@ -64,13 +64,13 @@ def warn(message: str) -> None:
 def answer(data: Any, text: str, as_json: bool) -> None:
     """Print the answer of a verb: `data` as JSON, or `text`."""
     print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
-    sys.stdout.flush()  # a reader that has gone is noticed here, not at exit
+    sys.stdout.flush()  # raises BrokenPipeError here instead of at exit
 
 
 def rendered(*tables: Any) -> str:
-    """Return the first table of rich's that is no wider than the terminal, else the last, as text.
+    """Return the first of several rich tables that fits the terminal, else the last, as text.
 
-    Where there is no terminal, the first one, as wide as it needs to be.
+    Without a terminal it is the first one in its full width.
     """
     from rich.console import Console
     from rich.measure import Measurement
@@ -85,7 +85,7 @@ def rendered(*tables: Any) -> str:
 
 
 def table(*headings: str) -> Any:
-    """Return an empty table of rich's with a line below its headings alone; columns of `>heading` are set right."""
+    """Return an empty rich table with a line below its headings; a column of `>heading` is right-aligned."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -111,12 +111,12 @@ def named_values(words: list[str] | None) -> dict[str, str]:
 
 
 def part_arguments(level: str | None, words: list[str] | None) -> dict[str, str]:
-    """Return NAME=VALUE words for a part, with its `level`, which may be one of them; `StructureError` for two."""
+    """Return the arguments of a part from NAME=VALUE words and `level`; `StructureError` for a level given twice."""
     return named_values([*([] if level is None else [f"level={level}"]), *(words or ())])
 
 
 def plain(value: Any) -> Any:
-    """Return a value in JSON's terms: arrays as nested lists, complex numbers by part, NaN and Infinity as null."""
+    """Return a value for JSON: arrays as nested lists, complex numbers by part, NaN and infinity as null."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
@@ -132,7 +132,7 @@ def plain(value: Any) -> Any:
 
 @contextlib.contextmanager
 def progress(label: str) -> Iterator[Callable[[float, str], None]]:
-    """Show a bar with the time left on stderr, if that is a terminal; call with the part done (0 to 1) and a word."""
+    """Show a progress bar on stderr, if it is a terminal; yield a function of the finished part (0 to 1) and a word."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,

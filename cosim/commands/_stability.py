@@ -1,4 +1,4 @@
-"""A scene's limits of stability, as data for JSON and as text to read: the steps of every algorithm, or a map."""
+"""Answer of the verb `stability` as data for JSON and as text: longest stable steps, or a map."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,33 +15,35 @@ from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, default_path, set_up, with_levels
 from hfsa.cosim.experiments.stability import Stability, limits_of
 from hfsa.cosim.experiments.stability_map import STEP_SIZE, parse_axis, stability_map
-from hfsa.cosim.figures.stability_map import map_figure
+from hfsa.cosim.figures.stability_map import stability_map_figure
 from hfsa.cosim.figures.style import save
-from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_map
+from hfsa.cosim.results.stability_map import Axis, StabilityMap, write_stability_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import AUTO
 
 CHOOSES = "chooses its steps"
-"""What is said of an algorithm that no step is asked of."""
+"""Note for an algorithm that chooses its communication steps."""
 
 _MODES = ("oscillatory modes", "aperiodic modes")
 _LEGEND = f"growth of the fastest growing mode: oscillatory from {OSCILLATORY:g} Hz on; aperiodic: free motion, decay"
 
 Report = Callable[[float, str], None]
-"""Takes the part done, 0 to 1, and a word."""
+"""Function of the finished part, 0 to 1, and a word."""
 
 
 @dataclass(frozen=True)
-class Request:
-    """What a user asks of a scene; `None` takes what the scene says, or for `algorithm` without a map all of them.
+class StabilityRequest:
+    """Options of the verb `stability`; `None` stands for the default.
 
     Attributes:
-        fuse: groups of components that become one FMU each, as typed.
-        step_size: [s].
-        order: of the components' steps, as typed.
-        vary: axes of a map, as typed; none for limits.
-        file: of the map; `force` replaces a results file of that name.
+        fuse: groups of components, each compiled into one FMU, as typed.
+        step_size: communication step size [s] (default: the scene's).
+        algorithm: the only algorithm (default: all; for a map the scene's).
+        order: order of steps, as typed (default: the scene's).
+        vary: axes of a map, as typed; empty for limits.
+        file: file of the map.
+        force: whether to replace an existing results file.
     """
 
     fuse: Sequence[str] = ()
@@ -56,13 +58,13 @@ class Request:
 def stability_answer(
     name: str,
     arguments: Mapping[str, str],
-    request: Request,
+    request: StabilityRequest,
     report: Report = lambda *_: None,
     warn: Callable[[str], None] = print,
 ) -> tuple[dict[str, Any], str, bool]:
-    """Return limits or a map as data and as text, and whether simulations agree with all that was said.
+    """Return limits or a map as data and as text, and whether all simulations agree.
 
-    `StructureError` for words that do not go together, and where the scene has no equilibrium.
+    `StructureError` for conflicting options, and for a scene without equilibrium.
     """
     path = request.file or default_path(name, "_stability")
     if request.vary:
@@ -77,7 +79,7 @@ def stability_answer(
         if request.file is not None or request.force:
             option = "--force" if request.file is None else f"-o {request.file}"
             raise StructureError(
-                f"{option}: limits are printed, or answered with --json; a file is made of a map, which takes "
+                f"{option}: limits are printed, as text or with --json; only a map has a file, which takes "
                 "--vary NAME=FROM:TO:N"
             )
         found = limits_of(setup, request.algorithm, report)
@@ -97,13 +99,13 @@ def stability_answer(
 
 
 def _disagreements_on(axes: Sequence[Axis], name: str, arguments: Mapping[str, str]) -> Sequence[str]:
-    """Return on what the parts of a scene disagree at an end of a map's axes, the first end where they do."""
+    """Return the disagreements between parts of a scene at the first end of the axes where there are any."""
     for end in (0, -1):
         varied = {axis.name: repr(float(axis.values[end])) for axis in axes if axis.name != STEP_SIZE}
         try:
             if found := set_up(name, {**arguments, **varied}).disagreements:
                 return found
-        except ValueError:  # no such posture: the map leaves the point out, and says why
+        except ValueError:  # the point cannot be built: the map reports the reason
             continue
     return ()
 
@@ -140,7 +142,7 @@ def _limits_text(found: Stability) -> str:
 
 
 def _names(setup: Setup) -> list[str]:
-    """Return a scene's components in the order that was asked for; none where none was."""
+    """Return the components of a scene in the requested order; empty without one."""
     if setup.order is None:
         return []
     scene, _ = with_computed_order(with_levels(setup.scene, None)[0], setup.order)
@@ -148,15 +150,15 @@ def _names(setup: Setup) -> list[str]:
 
 
 def _picture(path: Path) -> Path:
-    """Return the picture beside a map's file."""
+    """Return the path of the picture beside the file of a map."""
     return path.with_suffix(".png")
 
 
 def _map(found: StabilityMap, title: str, path: Path, force: bool) -> tuple[dict[str, Any], str]:
-    """Write a map and its picture beside it; return what they hold, as data and as text."""
-    write_map(path, found, title, force)
+    """Write a map and its picture; return a summary as data and as text."""
+    write_stability_map(path, found, title, force)
     picture = _picture(path)
-    save(map_figure(found, title), picture)
+    save(stability_map_figure(found, title), picture)
     agree, simulated = found.agreement
     data = {
         "file": path,
@@ -193,7 +195,7 @@ def _entry(limit: StepLimit) -> dict[str, Any]:
 
 
 def _number(value: float) -> float | None:
-    """Return a number as JSON knows it: `None` for infinity."""
+    """Return a number for JSON: `None` for infinity."""
     return value if math.isfinite(value) else None
 
 
@@ -213,15 +215,15 @@ def _table(step_size: float, limits: Sequence[StepLimit], choosing: Sequence[str
 
 
 def _without_steps(sampling: SamplingLimit | None, growth: float | None) -> Iterator[str]:
-    """Yield what is known of a scene without communication steps."""
+    """Yield a line about the stability of a scene without communication steps."""
     if sampling is not None:
-        longest = "at every one that was asked" if math.isinf(sampling.longest) else f"up to {sampling.longest:.5g} s"
-        found = longest if sampling.longest else "at none that was asked"
+        longest = "at every one examined" if math.isinf(sampling.longest) else f"up to {sampling.longest:.5g} s"
+        found = longest if sampling.longest else "at none examined"
         yield f"sample time {sampling.sample_time:.5g} s; without communication steps stable {found}"
     elif growth is not None:
         yield f"without communication steps the fastest growth is {growth:.4g} 1/s"
 
 
 def _rate(growth: float) -> str:
-    """Return a growth as text."""
+    """Return a growth rate as text."""
     return "none" if math.isinf(growth) else f"{growth:+.4g} 1/s"

@@ -1,4 +1,4 @@
-"""Design studies from the command line: their words, and what they answer as data for JSON and as text to read."""
+"""Design studies on the command line: their options, and their answers as data for JSON and as text."""
 
 import textwrap
 from collections.abc import Mapping
@@ -11,8 +11,8 @@ import numpy as np
 from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
 from hfsa.cosim.commands._shell import rendered, table
-from hfsa.cosim.figures.response_map import map_figure, save
-from hfsa.cosim.results.response_map import Quantity, ResponseMap, write_map
+from hfsa.cosim.figures.response_map import response_map_figure, save
+from hfsa.cosim.results.response_map import MapQuantity, ResponseMap, write_response_map
 from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
@@ -23,15 +23,16 @@ _PICTURE = ".png"
 
 
 @dataclass(frozen=True)
-class Request:
-    """What is asked of a study, in the words of the command line: one of sensitivity, map and optimum.
+class StudyRequest:
+    """Options of a design study: one of sensitivity, map and optimum.
 
     Attributes:
-        sensitivity: whether the slopes are asked for.
+        sensitivity: whether to compute the sensitivities.
         map: two dimensions, `tm,l` or with ranges `tm=1e-5:4e-5,l`.
-        optimize: whether the optimum is asked for.
-        bounds: of the optimum, `20` or `20,tm=1e-5:4e-5,l=2e-4`.
-        output: file of the map; `force` replaces a results file of that name.
+        optimize: whether to compute the optimum.
+        bounds: bounds of the optimum, `20` or `20,tm=1e-5:4e-5,l=2e-4`.
+        output: file of the map.
+        force: whether to replace an existing results file.
     """
 
     sensitivity: bool
@@ -42,28 +43,28 @@ class Request:
     force: bool = False
 
     def is_study(self) -> bool:
-        """Return whether a study is asked for; `StructureError` for options that do not go together."""
+        """Return whether a study is requested; `StructureError` for conflicting options."""
         given = {"--sensitivity": self.sensitivity, "--map": self.map is not None, "--optimize": self.optimize}
-        asked = [option for option, is_given in given.items() if is_given]
-        if len(asked) > 1:
-            raise StructureError(f"{' and '.join(asked)} ask for different answers; take one at a time")
+        requested = [option for option, is_given in given.items() if is_given]
+        if len(requested) > 1:
+            raise StructureError(f"{' and '.join(requested)} are different studies; take one at a time")
         if self.output is not None and self.map is None:
-            raise StructureError("-o is the file of a map; it takes --map")
+            raise StructureError("-o is the file of a map, which takes --map")
         if self.force and self.map is None:
-            raise StructureError("--force replaces the file of a map; it takes --map")
+            raise StructureError("--force replaces the file of a map, which takes --map")
         if self.bounds is not None and not self.optimize:
-            raise StructureError("--bounds are those of an optimum; they take --optimize")
-        return bool(asked)
+            raise StructureError("--bounds are bounds of an optimum, which takes --optimize")
+        return bool(requested)
 
 
-def study_answer(study: Study, request: Request, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
-    """Return the answer as data and as text, and whether it is one: an optimum that did not converge is none.
+def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
+    """Return the answer as data and as text, and whether it is valid: an optimum must have converged.
 
     Args:
-        study: of the part.
-        request: of which `is_study` holds.
-        name: of the part.
-        words: arguments of the study, as given.
+        study: study of the part.
+        request: options of the study, with `is_study`.
+        name: name of the part.
+        words: arguments of the study, as typed.
     """
     if request.sensitivity:
         return *_sensitivity(study), True
@@ -80,11 +81,11 @@ def study_answer(study: Study, request: Request, name: str, words: Mapping[str, 
     return _optimum_data(found), _optimum_text(found), found.is_converged
 
 
-# Words ----------------------------------------------------------------------------------------------------------------
+# Options --------------------------------------------------------------------------------------------------------------
 
 
 def _items(words: str, option: str) -> dict[str, Range | None]:
-    """Return `tm=1e-5:4e-5,l` as ranges by name, none for a name alone."""
+    """Return the ranges of `tm=1e-5:4e-5,l` by name, `None` for a name without range."""
     ranges: dict[str, Range | None] = {}
     for word in words.split(","):
         name, equals, value = (part.strip() for part in word.partition("="))
@@ -97,25 +98,25 @@ def _items(words: str, option: str) -> dict[str, Range | None]:
 
 
 def _bounds(words: str) -> tuple[float, dict[str, Range]]:
-    """Return `20,tm=1e-5:4e-5,l=2e-4` as the share of what is not named, and ranges by name; one value is both ends."""
+    """Return the share and the ranges by name of `20,tm=1e-5:4e-5,l=2e-4`; a single value is both ends."""
     named = [word for word in words.split(",") if "=" in word]
     shares = [word for word in words.split(",") if "=" not in word]
     if len(shares) > 1:
-        raise StructureError(f"--bounds {words!r} has more than one PERCENT; a dimension's own are NAME=LOW:HIGH")
+        raise StructureError(f"--bounds {words!r} has more than one PERCENT; bounds of one dimension are NAME=LOW:HIGH")
     share = _number(shares[0], "--bounds", "PERCENT or NAME=LOW:HIGH") if shares else _SHARE
     ranges = _items(",".join(named), "--bounds") if named else {}
     return share / 100, {name: span for name, span in ranges.items() if span is not None}
 
 
 def _range(words: str, what: str) -> Range:
-    """Return the ends of a range as typed, LOW:HIGH or one value for both."""
+    """Return the ends of a typed range, LOW:HIGH or one value for both."""
     low, colon, high = words.partition(":")
     first = _number(low, what)
     return first, _number(high, what) if colon else first
 
 
 def _number(word: str, what: str, expected: str = "a number") -> float:
-    """Return a number as typed; `StructureError` where it is none."""
+    """Return a typed number; `StructureError` for any other word."""
     try:
         return float(word)
     except ValueError:
@@ -126,7 +127,7 @@ def _number(word: str, what: str, expected: str = "a number") -> float:
 
 
 def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
-    """Return the slopes of all responses, the dimension with the largest one of the first response first."""
+    """Return the sensitivities of all responses as data and text, sorted by the magnitude of those of the objective."""
     found = {name: slopes(study, name) for name in study.responses}
     order = sorted(study.variables, key=lambda name: -abs(found[study.objective][name]))
     present = {name: float(value[0]) for name, value in study.at(study.values).items()}
@@ -143,21 +144,21 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
     lines = [
         f"{study.title}: {_values(study.responses, present)}",
         rendered(rows),
-        "by how many per cent a response grows with one per cent of a dimension: d ln(response) / d ln(dimension)",
+        "relative sensitivity d ln(response) / d ln(dimension): growth in per cent for one per cent of a dimension",
     ]
     return data, "\n".join(lines)
 
 
 def as_record(found: studies.ResponseMap) -> ResponseMap:
-    """Return a map as it is written and drawn: numbers with their units, without the equations behind them."""
+    """Return a map as a record for file and figure: numbers with units, without the equations of the study."""
     study, present = found.study, found.study.at(found.study.values)
     axes = {
-        name: Quantity(values, variable.unit, variable.description, variable.value)
+        name: MapQuantity(values, variable.unit, variable.description, variable.value)
         for name, values in found.axes.items()
         for variable in (study.variables[name],)
     }
     responses = {
-        name: Quantity(values, response.unit, response.description, float(present[name][0]))
+        name: MapQuantity(values, response.unit, response.description, float(present[name][0]))
         for name, values in found.responses.items()
         for response in (study.responses[name],)
     }
@@ -168,12 +169,12 @@ def as_record(found: studies.ResponseMap) -> ResponseMap:
 def _map(
     study: Study, ranges: Mapping[str, Range | None], path: Path, words: str, force: bool
 ) -> tuple[dict[str, Any], str]:
-    """Write a map and its picture; return what they hold."""
+    """Write a map and its picture; return a summary as data and as text."""
     found = response_map(study, ranges)
     written = as_record(found)
-    write_map(path, written, words, force)
+    write_response_map(path, written, words, force)
     picture = path.with_suffix(_PICTURE)
-    save(map_figure(written), picture)
+    save(response_map_figure(written), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))
     extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}
     data = {
@@ -203,7 +204,7 @@ def _map(
 
 
 def _extremes(axes: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, Any]:
-    """Return the smallest and the largest value and where they are."""
+    """Return the smallest and the largest value and their places."""
     ends = {}
     for word, index in (("lowest", np.nanargmin(values)), ("highest", np.nanargmax(values))):
         place = np.unravel_index(index, values.shape)
@@ -242,7 +243,7 @@ def _optimum_data(found: Optimum) -> dict[str, Any]:
 
 
 def _optimum_text(found: Optimum) -> str:
-    """Return an optimum as a table, with what holds it."""
+    """Return an optimum as text: dimensions, active requirements, responses, remarks."""
     study = found.study
     rows = table("dimension", ">now", ">lower", ">upper", ">optimum", "at bound", ">sensitivity")
     for (name, v), slope in zip(study.variables.items(), _slopes_there(found).values(), strict=True):
@@ -254,25 +255,25 @@ def _optimum_text(found: Optimum) -> str:
     results = table("", *(f">{name}" for name in study.responses))
     for text, values in designs.items():
         results.add_row(text, *(readable(values[name], r.unit) for name, r in study.responses.items()))
-    ended = f"IPOPT: {found.status}, the same from {found.agreeing} of {found.starts} places to begin at"
+    ended = f"IPOPT: {found.status}, the same optimum from {found.agreeing} of {found.starts} initial points"
     if not found.is_converged:
         ended = f"NOT an optimum; IPOPT did not converge: {found.status}; try narrower --bounds"
     lines = [f"{study.title}: largest {study.objective} within the bounds", ended, "", rendered(rows), ""]
-    lines += [f"stopped by: {text}" for text in found.active]
+    lines += [f"active: {text}" for text in found.active]
     lines += ["", rendered(results), ""]
     return "\n".join([*lines, *(_paragraph(remark) for remark in study.remarks)])
 
 
 def _slopes_there(found: Optimum) -> dict[str, float]:
-    """Return the slopes of the maximised response where it is largest."""
+    """Return the sensitivities of the objective at the optimum."""
     return slopes(found.study, found.study.objective, list(found.values.values()))
 
 
 def _values(responses: Mapping[str, Response], values: Mapping[str, float]) -> str:
-    """Return responses in one line."""
+    """Return responses in one line of text."""
     return ", ".join(f"{name} {readable(values[name], response.unit)}" for name, response in responses.items())
 
 
 def _paragraph(text: str) -> str:
-    """Return a remark as an item of a list, wrapped."""
+    """Return a remark as a wrapped list item."""
     return textwrap.fill(text, _WIDTH, initial_indent="* ", subsequent_indent="  ")

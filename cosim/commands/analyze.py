@@ -1,4 +1,4 @@
-"""The verb `analyze`: a part's own engineering numbers, and its design study."""
+"""Verb `analyze`: engineering numbers of a part, and its design study."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,42 +16,42 @@ def analyze(
     level: Level = None,
     parameter: Arguments = None,
     sensitivity: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
-    map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (the user's word)
+    map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (name of the option)
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Print a part's own engineering numbers: stiffness, modes, compliance, mobility, whatever it knows.
+    """Print the engineering numbers of a part, such as stiffness, modes, compliance or mobility.
 
     Parameters
     ----------
     name
-        A component, controller or analysis, as in `hfsa list`.
+        A component, controller or analysis, as in `hfsa list`, or the path of a .py file.
     sensitivity
         Sensitivity of each response to each dimension, d ln(response) / d ln(dimension), largest first.
     map
-        DIMENSION,DIMENSION: the responses over two dimensions, as HDF5 and as a picture beside it. Ranges are from
-        half to twice the present value, or as given: `tm=10e-6:40e-6,l`.
+        DIMENSION,DIMENSION: map of the responses over two dimensions, as HDF5 and as a picture. A range may be given,
+        `tm=10e-6:40e-6,l` (default: half to twice the present value).
     optimize
-        The dimensions within bounds for which the first response is largest.
+        Dimensions within bounds that maximise the first response.
     bounds
-        With `--optimize`: PERCENT to either side of the present dimensions (default: 20), and for single ones
-        DIMENSION=LOW:HIGH, or one value to hold it: `30,tm=10e-6:40e-6,w=3e-4`.
+        With `--optimize`: PERCENT on either side of the present dimensions (default: 20), and for single dimensions
+        DIMENSION=LOW:HIGH, or one value to fix it: `30,tm=10e-6:40e-6,w=3e-4`.
     output
-        With `--map`: its file (default: `results/NAME_map.h5`).
+        With `--map`: file of the map (default: `results/NAME_map.h5`).
     """
     from hfsa.components._modelling.parts import part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
-    from hfsa.cosim.commands._studies import Request, study_answer
+    from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     values = _shell.part_arguments(level, parameter)
-    request = Request(sensitivity, map, optimize, bounds, output, force)
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
         study = studied(name, available_parts()).design_study(**values)
-        data, text, is_found = study_answer(study, request, name, values)
+        data, text, is_found = study_answer(study, request, part_named(name, available_parts()).name, values)
         _shell.answer(data, text, json)
         return _shell.DONE if is_found else _shell.PROBLEMS
     part = part_named(name, available_parts())

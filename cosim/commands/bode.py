@@ -1,4 +1,4 @@
-"""The verb `bode`: a Bode plot of results files."""
+"""Verb `bode`: Bode plot of results files."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,12 +13,12 @@ def bode(
     files: Annotated[list[Path], Parameter(negative=())],
     /,
     *,
-    input: Names = None,  # noqa: A002 (the user's word)
+    input: Names = None,  # noqa: A002 (name of the option)
     signal: Signals = None,
     output: Output = None,
     json: Json = False,
 ) -> int:
-    """Draw the Bode plot of one or more sweeps, one upon the other: `linear` as a line, measured points as points.
+    """Draw the Bode plot of one or more sweeps in one figure: `linear` sweeps as lines, measured ones as points.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ def bode(
     input
         Input to draw, repeatable (default: all). `command.position[1..3]` is a range.
     signal
-        Output to draw, as inputs (default: all that are not zero by symmetry).
+        Output to draw, repeatable (default: all that are not zero by symmetry).
     output
-        Picture file; its ending is the format (default: the first results file with the ending `.png`). An existing
+        Picture file; its ending gives the format (default: the first results file with the ending `.png`). An existing
         picture is replaced.
     """
     from hfsa.cosim.figures.bode import bode_figure, save

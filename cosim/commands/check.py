@@ -1,4 +1,4 @@
-"""The verb `check`: every rule on FMUs, ours or not."""
+"""Verb `check`: all rules on FMUs, exported by hfsa or foreign."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +10,7 @@ from hfsa.cosim.commands._options import Json
 
 
 def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json = False) -> int:
-    """Check FMUs, ours or not, against every rule we know; problems are exit code 1.
+    """Check FMUs, exported by hfsa or foreign, against all known rules; exit code 1 if there are problems.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The verb `compare`: one run for each value of some arguments."""
+"""Verb `compare`: one run for each value of some arguments."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,18 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Force, Jobs, Json, Output, Signals, Sine, Stepping, Verify, given
+from hfsa.cosim.commands._options import (
+    Arguments,
+    Force,
+    Jobs,
+    Json,
+    Output,
+    Signals,
+    SineOptions,
+    SteppingOptions,
+    Verify,
+    given,
+)
 
 
 def compare(
@@ -16,10 +27,10 @@ def compare(
     *,
     over: Annotated[list[str], Parameter("--over", negative=())],
     parameter: Arguments = None,
-    sine: Sine = Sine(),
+    sine: SineOptions = SineOptions(),
     signal: Signals = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
-    stepping: Stepping = Stepping(),
+    stepping: SteppingOptions = SteppingOptions(),
     verify: Verify = False,
     jobs: Jobs = None,
     output: Output = None,
@@ -35,14 +46,14 @@ def compare(
     scene
         Name of a scene, or path of a .py or .toml file.
     over
-        NAME=VALUES: an argument as of `-p`, with its values separated by commas, or by semicolons where there is one.
-        Several: all combinations.
+        NAME=VALUES: an argument as in `-p`, with values separated by commas, or by semicolons if there is one.
+        Repeatable: all combinations run.
     signal
-        Variable that is recorded and compared beside the scene's outputs, repeatable.
+        Variable to record and compare in addition to the scene's outputs, repeatable.
     stop
         End of the runs [s] (default: the scene's).
     output
-        Figure; its ending is the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
+        Figure; its ending gives the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
     """
     from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
     from hfsa.cosim.experiments.compare import compare as compare_experiment
@@ -57,10 +68,10 @@ def compare(
             scene,
             parse_over(over),
             _shell.named_values(parameter),
-            **sine.words,
+            **sine.arguments,
             record=signal or (),
             **given({"stop_time": stop, "jobs": jobs}),
-            **stepping.words,
+            **stepping.arguments,
             verify=verify,
             folder=path.parent,
             file=output,
@@ -69,7 +80,7 @@ def compare(
             report=show,
         )
     outcomes = [run.outcome for run in compared.runs]
-    save(comparison_figure(compared.title, [run.words for run in compared.runs], outcomes), path)
+    save(comparison_figure(compared.title, [run.label for run in compared.runs], outcomes), path)
     _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
     failed = [outcome for outcome in outcomes if outcome.failure]
     if len(failed) == len(outcomes):

@@ -1,4 +1,4 @@
-"""The verb `export`: FMUs of a part, or of a scene's fused groups."""
+"""Verb `export`: FMUs of a part, or of the fused groups of a scene."""
 
 from pathlib import Path
 from typing import Literal
@@ -18,13 +18,13 @@ def export(
     output: Output = None,
     json: Json = False,
 ) -> int:
-    """Write a part's FMU, checked and with sources, and print its path.
+    """Write the FMU of a part, checked and with sources, and print its path.
 
     Parameters
     ----------
     name
-        A component or controller, as in `hfsa list`; with `--fuse` a scene, of whose groups the FMUs are written, with
-        the scene's start values.
+        A component or controller, as in `hfsa list`, or the path of a .py file; with `--fuse` a scene, of whose groups
+        the FMUs are written, with the scene's start values.
     fmi
         Version of FMI (default: both).
     output
@@ -48,6 +48,6 @@ def export(
 
 
 def _export_folder() -> Path:
-    """Return `fmus/built` of the checkout this runs from, else the working folder: a package is not written into."""
+    """Return `fmus/built` of this checkout, else the working folder, as an installed package is read-only."""
     checkout = Path(__file__).resolve().parents[2]
     return checkout / "fmus" / "built" if (checkout / "pyproject.toml").is_file() else Path()

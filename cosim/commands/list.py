@@ -1,16 +1,16 @@
-"""The verb `list`: what there is."""
+"""Verb `list`: components, controllers and scenes."""
 
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._options import Json
 
 
-def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (the user's word)
+def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (name of the verb)
     """List components with their levels and ports, controllers, and scenes.
 
     Parameters
     ----------
     name
-        Part or scene to show in full, with its arguments and parameters.
+        Part or scene to show in full, with its arguments and parameters; or the path of a file, or of a folder of them.
     """
     from hfsa.cosim.commands._reports import listing, listing_text
 

@@ -1,4 +1,4 @@
-"""The verb `run`: one run in time."""
+"""Verb `run`: one time-domain run."""
 
 from typing import Annotated
 
@@ -6,7 +6,17 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Force, Json, Output, Signals, Sine, Stepping, Verify, given
+from hfsa.cosim.commands._options import (
+    Arguments,
+    Force,
+    Json,
+    Output,
+    Signals,
+    SineOptions,
+    SteppingOptions,
+    Verify,
+    given,
+)
 
 
 def run(
@@ -14,25 +24,25 @@ def run(
     /,
     *,
     parameter: Arguments = None,
-    sine: Sine = Sine(),
+    sine: SineOptions = SineOptions(),
     signal: Signals = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
-    stepping: Stepping = Stepping(),
+    stepping: SteppingOptions = SteppingOptions(),
     verify: Verify = False,
     output: Output = None,
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Run a scene in time, one input following a sine; record that input, the scene's outputs, and more.
+    """Run a scene in the time domain with a sine at one input; record that input, the scene's outputs, and more.
 
-    A scene without inputs has a motion of its own and runs as it is.
+    A scene without inputs generates its own motion.
 
     Parameters
     ----------
     scene
         Name of a scene, or path of a .py or .toml file.
     signal
-        Variable that is recorded beside the scene's outputs, repeatable: an output, input or local variable of any
+        Variable to record in addition to the scene's outputs, repeatable: an output, input or local variable of any
         component. `controller.axis[1..6].command` is a range.
     stop
         End of the run [s] (default: the scene's).
@@ -47,10 +57,10 @@ def run(
         found = run_experiment(
             scene,
             _shell.named_values(parameter),
-            **sine.words,
+            **sine.arguments,
             record=signal or (),
             **given({"stop_time": stop}),
-            **stepping.words,
+            **stepping.arguments,
             verify=verify,
             path=output,
             force=force,

@@ -1,4 +1,4 @@
-"""The verb `stability`: the longest stable step of every algorithm, or a map."""
+"""Verb `stability`: longest stable step of every algorithm, or a stability map."""
 
 from typing import Annotated
 
@@ -22,26 +22,26 @@ def stability(
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Print the longest stable communication step of every algorithm on a scene, or map where it is stable.
+    """Print the longest stable communication step of every algorithm on a scene, or compute a stability map.
 
-    From the one-step matrix of each algorithm on the scene's FMUs, linearised about its equilibrium.
+    Both follow from the one-step matrix of each algorithm on the FMUs, linearised about the equilibrium.
 
     Parameters
     ----------
     scene
         Name of a scene, or path of a .py or .toml file.
     vary
-        NAME=FROM:TO:N, once or twice: a number that `-p` takes, an element of a vector as `posture.rotation[3]`, or
-        `step_size`. Maps the fastest growth over it, as HDF5 and as a picture, points next to the border and a sample
-        of the others checked by simulation.
+        NAME=FROM:TO:N, once or twice: axis of a map, a number of `-p`, an element of a vector such as
+        `posture.rotation[3]`, or `step_size`. The map has the fastest growth, as HDF5 and as a picture; points next to
+        the border and a sample of the others are verified by simulation.
     algorithm
-        The only one to look at (default: all; for a map the scene's, or gauss_seidel where that is `auto`).
+        The only algorithm to examine (default: all; for a map the scene's, or gauss_seidel where that is `auto`).
     output
-        With `--vary`: the map's file (default: `results/SCENE_stability.h5`).
+        With `--vary`: file of the map (default: `results/SCENE_stability.h5`).
     """
-    from hfsa.cosim.commands._stability import Request, stability_answer
+    from hfsa.cosim.commands._stability import StabilityRequest, stability_answer
 
-    request = Request(fuse or (), step, algorithm, order, vary or (), output, force)
+    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force)
     with _shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
     _shell.answer(data, text, json)

@@ -1,4 +1,4 @@
-"""The verb `sweep`: frequency responses, and the margins of a loop."""
+"""Verb `sweep`: frequency responses of a scene, and margins of a loop."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ from hfsa.cosim.commands._options import (
     Output,
     Positive,
     Signals,
-    Stepping,
+    SteppingOptions,
     given,
     refuse,
 )
@@ -25,8 +25,8 @@ from hfsa.cosim.commands._options import (
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Settling:
-    """How a point of a stepped sweep is measured."""
+class SettlingOptions:
+    """Options of the measurement of a point in a stepped sweep."""
 
     settling_tolerance: Annotated[
         float | None,
@@ -63,45 +63,46 @@ def sweep(
     points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     grid: Literal["response", "log"] = "response",
     open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
-    input: Names = None,  # noqa: A002 (the user's word)
+    input: Names = None,  # noqa: A002 (name of the option)
     signal: Signals = None,
     amplitude: Positive = None,
-    stepping: Stepping = Stepping(),
-    settling: Settling = Settling(),
+    stepping: SteppingOptions = SteppingOptions(),
+    settling: SettlingOptions = SettlingOptions(),
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Measure a scene's frequency responses: its outputs over its inputs, one input and one frequency at a time.
+    """Measure the frequency responses of a scene, outputs over inputs, one input and one frequency at a time.
 
     Parameters
     ----------
     scene
         Name of a scene, or path of a .py or .toml file.
     method
-        `stepped` co-simulates one sine at a time until it has settled; `linear` takes the FMUs' own derivatives.
+        `stepped` co-simulates one sine at a time until it has settled; `linear` uses the directional derivatives of the
+        FMUs.
     low
         Lowest frequency [Hz] (default: the scene's).
     high
         Highest frequency [Hz] (default: the scene's).
     points
-        Number of frequencies (default: 40, for `linear` 1000). One is the lowest.
+        Number of frequencies (default: 40, for `linear` 1000). A single one is the lowest.
     grid
         Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
     open_loop
-        With `--method linear`: a connection, by either of its ends or as `start -> end`, at which a loop is opened.
-        Loop gain and sensitivity are written in place of the scene's responses; gain, phase and delay margins are
-        the answer.
+        With `--method linear`: connection at which a loop is opened, given by either end or as `start -> end`.
+        Writes loop gain and sensitivity instead of the responses of the scene, and prints gain, phase and delay
+        margins.
     input
-        Input to excite, repeatable, one at a time (default: all of the scene). `command.position[1..3]` is a range.
+        Input to excite, repeatable (default: all of the scene, one at a time). `command.position[1..3]` is a range.
     signal
-        Output to measure, as inputs (default: all of the scene).
+        Output to measure, repeatable (default: all of the scene).
     amplitude
         Amplitude in the unit of each input (default: the scene's).
     resume
-        Go on with the file of an interrupted sweep; points that failed are tried again.
+        Continue the file of an interrupted sweep; failed points are measured again.
     output
         Results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
         `results/SCENE_open_loop.h5`).
@@ -134,7 +135,7 @@ def sweep(
             inputs=input or (),
             outputs=signal or (),
             **given({"amplitude": amplitude, "jobs": jobs}),
-            **stepping.words,
+            **stepping.arguments,
             **given(asdict(settling)),
             path=output,
             resume=resume,
@@ -153,20 +154,20 @@ def _open_loop(
     parameters: dict[str, str],
     method: str,
     ignored: dict[str, Any],
-    stepping: Stepping,
+    stepping: SteppingOptions,
     band: dict[str, Any],
     output: Path | None,
     force: bool,
     json: bool,
 ) -> int:
-    """Answer the margins of a loop opened at a connection."""
+    """Run the open-loop analysis and print the margins."""
     from hfsa.cosim.commands._open_loop import open_loop_data, open_loop_text
     from hfsa.cosim.experiments.open_loop import open_loop
     from hfsa.cosim.systems.errors import StructureError
 
     if method != "linear":
         raise StructureError("--open-loop takes --method linear")
-    refuse(ignored, "--open-loop takes the linearised scene, and no input, output, step or file to go on with")
+    refuse(ignored, "--open-loop uses the linearised scene, without inputs, outputs, steps or a file to continue")
     found = open_loop(
         scene,
         connection,
@@ -182,7 +183,7 @@ def _open_loop(
 
 
 def _chooses_levels(scene: str, parameters: dict[str, str]) -> bool:
-    """Whether a level is chosen by the scene's tolerance, which may take a co-simulation."""
+    """Whether a level is chosen by the tolerance, which may need a co-simulation."""
     from hfsa.cosim.assembly.load_scene import load_scene
     from hfsa.cosim.fidelity.levels import automatic
 

@@ -1,4 +1,4 @@
-"""What a user does with a scene: one file, one experiment.
+"""Experiments on a scene, one file each: sweep, run, compare, open loop, stability.
 
 Read `sweep.py` first. It imports `fidelity`, `assembly`, `measurement` and what is below them.
 """

@@ -1,10 +1,9 @@
-"""One scene, run once for each value of some of its arguments, on the same motion: what the runs make of it.
+"""Comparison of runs of one scene on the same motion, with different values of some arguments.
 
     compared = compare("stage_tracking", {"law": ["pd", "ctc"]}, {"actuator": "force"}, jobs=2)
     [run.outcome.groups[0].peak for run in compared.runs]
 
-All runs are prepared, and whatever is wrong with one is refused, before the first begins; one that fails later leaves
-the others alone.
+All runs are prepared and checked before the first begins; a run that fails later does not affect the others.
 """
 
 import contextlib
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hfsa.cosim.assembly.native_loop import chosen_loop
-from hfsa.cosim.experiments.run import Drive, prepare
+from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import Warn, set_up
 from hfsa.cosim.measurement import pool
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform
@@ -36,9 +35,11 @@ _LONGEST_NAME = 150
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a comparison: the compared arguments' values, as they were typed, and what became of it.
+    """Run of a comparison: values of the compared arguments, as typed, and the outcome.
 
-    `order` says how the order of its steps was computed, where it was, `algorithm` what `auto` took.
+    Attributes:
+        order: computed order of steps; `None` where the order is the scene's.
+        algorithm: choice of `auto`; `None` where the scene names the algorithm.
     """
 
     values: Mapping[str, Any]
@@ -47,14 +48,14 @@ class Run:
     algorithm: AlgorithmChoice | None = None
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """The values with their names, `law=pd, rate=3e-6`."""
         return _words(self.values)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A scene's runs: `scene` is its name or path, `over` the values of each compared argument."""
+    """Runs of a scene: `scene` is its name or path, `over` the values of each compared argument."""
 
     scene: str
     title: str
@@ -63,9 +64,9 @@ class Comparison:
 
 
 def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return values by name from words NAME=VALUES, separated by commas, or by semicolons where there is one.
+    """Return values by name from words NAME=VALUES; values are separated by semicolons if there is one, else by commas.
 
-    `StructureError` for a word without `=`, a name given twice, a value that is empty or given twice.
+    `StructureError` for a word without `=`, a name or value given twice, and an empty value.
     """
     over: dict[str, tuple[str, ...]] = {}
     for word in words:
@@ -79,9 +80,9 @@ def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
             raise StructureError(f"--over {word!r} has an empty value; expected values between commas or semicolons")
         seen: dict[Any, str] = {}
         for value in values:
-            if other := seen.get(_sense(value)):
+            if other := seen.get(_identity_key(value)):
                 raise StructureError(f"--over {name} has the value {value} twice{f', as {other}' * (other != value)}")
-            seen[_sense(value)] = value
+            seen[_identity_key(value)] = value
         over[name] = tuple(values)
     return over
 
@@ -91,7 +92,7 @@ def compare(
     over: Mapping[str, Sequence[Any]],
     parameters: Mapping[str, Any] | None = None,
     *,
-    input: str | None = None,  # noqa: A002 (the user's word)
+    input: str | None = None,  # noqa: A002 (name of the public argument)
     frequency: float | None = None,
     amplitude: float | None = None,
     record: Sequence[str] = (),
@@ -114,30 +115,30 @@ def compare(
     """Run a scene once for each combination of the values in `over`, into one file each.
 
     Args:
-        over: values of each compared argument, `{"law": ["pd", "ctc"]}`; whatever `parameters` may hold.
+        over: values of each compared argument, `{"law": ["pd", "ctc"]}`; the same names as in `parameters`.
         jobs: processes (default: one per processor).
         folder: folder of the results files, which are named by the scene and the values.
-        file: a picture to be written later; `StructureError` where it has the name of a signal.
+        file: picture that is written later; `StructureError` where it has the name of a signal.
 
-    The other arguments are as of `run`. All runs are prepared before the first begins; one that fails later is an
-    outcome (`Run.outcome.failure`), no error. Raises `StructureError` for what cannot run as it is described,
-    `ResultsError` for a file that is there already, unless `force` replaces it.
+    The other arguments are those of `run`. All runs are prepared before the first begins; a later failure is an outcome
+    (`Run.outcome.failure`), not an error. Raises `StructureError` for a scene that cannot run, and `ResultsError` for
+    an existing file, unless `force` replaces it.
     """
     parameters = dict(parameters or {})
     for name in over:
         if name in parameters:
             raise StructureError(f"{name} is given with -p and with --over; expected one of them")
-    tell = report or (lambda *_: None)
+    show = report or (lambda *_: None)
     combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     stem = "scene" if isinstance(scene, Scene) else Path(scene).stem
     paths = _paths(Path(folder), stem, combinations)
     for path in paths:
         check_new(path, force, "--force replaces it, -o names a figure in another folder, where the files go too")
     library = chosen_loop(backend, warn)
-    drive = Drive(input, frequency, amplitude)
+    sine = SineInput(input, frequency, amplitude)
     trials, title = [], ""
     for values, path in zip(combinations, paths, strict=True):
-        tell(0.0, f"building FMUs for {_words(values)}")
+        show(0.0, f"building FMUs for {_words(values)}")
         setup = set_up(
             scene,
             {**parameters, **values},
@@ -155,61 +156,61 @@ def compare(
         warn_of = partial(_warn_of, values, warn)
         for sentence in setup.disagreements:
             warn_of(sentence)
-        ready = prepare(setup, drive, library, warn_of)
+        ready = prepare(setup, sine, library, warn_of)
         if verify:
             check_verifiable(ready)
         trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))
-    outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, tell)
+    outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, show)
     runs = tuple(
-        Run(values, outcomes[trial.path], trial.ready.record.order, trial.ready.record.algorithm)
+        Run(values, outcomes[trial.path], trial.plan.record.order, trial.plan.record.algorithm)
         for values, trial in zip(combinations, trials, strict=True)
     )
     for run in runs:
         for message in run.outcome.warnings:
-            warn(f"{run.words}: {message}")
+            warn(f"{run.label}: {message}")
     return Comparison(str(scene) if stem != "scene" else stem, title, {n: tuple(v) for n, v in over.items()}, runs)
 
 
 def _warn_of(values: Mapping[str, Any], warn: Callable[[str], None], sentence: str) -> None:
-    """Warn of the run with these values."""
+    """Warn of the run with some values."""
     warn(f"{_words(values)}: {sentence}")
 
 
 def _perform(
-    trials: Sequence[Trial], jobs: int, warn: Callable[[str], None], tell: Callable[[float, str], None]
+    trials: Sequence[Trial], jobs: int, warn: Callable[[str], None], report: Callable[[float, str], None]
 ) -> dict[Path, Outcome]:
-    """Return the outcomes by file; after Ctrl-C, say what is finished."""
+    """Return the outcomes by file; after Ctrl-C, warn of the finished runs."""
     outcomes: dict[Path, Outcome] = {}
 
-    def word() -> str:
-        """How many runs are finished."""
+    def progress() -> str:
+        """Return the number of finished runs as text."""
         return f"{len(outcomes)} of {len(trials)} runs"
 
-    def within(part: float) -> None:
-        """Tell the progress with a part of the present run."""
-        tell((len(outcomes) + part) / len(trials), word())
+    def report_part(part: float) -> None:
+        """Report the progress, with the finished part of the present run."""
+        report((len(outcomes) + part) / len(trials), progress())
 
-    is_foreign = any(trial.ready.assembly.is_foreign for trial in trials)
+    is_foreign = any(trial.plan.assembly.is_foreign for trial in trials)
     apart = is_foreign or min(jobs, len(trials)) > 1
-    # only what runs in this process can tell how far it is
-    work = perform if apart else partial(perform, report=within)
-    within(0.0)
+    # only a run in this process reports its progress
+    work = perform if apart else partial(perform, report=report_part)
+    report_part(0.0)
     try:
-        # a run whose process died has left a file behind
+        # a run whose process crashed has left its file
         again = partial(dataclasses.replace, force=True)
         with contextlib.closing(pool.results(work, trials, jobs, apart=is_foreign, again=again)) as results:
             for trial, outcome in results:
                 outcomes[trial.path] = outcome or Outcome(trial.path, failure=CRASHED)
-                within(0.0)
+                report_part(0.0)
     except KeyboardInterrupt:
         finished = ", ".join(str(path) for path, outcome in outcomes.items() if not outcome.failure)
-        warn(f"{word()} are finished{f': {finished}' if finished else ''}")
+        warn(f"{progress()} are finished{f': {finished}' if finished else ''}")
         raise
     return outcomes
 
 
 def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, Any]]) -> list[Path]:
-    """Return a file for each combination, named by its values as far as file names allow."""
+    """Return a file for each combination, named after its values as far as file names allow."""
     paths: list[Path] = []
     taken: set[str] = set()
     for number, values in enumerate(combinations, 1):
@@ -222,8 +223,8 @@ def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, Any]]) -
     return paths
 
 
-def _sense(value: str) -> Any:
-    """Return what makes two values the same: numbers by size."""
+def _identity_key(value: str) -> Any:
+    """Return the key that identifies equal values: numbers by size."""
     try:
         return float(value)
     except ValueError:

@@ -1,4 +1,4 @@
-"""A scene's loop opened at a connection: loop gain and sensitivity in a results file, margins as the answer.
+"""Loop of a scene opened at a connection: its loop gain, sensitivity and margins.
 
 found = open_loop("sdelta_hfsa", "controller.axis[1].command")
 found.margins.phase, found.margins.delay
@@ -14,14 +14,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.margins import Loop, Margins, find_connection
+from hfsa.cosim.analysis.margins import Margins, OpenedLoop, find_connection
 from hfsa.cosim.analysis.margins import open_loop as opened_at
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
 from hfsa.cosim.experiments.sweep import usage_errors
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.measurement.sweep import finished, system_record
+from hfsa.cosim.measurement.sweep import points_of, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.signals import excitation
@@ -31,19 +31,19 @@ from hfsa.cosim.systems.scene_file import scene_text
 from hfsa.cosim.systems.system import Connection
 
 OUTPUTS = (Signal("loop_gain", "1"), Signal("sensitivity", "1"))
-"""What the file holds of a loop: L and S = 1 / (1 + L), over the connection as input."""
+"""Outputs in the results file: L and S = 1 / (1 + L); the input is the connection."""
 
 _DENSE, _LINE = 2000, 1000
 
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A loop opened at a connection.
+    """Loop opened at a connection.
 
     Attributes:
         path: results file with loop gain and sensitivity.
-        connection: at which it is opened.
-        margins: of the closed loop.
+        connection: connection at which the loop is opened.
+        margins: margins of the closed loop.
     """
 
     path: Path
@@ -70,15 +70,15 @@ def open_loop(
     force: bool = False,
     warn: Warn = warnings.warn,
 ) -> OpenLoop:
-    """Write loop gain and sensitivity at a connection into a results file, and return the margins of the loop.
+    """Write loop gain and sensitivity at a connection to a results file, and return the margins of the loop.
 
     Args:
-        connection: at which the loop is opened, by either of its ends or as `start -> end`.
+        connection: connection at which the loop is opened, given by either end or as `start -> end`.
         low, high: ends of the band [Hz] (default: the scene's, widened to the frequencies of the margins).
         path: results file (default: `results/SCENE_open_loop.h5`).
 
-    The other arguments are as of `sweep`. Raises `StructureError` for a connection that does not exist or closes no
-    loop, else as `sweep`.
+    The other arguments are those of `sweep`. Raises `StructureError` for a connection that does not exist or closes no
+    loop, and the errors of `sweep`.
     """
     file = Path(path) if path is not None else default_path(scene, "_open_loop")
     check_new(file, force)
@@ -111,20 +111,20 @@ def open_loop(
     plan = Plan(frequency, OUTPUTS, (Signal(str(opened), "1"),), settings)
     record = system_record(setup.title, scene_text(of_scene), assembly, operating_point=loop.operating_point)
     with SweepFile.create(file, plan, levels.with_choices(record, choices), force) as written:
-        written.write(finished(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
+        written.write(points_of(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return OpenLoop(file, opened, margins)
 
 
 def _frequencies(
-    scene: Scene, loop: Loop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
+    scene: Scene, loop: OpenedLoop, margins: Margins, low: float | None, high: float | None, points: int, grid: str
 ) -> NDArray[np.float64]:
-    """Return the frequencies [Hz] of the file; `StructureError` beyond the highest that the loop has a gain at."""
+    """Return the frequencies [Hz] of the file; `StructureError` above half the sampling frequency of the loop."""
     found = [m.frequency for m in (*margins.gain, *margins.phase)]
     first = low or min(scene.band[0], *(f / 2 for f in found), math.inf)
     last = high or min(max(scene.band[1], *(f * 2 for f in found), 0.0), loop.highest)
     if last > loop.highest:
         raise StructureError(
-            f"{last:g} Hz is above half the sampling frequency, {loop.highest:g} Hz, where a sampled loop ends"
+            f"{last:g} Hz is above half the sampling frequency, {loop.highest:g} Hz, the end of its loop gain"
         )
     with usage_errors():
         if grid == "log":

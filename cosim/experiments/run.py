@@ -1,4 +1,4 @@
-"""A run of a scene in time, from its name to its results file.
+"""Time-domain run of a scene, from its name to its results file.
 
 found = run("sdelta_hfsa", frequency=20.0, stop_time=2.0)
 found["robot.platform.position[3]"], found.time
@@ -17,14 +17,14 @@ from hfsa.cosim.analysis.aliasing import check_resolved
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
-from hfsa.cosim.experiments.orders import offered, with_computed_order
+from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with_levels
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement import run as measured
-from hfsa.cosim.measurement.run import Ready
+from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
 from hfsa.cosim.results.files import Identity
@@ -36,10 +36,10 @@ from hfsa.cosim.systems.scene_file import scene_text
 
 
 @dataclass(frozen=True)
-class Drive:
-    """A sine at one input: its name, full or not, `frequency` [Hz], `amplitude` in the input's unit, 0 for none.
+class SineInput:
+    """Sine at one input: full or short name, `frequency` [Hz], and `amplitude` in the unit of the input, 0 for none.
 
-    `None` takes what the scene says: its first input, if it has one, the lowest frequency of its band, its amplitude.
+    Defaults are the first input of the scene, if it has one, the lowest frequency of its band, and its amplitude.
     """
 
     input: str | None = None
@@ -51,7 +51,7 @@ def run(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,
     *,
-    input: str | None = None,  # noqa: A002 (the user's word)
+    input: str | None = None,  # noqa: A002 (name of the public argument)
     frequency: float | None = None,
     amplitude: float | None = None,
     record: Sequence[str] = (),
@@ -69,22 +69,22 @@ def run(
     warn: Warn = warnings.warn,
     report: Callable[[float, str], None] | None = None,
 ) -> Run:
-    """Run a scene in time, one input following a sine, into a results file; what is not named is as of `sweep`.
+    """Run a scene in the time domain, with a sine at one input, and write the results file.
 
-    A scene without inputs has a motion of its own and runs as it is.
+    A scene without inputs generates its own motion. Arguments that are not listed are those of `sweep`.
 
     Args:
-        input: name of the input that follows the sine (default: the scene's first).
-        frequency: of the sine [Hz] (default: lower end of the scene's band).
-        amplitude: of the sine, in the unit of its input, 0 to hold still (default: the scene's).
-        record: variables that are recorded beside the scene's outputs, also with ranges.
+        input: input of the sine (default: the scene's first).
+        frequency: frequency of the sine [Hz] (default: lower end of the scene's band).
+        amplitude: amplitude of the sine in the unit of its input, 0 for no excitation (default: the scene's).
+        record: variables recorded in addition to the scene's outputs, also with ranges.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
         path: results file (default: `results/SCENE_run.h5`).
 
     Raises:
-        StepError: where the run cannot go on; the file holds what was recorded until then. DivergenceError: where a
-        signal has left its scale. Else as of `sweep`.
+        StepError: where the run cannot continue; the file holds the values recorded until then. DivergenceError: where
+        a signal exceeds its scale. Other errors are those of `sweep`.
     """
     file = Path(path) if path is not None else default_path(scene, "_run")
     check_new(file, force)
@@ -101,53 +101,53 @@ def run(
         algorithm=algorithm,
         tolerance=tolerance,
     )
-    drive = Drive(input, frequency, amplitude)
-    tell = None if report is None else lambda part: report(part, "")
-    written = run_scene(setup, file, drive, backend=backend, verified=verify, force=force, warn=warn, report=tell)
+    sine = SineInput(input, frequency, amplitude)
+    show = None if report is None else lambda part: report(part, "")
+    written = run_scene(setup, file, sine, backend=backend, verified=verify, force=force, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found
 
 
-def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Ready:
-    """Return what is to run, FMUs built and the wiring checked; `StructureError` names what does not fit.
+def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> RunPlan:
+    """Return a run that is ready to start, with FMUs built and connections checked; `StructureError` for a misfit.
 
-    The scene's outputs and further signals are recorded, and the input that a sine drives. `library` is the stepping
-    loop in C, `None` for Python's. `warn` takes the choices of levels, order and algorithm, and what is against the
-    answer.
+    Outputs of the scene, further signals and the excited input are recorded. `library` is the stepping loop in C,
+    `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, and
+    warnings about the result.
     """
     scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
-    if drive.input or scene.inputs:
+    if sine.input or scene.inputs:
         highest = setup.highest
-        wanted = [drive.input] if drive.input else scene.inputs[:1]
+        wanted = [sine.input] if sine.input else scene.inputs[:1]
         excited = find_signals(wanted, scene.inputs, highest.connectors, "input")[0]
-        # at rest there is nothing to judge levels, orders and algorithms by, so that the scene's own amplitude is
-        scene = with_amplitude(scene, drive.amplitude or None, [excited], highest)
-        frequency = drive.frequency or scene.band[0]
+        # without excitation levels, orders and algorithms are judged at the amplitude of the scene
+        scene = with_amplitude(scene, sine.amplitude or None, [excited], highest)
+        frequency = sine.frequency or scene.band[0]
         band = min(scene.band[0], frequency), max(scene.band[1], frequency)
-    elif drive.frequency is not None or drive.amplitude is not None:
+    elif sine.frequency is not None or sine.amplitude is not None:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
-    asked = {"inputs": [excited], "band": band} if excited else {}
-    scene, choices = with_levels(scene, library, **asked)
-    scene, order = with_computed_order(scene, setup.order, **asked)
+    override = {"inputs": [excited], "band": band} if excited else {}
+    scene, choices = with_levels(scene, library, **override)
+    scene, order = with_computed_order(scene, setup.order, **override)
     variants = Variants(scene, setup.highest)
     plain = variants.plain
-    moved = {excited: variants.driven(excited, drive.frequency)} if excited else {}
+    moved = {excited: variants.driven(excited, sine.frequency)} if excited else {}
     checked = _checked(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
-        scene, algorithm, sentences = known.decided(scene, offered(setup.order), frequency)
-    if excited and drive.amplitude == 0:
+        scene, algorithm, sentences = known.decided(scene, candidates(setup.order), frequency)
+    if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
-        checked = Variants(scene, plain).driven(excited, drive.frequency)
+        checked = Variants(scene, plain).driven(excited, sine.frequency)
     assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
     for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
         warn(sentence)
     record = system_record(setup.title, scene_text(scene), assembly, order=order, algorithm=algorithm)
     names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
-    ready = Ready(
+    ready = RunPlan(
         assembly,
         names,
         scene.stop_time,
@@ -166,7 +166,7 @@ def prepare(setup: Setup, drive: Drive, library: Path | None, warn: Warn) -> Rea
 def run_scene(
     setup: Setup,
     path: Path,
-    drive: Drive,
+    sine: SineInput,
     *,
     backend: str = BACKENDS[0],
     verified: bool = False,
@@ -174,13 +174,13 @@ def run_scene(
     warn: Warn = warnings.warn,
     report: Callable[[float], None] | None = None,
 ) -> Identity:
-    """Run a scene in time into the file `path`, as `measurement.run` with `force`, and return which file that is.
+    """Run a scene in the time domain, write the file `path`, and return its identity.
 
-    `backend` is one of `BACKENDS`, `verified` adds error estimates.
+    `backend` is one of `BACKENDS`; `verified` adds error estimates; `force` replaces a results file.
     """
     for sentence in setup.disagreements:
         warn(sentence)
-    ready = prepare(setup, drive, chosen_loop(backend, warn), warn)
+    ready = prepare(setup, sine, chosen_loop(backend, warn), warn)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)
@@ -193,7 +193,7 @@ def run_scene(
 
 
 def _checked(assembly: Assembly, step_size: float) -> Assembly:
-    """Return the assembly; `StructureError` where wiring, ticks or sources do not fit."""
+    """Return the assembly; `StructureError` for misfits of connections, sample times or source frequencies."""
     assembly.check()
     check_sample_times(assembly.system, assembly.connectors, {}, step_size)
     check_resolved(assembly.system, assembly.connectors, step_size)

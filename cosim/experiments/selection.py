@@ -1,4 +1,4 @@
-"""Signals by the names that a user gives: full or short, single or as a range.
+"""Selection of signals by typed names: full or short, single or ranges.
 
 find_signals(["platform.position[1..3]"], scene.outputs, assembly.connectors, "output")
 """
@@ -9,20 +9,20 @@ from collections.abc import Mapping, Sequence
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import companions, expand, named, nearest
+from hfsa.cosim.systems.names import companions, expand, matching_names, nearest
 from hfsa.cosim.systems.scene import Scene
 
 _CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
-"""Causalities in an FMU of each kind of signal; of several variables with one short name, the first goes before."""
+"""Causalities of each kind of signal, in their priority among variables with the same short name."""
 
 
 def find_signals(
     wanted: Sequence[str], offered: Sequence[str], variables: Mapping[str, Mapping[str, Connector]], kind: str
 ) -> list[str]:
-    """Return full names of inputs, outputs or signals: those offered by the scene, or any others that are wanted.
+    """Return the full names of wanted inputs, outputs or signals; without wanted names, those offered by the scene.
 
-    `kind` is `input`, `output`, or `signal`, which is whatever may change in a run. A wanted name may have a range, and
-    may leave out the component where only one fits. `StructureError` for a name that fits none, with the nearest ones,
+    `kind` is `input`, `output`, or `signal`: any variable that can change in a run. A name may have a range, and may
+    omit the component where it is unique. `StructureError`, with the nearest names, for a name that matches no variable
     or several.
     """
     if not wanted:
@@ -31,14 +31,14 @@ def find_signals(
     found = []
     for name in (member for item in wanted for member in expand(item)):
         groups = (offered, *(_of(variables, causality) for causality in _CAUSALITIES[kind]))
-        fitting = [name] if name in known else next(filter(None, (named(name, group) for group in groups)), [])
+        fitting = [name] if name in known else next(filter(None, (matching_names(name, group) for group in groups)), [])
         if not fitting:
             short = [full.partition(".")[2] for full in known]
             raise StructureError(
                 f"no {kind} is called {name!r}{nearest(name, dict.fromkeys([*offered, *known, *short]))}"
             )
         if len(fitting) > 1:
-            raise StructureError(f"{name} fits several {kind}s: {', '.join(fitting)}; say which")
+            raise StructureError(f"{name} fits several {kind}s: {', '.join(fitting)}; expected one of them")
         found += fitting
     return list(dict.fromkeys(found))
 
@@ -55,7 +55,7 @@ def _of(variables: Mapping[str, Mapping[str, Connector]], causality: str) -> lis
 
 
 def with_amplitude(scene: Scene, amplitude: float | None, inputs: Sequence[str], assembly: Assembly) -> Scene:
-    """Return the scene with one amplitude for all wanted inputs, each in its own unit."""
+    """Return the scene with one amplitude for all given inputs, in the unit of each."""
     if amplitude is None:
         return scene
     units = {assembly.connector(name).unit or "1" for name in inputs}
@@ -63,7 +63,7 @@ def with_amplitude(scene: Scene, amplitude: float | None, inputs: Sequence[str],
 
 
 def free_inputs(assembly: Assembly) -> list[str]:
-    """Return the inputs (full names) that nothing feeds, without rates and accelerations of others."""
+    """Return the unconnected inputs (full names), without those for derivatives of other inputs."""
     fed = {connection.end for connection in assembly.system.connections}
     free = []
     for component, known in assembly.connectors.items():

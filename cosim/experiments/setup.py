@@ -1,4 +1,4 @@
-"""The setup of an experiment: a scene as its user wants it, before anything runs.
+"""Setup of an experiment: a scene with all options applied, before anything runs.
 
 setup = set_up("sdelta_shaker", {"damping": "0.02"}, step_size=20e-6)
 setup.scene, setup.title
@@ -31,20 +31,20 @@ ALGEBRAIC_LOOPS = ("solve", "refuse")
 """Treatments of algebraic loops between FMUs; the first is the default."""
 
 _FORMATS = (".h5", ".hdf5", ".nc", ".png", ".pdf", ".svg", ".jpg", ".jpeg", ".eps", ".tif", ".tiff", ".webp")
-"""Endings of files that are no names of signals."""
+"""File name endings that are not taken for names of signals."""
 
 Warn = Callable[[str], None]
-"""Takes a sentence that a user must read."""
+"""Function that receives a warning for the user."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A scene with the title that its results carry.
+    """Scene with the title of its results.
 
     Attributes:
-        order: order of steps as given (`orders.py`).
-        signals: full names of variables that a run records beside the scene's outputs.
-        disagreements: a sentence for each fact on which its parts do not agree.
+        order: order of steps as typed (`orders.py`).
+        signals: full names of variables recorded in addition to the scene's outputs.
+        disagreements: a sentence for each fact on which parts of the scene disagree.
     """
 
     scene: Scene
@@ -55,7 +55,7 @@ class Setup:
 
     @cached_property
     def highest(self) -> Assembly:
-        """The assembly before parts are fused, levels `auto` at their highest: all names are there."""
+        """Assembly before fusing, with the highest level for `auto`: it has all names."""
         return build(levels.at_highest(self.scene).system)
 
 
@@ -70,12 +70,17 @@ def set_up(
     record: Sequence[str] = (),
     **changes: Any,
 ) -> Setup:
-    """Return the setup of a scene, by name, by path or as it is, with `parameters` of its own or of its components.
+    """Return the setup of a scene, given by name, path or object, with arguments of the scene or its components.
 
-    `fuse` are groups of components that become one FMU each, `order` is that of their steps. `algebraic_loops` is one
-    of `ALGEBRAIC_LOOPS`; with `refuse`, an algebraic loop between the FMUs is a `StructureError`; so is a `file` to be
-    written with the name of a signal. `record` names further signals to record. `changes` are fields of the scene;
-    those that are `None` stay.
+    Args:
+        scene: name, path of a `.py` or `.toml` file, or a `Scene`.
+        parameters: arguments of the scene or of its components.
+        fuse: groups of components, each compiled into one FMU.
+        algebraic_loops: one of `ALGEBRAIC_LOOPS`; with `refuse`, an algebraic loop is a `StructureError`.
+        order: order of steps as typed.
+        file: output file; `StructureError` where it has the name of a signal.
+        record: further signals to record.
+        changes: new values of fields of the scene; `None` keeps a field.
     """
     name = "" if isinstance(scene, Scene) else str(scene)
     loaded = with_arguments(scene, parameters) if isinstance(scene, Scene) else load_scene(name, parameters)
@@ -97,30 +102,30 @@ def set_up(
 
 
 def default_path(scene: str | Path | Scene, ending: str = "", suffix: str = ".h5") -> Path:
-    """Return the file that an experiment writes where none is named: `results/SCENE.h5`."""
+    """Return the default results file of an experiment: `results/SCENE.h5`."""
     if isinstance(scene, Scene):
         raise StructureError("a Scene object has no name for its results file; name the file: path=...")
     return Path("results", f"{Path(scene).stem}{ending}{suffix}")
 
 
 def refuse_order(setup: Setup) -> None:
-    """Raise `StructureError` where an order is given for what takes no steps."""
+    """Raise `StructureError` where an order is given for a method without steps."""
     if setup.order is not None:
-        raise StructureError(f"--order {setup.order}: the linear method takes no steps, so that there is no order")
+        raise StructureError(f"--order {setup.order}: the linear method takes no steps and has no order")
 
 
-def with_levels(scene: Scene, library: Path | None, **asked: Any) -> tuple[Scene, dict[str, LevelChoice]]:
-    """Return a scene with every level `auto` chosen, and the choices by component.
+def with_levels(scene: Scene, library: Path | None, **measured: Any) -> tuple[Scene, dict[str, LevelChoice]]:
+    """Return the scene with a chosen level in place of every `auto`, and the choices by component.
 
-    `asked` are those fields of the scene that a measurement has otherwise: inputs, outputs, band.
+    `measured` overrides fields of the scene for the measurement: inputs, outputs, band.
     """
     if not levels.automatic(scene):
         return scene, {}
-    choices = levels.choose(dataclasses.replace(scene, **asked), library)
-    return levels.settled(scene, choices), choices
+    choices = levels.choose(dataclasses.replace(scene, **measured), library)
+    return levels.with_chosen(scene, choices), choices
 
 
 def _refuse_loops(scene: Scene) -> None:
-    """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, close an algebraic loop."""
+    """Raise `StructureError` where the FMUs of a scene, fused and at their highest levels, form an algebraic loop."""
     assembly = assemble(levels.at_highest(scene)).check()
     refuse_loops(assembly.system, assembly.connectors)

@@ -1,4 +1,4 @@
-"""A scene's limits of stability: the longest stable communication step of every algorithm.
+"""Stability limits of a scene: the longest stable communication step of every algorithm.
 
 found = stability("sdelta_hfsa", {"law": "ctc"})
 {limit.algorithm: limit.longest for limit in found.limits}
@@ -16,7 +16,7 @@ from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, Warn, set_up, with_levels
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
@@ -25,16 +25,17 @@ from hfsa.cosim.systems.scene import AUTO, Scene
 
 @dataclass(frozen=True)
 class Stability:
-    """Limits of a scene about its equilibrium.
+    """Stability limits of a scene about its equilibrium.
 
     Attributes:
-        title: of the scene.
-        algorithm, step_size: its own; step [s].
-        limits: longest stable step of each algorithm with a communication step that is given.
+        title: title of the scene.
+        algorithm, step_size: algorithm and communication step size [s] of the scene.
+        limits: longest stable step of each algorithm with a fixed communication step.
         choosing: algorithms that choose their steps.
-        sampling: longest stable sample time without communication steps, `None` where nothing is sampled.
-        growth: fastest growth without communication steps [1/s], `None` where something is sampled.
-        choice: what `auto` took; order: how the order of steps was computed, if it was.
+        sampling: longest stable sample time without communication steps, `None` for a scene without sampled parts.
+        growth: fastest growth rate without communication steps [1/s], `None` for a scene with sampled parts.
+        choice: choice of `auto`, if any.
+        order: computed order of steps, if any.
     """
 
     title: str
@@ -59,10 +60,10 @@ def stability(
     warn: Warn = warnings.warn,
     report: Callable[[float, str], None] | None = None,
 ) -> Stability:
-    """Return the longest stable communication step of an algorithm, by default of every one.
+    """Return the longest stable communication step of an algorithm (default: of every algorithm).
 
-    From the one-step matrix of each algorithm on the scene's FMUs, linearised about the equilibrium. Arguments and
-    errors are as of `sweep`; `StructureError` also where the scene has no equilibrium.
+    It follows from the one-step matrix of the algorithm on the FMUs, linearised about the equilibrium. Arguments and
+    errors are those of `sweep`; `StructureError` also for a scene without equilibrium.
     """
     setup = set_up(scene, parameters, fuse, order=order, step_size=step_size, algorithm=algorithm)
     for sentence in setup.disagreements:
@@ -73,11 +74,11 @@ def stability(
 def limits_of(
     setup: Setup, algorithm: str | None = None, report: Callable[[float, str], None] | None = None
 ) -> Stability:
-    """Return the limits of a setup under one algorithm, `None` or `auto` for all."""
-    tell = report or (lambda *_: None)
+    """Return the limits of a setup under one algorithm, or under all for `None` and `auto`."""
+    show = report or (lambda *_: None)
     scene, _ = with_levels(setup.scene, None)
     scene, order = with_computed_order(scene, setup.order)
-    scene, choice = settled(scene)
+    scene, choice = with_algorithm(scene)
     assembly = assemble(scene)
     considered = tuple(ALGORITHMS) if algorithm in (None, AUTO) else (algorithm,)
     limited = [name for name in considered if name in LIMITED]
@@ -85,7 +86,7 @@ def limits_of(
         limits = []
         for found in step_limits(assembly.system, instances, scene.step_size, limited):
             limits.append(found)
-            tell(len(limits) / (len(limited) + 1), found.algorithm)
+            show(len(limits) / (len(limited) + 1), found.algorithm)
         sampling = sampling_limit(assembly.system, instances, scene.outputs)
         growth = None
         if sampling is None:

@@ -1,14 +1,15 @@
-"""Where a scene is stable, over one or two of its arguments: the fastest growth at every point, checked by simulation.
+"""Stability map of a scene over one or two of its arguments, verified by simulation.
 
     axes = [parse_axis("posture.rotation[3]=0:40:9"), parse_axis("step_size=1e-5:1e-3:20")]
     found = stability_map("sdelta_hfsa", {"law": "ctc"}, axes, algorithm="jacobi")
     found.stable, found.growth, found.verified     # (9, 20) each
 
-At each point the scene is built with those arguments, its FMUs are linearised about the equilibrium, and the one-step
-matrix of the algorithm tells how fast the fastest mode grows, and where a fixed point is looked for, whether its passes
-lead to it. All points beside one that differs in stability, and a random sample of the others, are simulated: from the
-equilibrium, moved a little along that mode, with the algorithm itself. A point agrees where what is simulated grows as
-predicted or decays as predicted, and passes that lead nowhere stop the run; what is too slow to tell is left out.
+At each point the scene is built with these arguments and its FMUs are linearised about the equilibrium. The one-step
+matrix of the algorithm gives the growth rate of the fastest mode and, for an iterative algorithm, whether its
+fixed-point iteration converges. All points next to the stability border, and a random sample of the others, are
+simulated with the algorithm from a state that deviates from the equilibrium along the fastest mode. A point agrees
+where the deviation grows or decays as predicted, and where a diverging iteration stops the run. Modes too slow to
+judge are left out.
 """
 
 import math
@@ -23,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
-from hfsa.cosim.analysis.stability import Cycle, Mode
+from hfsa.cosim.analysis.stability import CoupledStep, Mode
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.fuse import with_fusion
@@ -38,22 +39,22 @@ from hfsa.cosim.systems.scene import AUTO, Scene
 from hfsa.cosim.systems.system import in_order
 
 STEP_SIZE = "step_size"
-"""Name of the communication step [s] among the arguments of a map."""
+"""Name of the axis for the communication step size [s]."""
 
 SAMPLE = 20
-"""Points beside those next to a border that are simulated."""
+"""Number of simulated points in addition to those next to the border."""
 
 MOVED = 1e-3
-"""By how much of its nominal the state that a mode moves most is moved."""
+"""Initial deviation of the state with the largest share in the mode, relative to its nominal value."""
 
 FEWEST, MOST, FOLDS = 60, 40_000, 4.0
-"""Steps of a simulation at least and at most; times that the mode should grow or decay by e within it."""
+"""Least and largest number of steps of a simulation; number of factors e by which the mode should grow or decay."""
 
 SLOW = 0.2
-"""Times that a mode must grow or decay by e within the steps there are, to be told."""
+"""Least number of factors e within a simulation for which growth and decay can be distinguished."""
 
 FAR = 1e3
-"""Times as large as at the beginning that a deviation has grown for sure, or as small that it has died out."""
+"""Ratio to the initial deviation above which it has grown with certainty; its inverse is rounding noise."""
 
 _AXIS = re.compile(r"^(?P<name>[^=]+)=(?P<low>[^:]+):(?P<high>[^:]+):(?P<points>\d+)$")
 
@@ -83,12 +84,20 @@ def stability_map(
     order: Sequence[str] = (),
     report: Callable[[float, str], None] | None = None,
 ) -> StabilityMap:
-    """Return the map of a scene over one or two axes.
+    """Return the stability map of a scene over one or two axes.
 
-    `arguments` are the scene's others, `fuse` groups of components that become one FMU each, both as typed; `order`
-    holds components in that of their steps.
-    `report` is called with the part done, 0 to 1. `StructureError` for an algorithm without a known limit, axes that
-    do not go with each other or with the rest, and where no point at all can be built, with the first reason.
+    Args:
+        name: name, path of a `.py` or `.toml` file, or a `Scene`.
+        arguments: other arguments of the scene, as typed.
+        axes: axes of the map.
+        fuse: groups of components, each compiled into one FMU, as typed.
+        step_size: communication step size [s] (default: the scene's).
+        algorithm: co-simulation algorithm (default: the scene's; for `auto` the cheapest).
+        order: components in the order of their steps (default: the scene's).
+        report: function of the finished part, 0 to 1, and a word.
+
+    Raises:
+        StructureError: for an algorithm without a stability limit, conflicting axes, and where no point can be built.
     """
     _check_axes(axes, arguments, step_size)
     shape = tuple(len(axis.values) for axis in axes)
@@ -97,7 +106,7 @@ def stability_map(
     growth, stable, messages = np.full(shape, np.nan), np.zeros(shape, dtype=bool), {}
     for done, (index, point) in enumerate(points.items(), 1):
         try:
-            growth[index], stable[index] = point.judged()
+            growth[index], stable[index] = point.predict()
         except ValueError as error:  # ModelError and StructureError: no such posture, no equilibrium
             messages.setdefault(str(error), index)
         if report is not None:
@@ -107,7 +116,7 @@ def stability_map(
     verified = np.full(shape, -1, dtype=np.int8)
     chosen = _chosen(~np.isnan(growth), stable)
     for done, index in enumerate(chosen, 1):
-        verified[index] = points[index].verified()
+        verified[index] = points[index].verify()
         if report is not None:
             report(0.7 + 0.3 * done / len(chosen), "simulations")
     scene = points[(0,) * len(shape)].scene
@@ -116,12 +125,12 @@ def stability_map(
 
 
 def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: float | None) -> None:
-    """Raise `StructureError` for none or more axes than two, and for one that is said twice."""
+    """Raise `StructureError` unless there are one or two distinct axes that no other option sets."""
     if not 1 <= len(axes) <= 2:
         raise StructureError(f"a map takes one or two --vary; found {len(axes)}")
     names = [axis.name for axis in axes]
     if names[1:] == names[:1]:
-        raise StructureError(f"--vary {names[0]} is said twice; the second axis of a map is another argument")
+        raise StructureError(f"--vary {names[0]} is given twice; expected another argument for the second axis")
     if step_size is not None and STEP_SIZE in names:
         raise StructureError(f"--vary {STEP_SIZE} and --step {step_size:g}: leave one out")
     for name in names:
@@ -137,17 +146,17 @@ def _scene(
     arguments: Mapping[str, str],
     step_size: float | None,
 ) -> Scene:
-    """Return a scene as it is looked at."""
+    """Return the scene of a point."""
     loaded = with_arguments(name, arguments) if isinstance(name, Scene) else load_scene(str(name), arguments)
     scene = with_fusion(loaded, fuse)
-    # one algorithm for all points, as each would choose another
+    # one algorithm for all points; `auto` might choose a different one at each
     algorithm = algorithm or (CANDIDATES[0] if scene.algorithm == AUTO else None)
     changes = {"step_size": step_size, "algorithm": algorithm, "system": in_order(scene.system, order)}
     return replace(scene, **{key: value for key, value in changes.items() if value is not None})
 
 
 class _Point:
-    """One point of a map."""
+    """Point of a map."""
 
     def __init__(
         self,
@@ -164,14 +173,14 @@ class _Point:
         self.scene: Scene
         self._mode: Mode | None = None
 
-    def judged(self) -> tuple[float, bool]:
-        """Return the fastest growth [1/s] of the modes that count, and whether the point is stable."""
+    def predict(self) -> tuple[float, bool]:
+        """Return the fastest growth rate [1/s] of the modes that count, and whether the point is stable."""
         self.scene = scene = self._load()
         if scene.algorithm not in LIMITED:
-            raise StructureError(f"no map is known of {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
+            raise StructureError(f"no stability map for {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
         self._assembly = with_ports(assemble(scene), scene.algorithm)
         with self._assembly.open() as instances:
-            cycle = Cycle(self._assembly.system, instances, scene.algorithm)
+            cycle = CoupledStep(self._assembly.system, instances, scene.algorithm)
             own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)
@@ -185,10 +194,10 @@ class _Point:
         self._nominal = nominal
         return own.growth(cycle.counting), own.is_stable(cycle.counting) and self._contraction < 1
 
-    def verified(self) -> int:
-        """Return whether a simulation agrees, as `StabilityMap.verified`."""
+    def verify(self) -> int:
+        """Return whether a simulation agrees, as in `StabilityMap.verified`."""
         if self._contraction >= 1:
-            return int(len(self._simulated(self._anywhere(), FEWEST)) <= FEWEST)
+            return int(len(self._simulated(self._random_states(), FEWEST)) <= FEWEST)
         mode = self._mode
         if mode is None:
             return -1
@@ -201,27 +210,29 @@ class _Point:
             return -1
         still, moving = self._simulated(self._rest, steps), self._simulated(moved, steps)
         rows = min(len(still), len(moving))
-        if rows <= steps and self._contraction ** PASSES["fixed_point"] > TOLERANCE:  # too slow to lead to it in time
+        if (
+            rows <= steps and self._contraction ** PASSES["fixed_point"] > TOLERANCE
+        ):  # the iteration converges too slowly
             return -1
-        if rows <= steps:  # it left every bound
+        if rows <= steps:  # the deviation exceeds the bounds
             return int(mode.rate > 0)
         size = np.linalg.norm((moving[:rows] - still[:rows]) / self._scale, axis=1)
         return int(_has_grown(size) == (mode.rate > 0))
 
-    def _anywhere(self) -> dict[str, float]:
-        """Return states moved in no direction in particular: passes may lead nowhere in one that no mode shares."""
+    def _random_states(self) -> dict[str, float]:
+        """Return states with a random deviation: a diverging iteration need not be visible along a mode."""
         drawn = np.random.default_rng(0).uniform(-MOVED, MOVED, len(self._rest))
         return {n: x + share * self._nominal[n] for (n, x), share in zip(self._rest.items(), drawn, strict=True)}
 
     def _steps(self, mode: Mode) -> int:
-        """Return the steps after which a mode can be told to grow or decay."""
+        """Return the number of steps after which growth and decay of a mode can be distinguished."""
         h = self.scene.step_size
         steps = FOLDS / max(abs(mode.rate) * h, 1e-300)
         turns = 6 / (mode.frequency * h) if mode.frequency > 0 else 0.0
         return int(np.clip(max(steps, turns), FEWEST, MOST))
 
     def _simulated(self, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
-        """Return what crosses connections at every point, (points, connections), as far as the run comes."""
+        """Return the connected outputs at every communication point reached, (points, connections)."""
         scene = self.scene
         names = list(dict.fromkeys(connection.start for connection in self._assembly.system.connections))
         self._scale = np.array([self._nominal[name] for name in names])
@@ -239,7 +250,7 @@ class _Point:
 def _has_grown(size: NDArray[np.float64]) -> bool:
     """Whether a deviation, (points,), grows from the middle third to the last.
 
-    It also does where something saturates by then, and does not where it has died out and rounding is left.
+    A deviation that saturates has grown; one that has decayed to rounding noise has not.
     """
     third = len(size) // 3
     start, first, last = size[:2].max(), size[third : 2 * third].max(), size[-third:].max()
@@ -247,7 +258,7 @@ def _has_grown(size: NDArray[np.float64]) -> bool:
 
 
 def _chosen(built: NDArray[np.bool_], stable: NDArray[np.bool_]) -> list[tuple[int, ...]]:
-    """Return the points to simulate: beside a border, and a sample of the others that is the same every time."""
+    """Return the points to simulate: those next to the border, and a reproducible sample of the others."""
     border, others = [], []
     for index in np.ndindex(built.shape):
         if not built[index]:

@@ -3,7 +3,7 @@
     bode = sweep("sdelta_shaker", inputs=["command.position[3]"], low=1.0, high=50.0)
     bode.entry("robot.platform.position[3]", "reference.command.position[3]")
 
-Signals and frequencies are chosen, FMUs and instruments built, levels and algorithm decided, then points measured.
+The order of work: select signals and frequencies, build FMUs and instruments, choose levels and algorithm, measure.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
-from hfsa.cosim.experiments.orders import offered, with_computed_order
+from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude
 from hfsa.cosim.experiments.setup import (
     Setup,
@@ -36,7 +36,7 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.rig import STARTS, Bench, Settings
-from hfsa.cosim.measurement.sweep import LinearSweep, Progress, finished, linear, plan_sweep, stepped, system_record
+from hfsa.cosim.measurement.sweep import LinearSweep, Progress, linear, plan_sweep, points_of, stepped, system_record
 from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, Theory, read_sweep
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
 from hfsa.cosim.signals import excitation
@@ -47,24 +47,24 @@ from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
 GRIDS = ("response", "log")
-"""Spacings of frequencies: along the curve of the linear response, or evenly on a logarithmic axis."""
+"""Spacings of frequencies: even along the curve of the linear response, or even on a logarithmic axis."""
 
-# Frequencies at which the linear response is followed, and those that draw its line.
+# number of frequencies of the dense grid, and of the theoretical line
 _DENSE, _LINE = 5000, 1000
 
 STEADY_SOURCE = "sine_source"
 """Part whose sine may have its full amplitude from the start."""
 
 _AROUND = 1e-6
-"""Relative width of the band by which levels and orders are judged for a single frequency."""
+"""Relative width of the band in which levels and orders are judged for a single frequency."""
 
 
 @dataclass(frozen=True)
-class Request:
-    """What a user wants of a sweep; `None` takes the value of the scene or of the method.
+class SweepRequest:
+    """Options of a sweep; `None` stands for the default of the scene or of the method.
 
-    `inputs` and `outputs` are names, full or without the component where that is clear; `low` and `high` in Hz;
-    `amplitude` in the unit of each input; `jobs` processes, `None` for one per processor; `backend` one of `BACKENDS`.
+    `inputs` and `outputs` are full or short names; `low` and `high` in Hz; `amplitude` in the unit of each input;
+    `jobs` is the number of processes (default: one per processor); `backend` is one of `BACKENDS`.
     """
 
     method: Literal["stepped", "linear"] = "stepped"
@@ -83,7 +83,7 @@ class Request:
     start: str = STARTS[0]
 
     def settings(self, scene: Scene) -> Settings:
-        """Return how the points of a scene are measured."""
+        """Return the settings of the measurement of a scene."""
         return Settings(
             self.method,
             scene.algorithm,
@@ -95,12 +95,12 @@ class Request:
         )
 
     def band(self, scene: Scene) -> tuple[float, float]:
-        """Return the lowest and the highest wanted frequency [Hz]."""
+        """Return the lowest and the highest frequency [Hz]."""
         low, high = scene.band
         return low if self.low is None else self.low, high if self.high is None else self.high
 
     def judged_band(self, scene: Scene) -> tuple[float, float]:
-        """Return the band [Hz] by which levels and orders are judged: around a frequency that is wanted alone."""
+        """Return the band [Hz] in which levels and orders are judged; a narrow one about a single frequency."""
         low, high = self.band(scene)
         return (low, high * (1 + _AROUND)) if low == high else (low, high)
 
@@ -135,33 +135,35 @@ def sweep(
     warn: Warn = warnings.warn,
     report: Callable[[float, str], None] | None = None,
 ) -> Bode:
-    """Measure the frequency responses of a scene, one input and one frequency at a time, into a results file.
+    """Measure the frequency responses of a scene, one input and one frequency at a time, and write a results file.
 
     Args:
         scene: name, path of a `.py` or `.toml` file, or a `Scene`.
         parameters: arguments of the scene or of its components, by name: `{"law": "ctc", "robot.damping": 0.02}`.
-        method: `stepped` co-simulates one sine at a time until it has settled; `linear` takes the FMUs' derivatives.
+        method: `stepped` co-simulates one sine at a time until it has settled; `linear` uses directional derivatives.
         low, high: ends of the band [Hz] (default: the scene's).
         points: number of frequencies (default: 40, for `linear` 1000).
         grid: spacing of frequencies, one of `GRIDS`.
         inputs, outputs: names, full or short, also with ranges (default: the scene's).
-        amplitude: in the unit of each input (default: the scene's).
-        step_size: communication step [s]; algorithm, tolerance: as of a scene (default: the scene's).
-        fuse: groups of components that become one FMU each, names separated by commas.
-        order: order of the components' steps, names separated by commas, or `computed`.
+        amplitude: amplitude in the unit of each input (default: the scene's).
+        step_size: communication step size [s] (default: the scene's).
+        algorithm, tolerance: as in a scene (default: the scene's).
+        fuse: groups of components, each compiled into one FMU, names separated by commas.
+        order: order of steps, names separated by commas, or `computed` (default: the scene's).
         algebraic_loops: `solve` or `refuse`.
-        settling_tolerance: largest transient that may remain, relative to each response.
-        settling_time: simulated time [s] after which a point that has not settled is given up.
+        settling_tolerance: largest remaining transient, relative to each response.
+        settling_time: simulated time [s] after which an unsettled point is given up.
         measurement_periods: periods in a measurement window.
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
         jobs: processes (default: one per processor).
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
-        resume, force: go on with the file that is there, or replace it.
-        warn, report: take sentences to read, and the part done (0 to 1) with a word.
+        resume, force: continue an existing results file, or replace it.
+        warn: function that receives warnings.
+        report: function of the finished part, 0 to 1, and a word.
 
     Raises:
-        StructureError: for a scene, name or option that does not fit; ModelError: for an argument of a part;
+        StructureError: for a wrong scene, name or option; ModelError: for a wrong argument of a part;
         ResultsError: for a file that cannot be written; ExportError: where an FMU cannot be built.
     """
     ending = "" if method == "stepped" else f"_{method}"
@@ -178,7 +180,7 @@ def sweep(
         algorithm=algorithm,
         tolerance=tolerance,
     )
-    request = Request(
+    request = SweepRequest(
         method,
         inputs,
         outputs,
@@ -194,31 +196,31 @@ def sweep(
         backend,
         start,
     )
-    tell = None if report is None else partial(_tell, report)
-    written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=tell)
+    show = None if report is None else partial(_report_points, report)
+    written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=show)
     found = read_sweep(file)
     written.check(file)
     return found
 
 
-def _tell(report: Callable[[float, str], None], progress: Progress) -> None:
-    """Report the progress of a sweep."""
+def _report_points(report: Callable[[float, str], None], progress: Progress) -> None:
+    """Report the finished points of a sweep."""
     report(progress.work, f"{progress.done} of {progress.points} points")
 
 
 def check_file(path: Path, *, resume: bool, force: bool) -> None:
-    """Raise `ResultsError` where a sweep may not write: a results file of ours is gone on with, or replaced."""
+    """Raise `ResultsError` for a path where a sweep must not write, `StructureError` for both `resume` and `force`."""
     if resume and force:
-        raise StructureError("--resume goes on with a results file, --force replaces it; expected one of them")
+        raise StructureError("--resume continues a results file, --force replaces it; expected one of them")
     if resume:
         check_continued(path)
     else:
-        check_new(path, force, f"--resume goes on with it, {REPLACING}")
+        check_new(path, force, f"--resume continues it, {REPLACING}")
 
 
 def sweep_scene(
     setup: Setup,
-    request: Request,
+    request: SweepRequest,
     path: Path,
     *,
     resume: bool = False,
@@ -226,9 +228,9 @@ def sweep_scene(
     warn: Warn = warnings.warn,
     report: Callable[[Progress], None] | None = None,
 ) -> Identity:
-    """Sweep a scene into the file `path` and return which file that is.
+    """Sweep a scene, write the file `path`, and return its identity.
 
-    Where there is one, `resume` goes on with it and `force` replaces it.
+    `resume` continues an existing file, `force` replaces it.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -236,12 +238,12 @@ def sweep_scene(
         refuse_order(setup)
     is_linear = request.method == "linear" and not levels.automatic(setup.scene)
     library = None if is_linear else chosen_loop(request.backend, warn)
-    scene, inputs, outputs = _wanted(setup, request)
-    asked = {"inputs": inputs, "outputs": outputs, "band": request.judged_band(scene)}
-    scene, choices = with_levels(scene, library, **asked)
+    scene, inputs, outputs = _selected(setup, request)
+    override = {"inputs": inputs, "outputs": outputs, "band": request.judged_band(scene)}
+    scene, choices = with_levels(scene, library, **override)
     for name, choice in choices.items():
         warn(choice.sentence(name))
-    scene, order = with_computed_order(scene, setup.order, **asked)
+    scene, order = with_computed_order(scene, setup.order, **override)
     if order is not None:
         warn(order.sentence)
     variants = Variants(scene, setup.highest)
@@ -255,7 +257,7 @@ def sweep_scene(
         point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
         record = system_record(setup.title, scene_text(scene), assembly, operating_point=point)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
-            file.write(finished(theory.response(plan.frequency)))
+            file.write(points_of(theory.response(plan.frequency)))
         return file.identity
     if theory is not None and dense is not None:
         line = _along(draft, dense, _LINE)
@@ -264,7 +266,7 @@ def sweep_scene(
         excitation.window_steps(plan.frequency.max(), scene.step_size)
     excited = {name: variants.instrumented(name, outputs) for name in inputs}
     with judge(scene, assembly, excited, outputs, request.band(scene)) as known:
-        scene, algorithm, sentences = known.decided(scene, offered(setup.order))
+        scene, algorithm, sentences = known.decided(scene, candidates(setup.order))
         for sentence in sentences:
             warn(sentence)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
@@ -282,31 +284,31 @@ def sweep_scene(
         try:
             stepped(file, plan, benches, settings, starts=starts, jobs=jobs, report=report)
         except KeyboardInterrupt:
-            warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to go on")
+            warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
     return file.identity
 
 
-def _wanted(setup: Setup, request: Request) -> tuple[Scene, list[str], list[str]]:
-    """Return the scene with the wanted amplitude, and the wanted inputs and outputs."""
+def _selected(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], list[str]]:
+    """Return the scene with the requested amplitude, and the requested inputs and outputs."""
     scene, assembly = setup.scene, setup.highest.check()
     inputs = find_signals(request.inputs, scene.inputs, assembly.connectors, "input")
     if not inputs:
         free = nearest("", free_inputs(assembly))
-        raise StructureError(f"the scene has a motion of its own and no input to excite; say one with --input{free}")
+        raise StructureError(f"the scene has a motion of its own and no input to excite; name one with --input{free}")
     outputs = find_signals(request.outputs, scene.outputs, assembly.connectors, "output")
     return with_amplitude(scene, request.amplitude, inputs, assembly), inputs, outputs
 
 
-def _draft(assembly: Assembly, inputs: list[str], outputs: list[str], scene: Scene, request: Request) -> Plan:
-    """Return the plan with very many frequencies, evenly spaced on a logarithmic axis."""
+def _draft(assembly: Assembly, inputs: list[str], outputs: list[str], scene: Scene, request: SweepRequest) -> Plan:
+    """Return the plan with a dense logarithmic grid of frequencies."""
     with usage_errors():
         frequency = excitation.logarithmic(*request.band(scene), _DENSE)
         return plan_sweep(assembly, inputs, outputs, frequency, scene.amplitude, request.settings(scene))
 
 
-def _theory(assembly: Assembly, draft: Plan, request: Request, warn: Warn) -> LinearSweep | None:
-    """Return the linearised system; `None`, with a warning, where a stepped sweep has none."""
+def _theory(assembly: Assembly, draft: Plan, request: SweepRequest, warn: Warn) -> LinearSweep | None:
+    """Return the linearised system; `None`, with a warning, for a stepped sweep of a system without derivatives."""
     try:
         found = linear(assembly, draft)
     except StructureError as error:
@@ -319,8 +321,8 @@ def _theory(assembly: Assembly, draft: Plan, request: Request, warn: Warn) -> Li
     return found
 
 
-def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Request) -> NDArray[np.float64]:
-    """Return the frequencies as the request wants them spaced; evenly where there is no response to follow."""
+def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: SweepRequest) -> NDArray[np.float64]:
+    """Return the frequencies in the requested spacing; logarithmic where there is no linear response."""
     points = request.points or (_LINE if request.method == "linear" else 40)
     if len(draft.frequency) == 1 and request.points not in (None, 1):
         raise StructureError(
@@ -333,14 +335,14 @@ def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Req
 
 
 def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[np.float64]:
-    """Return frequencies along the response's entries that are not zero by symmetry."""
+    """Return frequencies spaced along the entries of the response that are not zero by symmetry."""
     units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
     return excitation.along_response(draft.frequency, dense[:, ~negligible(dense, units, amplitudes)], points)
 
 
 @contextlib.contextmanager
 def usage_errors() -> Iterator[None]:
-    """What cannot be measured as it was asked for is a wrong word of the user's."""
+    """Raise `StructureError` in place of `ValueError`: the request cannot be measured."""
     try:
         yield
     except ValueError as error:

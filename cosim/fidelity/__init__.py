@@ -1,4 +1,4 @@
-"""How much model, and which step, a scene needs: levels, errors of levels, what amplitudes and steps do.
+"""Fidelity that a scene requires: levels of components, their errors, and the effects of amplitudes and steps.
 
 Read `levels.py` first. It imports `assembly` and what is below it.
 """

@@ -1,26 +1,26 @@
-"""How far a system's answer is from that of a reference: the error of a cheaper level of fidelity.
+"""Error of a cheaper level of fidelity: the difference of a system's response or motion from that of a reference.
 
-    question = ask(scene, library)                # the scene at its reference levels
-    question.error(cheaper)                       # 0.012: 1.2 %
+    reference = reference_of(scene, library)                # the scene at its reference levels
+    reference.error(cheaper)                                # 0.012: 1.2 %
 
-Of a scene with inputs the answer is its response H(f), outputs over inputs, from the FMUs' own derivatives, at
-frequencies over the band and close together around every mode of both systems:
+For a scene with inputs the error is that of its response H(f), outputs over inputs, from the FMUs' directional
+derivatives, at frequencies over the band and dense around every mode of both systems:
 
     error = max |H - H_ref| / h        h = |H_ref|, its notches filled (`signals/response_scale.py`)
 
-Entries that are zero by symmetry are left out. An output that follows nothing, but follows something at the reference,
-is missing: an error of 1, whether the inputs reach it or not.
+Entries that are zero by symmetry do not count. An output that depends on no state and no input, but does at the
+reference, is missing: an error of 1, whether the inputs reach it or not.
 
-Where an FMU in which the two systems differ is not linear, the response depends on the amplitude as well. What the
-amplitude adds, to the response and in harmonics, is measured for both systems (`fidelity/nonlinearity.py`) at the ends
-of the band and at the peak of the response, and the difference relative to h is added to the error. That takes a
-co-simulation, and is done only where the first part is within the tolerance, and where an FMU's derivatives change
-enough over the swing of its states and inputs, which the linear response tells: by a thousandth of the tolerance, or
-less by as much as the smallest entry is below the largest in its unit. A resonance of 40 dB makes a tenth of the
-tolerance of that.
+Where the two systems differ in a nonlinear FMU, the response depends on the amplitude as well. The effect of the
+amplitude on the response and on harmonics is measured for both systems (`fidelity/nonlinearity.py`) at the ends of the
+band and at the peak of the response, and its difference relative to h is added to the error. This takes a
+co-simulation, so it is done only where the linear error is within the tolerance and an FMU's Jacobian changes enough
+over the amplitudes of its states and inputs, which follow from the linear response. The threshold is a thousandth of
+the tolerance, reduced by the ratio of the smallest entry to the largest in its unit; behind a resonance of 40 dB such a
+change has an effect of a tenth of the tolerance.
 
-Of a scene with a motion of its own the answer is that motion, from 0 to the stop time, and the error the largest
-difference of an output at any time, relative to the output's peak.
+For a scene with its own motion the error is the largest difference of an output at any time from 0 to the stop time,
+relative to the peak of the output.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +35,8 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.build import build, with_ports
-from hfsa.cosim.fidelity.nonlinearity import Effect, bending, measure_effect
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.nonlinearity import AmplitudeEffect, measure_amplitude_effect, nonlinearity
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
@@ -53,89 +53,90 @@ from hfsa.cosim.systems.system import System
 
 _POINTS = 400
 _LONGEST_PERIOD = 5000
-"""Steps in a period of the slowest sine that is co-simulated: at the low end of a wide band it would take minutes."""
+"""Largest number of steps in a period of a co-simulated sine: lower frequencies of a wide band would take minutes."""
 
 
-class Question(Protocol):
-    """What a scene asks, with the answer of its reference."""
+class Reference(Protocol):
+    """Response or motion of a scene at its reference levels."""
 
     def error(self, system: System) -> float:
         """Return the relative error of a system that differs in levels only.
 
-        `StructureError` for one that cannot be wired, linearised or compared; `StepError` for one that does not run.
+        Raises `StructureError` where the system cannot be wired, linearised or compared; `StepError` where it does not
+        run.
         """
         ...
 
 
-def ask(scene: Scene, library: Path | None) -> Question:
-    """Return a scene's question and its reference's answer; `library` is the stepping loop in C, `None` for Python's.
+def reference_of(scene: Scene, library: Path | None) -> Reference:
+    """Return the reference of a scene; `library` is the stepping loop in C, `None` for Python's.
 
-    `StructureError` where there is no answer to compare with.
+    Raises `StructureError` where the scene has no response or motion at its reference levels.
     """
-    return Responses(scene, library) if scene.inputs else Motion(scene, library)
+    return ReferenceResponses(scene, library) if scene.inputs else ReferenceMotion(scene, library)
 
 
 _NOTHING = 1e-12
-"""Amplitude of an output, relative to its nominal, that is rounding."""
+"""Amplitude of an output, relative to its nominal, below which it is rounding."""
 
-_BENT = 1e-3
-"""Relative change of an FMU's derivatives over its swing, relative to the tolerance, from which on it is not linear."""
+_NONLINEAR = 1e-3
+"""Nonlinearity of an FMU, relative to the tolerance, above which it is not linear."""
 
 
 @dataclass(frozen=True)
 class _Linearized:
-    """A linearised system whose first outputs are the scene's, and how its components bend over their swing."""
+    """A linearised system whose first outputs are those of the scene, and the nonlinearity of each component."""
 
     sweep: LinearSweep
     outputs: int
-    bending: Mapping[str, float]
+    nonlinearity: Mapping[str, float]
 
     def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Return the scene's responses at frequencies [Hz], (frequencies, outputs, inputs)."""
         return self.sweep.response(frequency)[:, : self.outputs]
 
     @property
-    def still(self) -> set[int]:
-        """The scene's outputs that follow no state and no input, by index."""
+    def constant_outputs(self) -> set[int]:
+        """Indices of the scene's outputs that depend on no state and no input."""
         follows = np.hstack([self.sweep.found.C, self.sweep.found.D])[: self.outputs].any(axis=1)
         return set(np.flatnonzero(~follows).tolist())
 
-    def bent(self, most: float) -> set[str]:
-        """Return the components that bend by more than `most`."""
-        return {name for name, bending in self.bending.items() if bending > most}
+    def nonlinear(self, most: float) -> set[str]:
+        """Return the components with a nonlinearity above `most`."""
+        return {name for name, nonlinearity in self.nonlinearity.items() if nonlinearity > most}
 
 
-class Responses:
-    """The responses of a scene with inputs."""
+class ReferenceResponses:
+    """Reference responses of a scene with inputs."""
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
         assembly = build(scene.system).check()
         self._grid = logarithmic(*scene.band, _POINTS)
-        asked = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
-        self._inputs = plan_sweep(assembly, *asked, Settings(method="linear")).inputs
+        arguments = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
+        self._inputs = plan_sweep(assembly, *arguments, Settings(method="linear")).inputs
         self._reference = self._linearized(assembly)
         self._size = np.abs(self._reference.response(self._grid))
         amplitudes = [signal.amplitude for signal in self._inputs]
         self._counts = _counting(self._size, scene, assembly, amplitudes)
         self._scale = Scale(self._grid, self._size)
-        self._straight = _BENT * scene.tolerance * self._smallest(assembly, amplitudes)
+        self._linear_up_to = _NONLINEAR * scene.tolerance * self._smallest(assembly, amplitudes)
 
     def error(self, system: System) -> float:
-        """Return the error of a system; errors as `Question.error`."""
+        """Return the error of a system; raises as `Reference.error`."""
         found = self._linearized(build(system).check())
         if found.sweep.growth and not self._reference.sweep.growth:
             raise StructureError(f"a mode grows by {found.sweep.growth:.3g} 1/s, which none of the reference does")
-        if found.still - self._reference.still:
+        if found.constant_outputs - self._reference.constant_outputs:
             return 1.0
         frequency = self._frequencies(self._reference.sweep, found.sweep)
         reference = self._reference.response(frequency)
         difference = np.abs(found.response(frequency) - reference) / self._scale.at(frequency, reference)
         error = float(difference[:, self._counts].max())
         differing = {c.name for c in system.components if c != self._scene.system[c.name]}
-        bent = found.bent(self._straight)
-        if error <= self._scene.tolerance and differing & (bent | self._reference.bent(self._straight)):
-            error += self._amplitude_error(system if bent else None)
+        nonlinear = found.nonlinear(self._linear_up_to)
+        if error <= self._scene.tolerance and differing & (nonlinear | self._reference.nonlinear(self._linear_up_to)):
+            error += self._amplitude_error(system if nonlinear else None)
         return error
 
     def _linearized(self, assembly: Assembly) -> _Linearized:
@@ -147,19 +148,19 @@ class Responses:
             feeding = [connection.start for connection in system.connections]
             found = LinearSweep(linearize(system, instances, columns, [*scene.outputs, *feeding]), orders)
             swing = self._swing(found, system, instances)
-            bends = {}
+            nonlinearities = {}
             for name, instance in instances.items():
                 own = {variable: size for (owner, variable), size in swing.items() if owner == name}
                 seen = dict.fromkeys(v for o, v in map(system.split, found.found.outputs) if o == name)
-                bends[name] = bending(instance, own, list(seen))
-            return _Linearized(found, len(scene.outputs), bends)
+                nonlinearities[name] = nonlinearity(instance, own, list(seen))
+            return _Linearized(found, len(scene.outputs), nonlinearities)
 
     def _swing(
         self, found: LinearSweep, system: System, instances: Mapping[str, Instance]
     ) -> dict[tuple[str, str], float]:
         """Return the largest amplitude over the band of each state and input, by component and variable.
 
-        With ticks a state's is not known, and its nominal is taken.
+        With ticks the amplitude of a state is its nominal.
         """
         linear, amplitudes = found.found, np.array([signal.amplitude for signal in self._inputs])
         states, inputs, n = np.zeros(len(linear.states)), np.zeros(len(linear.inputs)), len(linear.states)
@@ -192,18 +193,20 @@ class Responses:
         return np.unique(np.concatenate([self._grid, near_modes(poles, self._scene.band)]))
 
     def _amplitude_error(self, system: System | None) -> float:
-        """Return what the amplitude makes of the difference to a system, `None` for one that is linear."""
+        """Return the error of a system in the effect of the amplitude; `None` stands for a linear system."""
         frequency, reference = self._co_simulated, self._effect
         response, harmonics = reference.response, reference.harmonics
         if system is not None:
-            other = measure_effect(replace(self._scene, system=system), self._inputs, frequency, self._library)
+            other = measure_amplitude_effect(
+                replace(self._scene, system=system), self._inputs, frequency, self._library
+            )
             response, harmonics = response - other.response, harmonics - other.harmonics
         size = self._scale.at(frequency, self._reference.response(frequency))
         return float(((np.abs(response) + np.abs(harmonics)) / size)[:, self._counts].max())
 
     @cached_property
     def _co_simulated(self) -> NDArray[np.float64]:
-        """Frequencies [Hz] of the sines that are co-simulated: the ends of the band, and the highest peak."""
+        """Frequencies [Hz] of the co-simulated sines: the ends of the band, and the highest peak."""
         step_size, (low, high) = self._scene.step_size, self._scene.band
         last = min(high, 1 / (FEWEST_SAMPLES * step_size))
         first = min(max(low, 1 / (_LONGEST_PERIOD * step_size)), last)
@@ -212,23 +215,23 @@ class Responses:
         return np.unique(np.array([first, min(max(peak, first), last), last]))
 
     @cached_property
-    def _effect(self) -> Effect:
-        """What the amplitude adds to the reference's response."""
-        return measure_effect(self._scene, self._inputs, self._co_simulated, self._library)
+    def _effect(self) -> AmplitudeEffect:
+        """Effect of the amplitude on the reference response."""
+        return measure_amplitude_effect(self._scene, self._inputs, self._co_simulated, self._library)
 
 
-class Motion:
-    """The motion of a scene without inputs."""
+class ReferenceMotion:
+    """Reference motion of a scene without inputs."""
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene, self._library = scene, library
-        self._algorithm = settled(scene)[0].algorithm
+        self._algorithm = with_algorithm(scene)[0].algorithm
         self._reference = self._outputs(scene.system)
         assembly = build(scene.system).check()
         self._counts = _counting(np.abs(self._reference)[:, :, None], scene, assembly, [1.0])[:, 0]
 
     def error(self, system: System) -> float:
-        """Return the error of a system; errors as `Question.error`."""
+        """Return the error of a system; raises as `Reference.error`."""
         reference = self._reference[:, self._counts]
         difference = np.abs(self._outputs(system)[:, self._counts] - reference).max(axis=0)
         return float((difference / np.abs(reference).max(axis=0)).max())
@@ -237,7 +240,7 @@ class Motion:
         """Return the scene's outputs at every communication point, (points, outputs)."""
         scene = self._scene
         steps = max(round(scene.stop_time / scene.step_size), 1)
-        build(system).check()  # in the scene's own words, before parts are fused
+        build(system).check()  # before parts are fused, for messages with the names of the scene
         assembly = with_ports(assemble(replace(scene, system=system)), self._algorithm)
         with closing(open_master(assembly, self._algorithm, scene.step_size, self._library)) as master:
             recording = master.record(scene.outputs, rows=steps + 1)
@@ -249,9 +252,9 @@ class Motion:
 def _counting(
     size: NDArray[np.float64], scene: Scene, assembly: Assembly, amplitudes: Sequence[float]
 ) -> NDArray[np.bool_]:
-    """Return which entries are not zero by symmetry, (outputs, inputs); `StructureError` where all are.
+    """Return whether each entry is not zero by symmetry, (outputs, inputs); `StructureError` where all are zero.
 
-    Outputs of different units are compared by the largest nominal in their unit.
+    Outputs of different units are compared relative to the largest nominal in their unit.
     """
     found: list[Connector] = [assembly.connector(name) for name in scene.outputs]
     units = [output.unit or "1" for output in found]

@@ -1,18 +1,16 @@
-"""Level `auto`: the cheapest level of a component that answers what a scene asks to within the scene's tolerance.
+"""Level `auto`: the cheapest level of a component with an error within the scene's tolerance.
 
-    scene = at_highest(scene)                     # every `auto` at its part's last level: all its ports are there
-    choices = choose(scene, library)              # of the scene as it stands in the file: inputs, outputs, band, ...
-    scene = settled(scene, choices)               # levels named; `choices["sensor"]` says why
+    scene = at_highest(scene)                     # every `auto` at its part's last level, which has all ports
+    choices = choose(scene, library)              # for the inputs, outputs, band and tolerance of the scene
+    scene = with_chosen(scene, choices)               # `choices["sensor"]` has the reason
 
-The reference is the scene with every `auto` at its part's last level. One component after the other is judged alone,
-the others at the reference, by the error of `fidelity/level_error.py`: the first of its levels, cheapest first, that is
-within the tolerance is taken. Where there are several, they are judged together as well, and as long as that is beyond
-the tolerance, the one with the largest error of its own goes up to its next better level. The reference itself has no
-error, so there always is a choice.
+The reference is the scene with every `auto` at its part's last level. Each component is evaluated alone, all others at
+the reference, by the error of `fidelity/level_error.py`; its cheapest level within the tolerance is chosen. Several
+components are then evaluated together. While their common error exceeds the tolerance, the component with the largest
+error of its own changes to its next better level. The error of the reference is 0, so a choice always exists.
 
-A level takes part if the scene can be built, wired and linearised with it. One that lacks an output that the scene
-records is wrong by 100 %. Start values that a level does not know belong to what it leaves out, as long as another
-level of the part knows them.
+A level is a candidate if the scene can be built, wired and linearised with it. A level without an output that the scene
+records has an error of 100 %. A start value that a level does not have is omitted if another level of the part has it.
 """
 
 import dataclasses
@@ -26,9 +24,9 @@ from pathlib import Path
 
 from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
-from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, sources
+from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, own_parts, sources
 from hfsa.cosim.assembly.models import AUTO, available_parts
-from hfsa.cosim.fidelity.level_error import Question, ask
+from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.results.records import LevelChoice, SystemRecord
@@ -39,14 +37,14 @@ from hfsa.cosim.systems.system import Component, System
 
 
 def automatic(scene: Scene) -> list[str]:
-    """Return the names of the components whose level is to be chosen."""
+    """Return the names of the components with level `auto`."""
     return [component.name for component in scene.system.components if component.level == AUTO]
 
 
 def at_highest(scene: Scene) -> Scene:
     """Return the scene with every automatic component at its part's last level.
 
-    `StructureError` for one whose part has no levels.
+    Raises `StructureError` for a part without levels.
     """
     return _at(scene, {name: _levels(scene.system[name])[-1] for name in automatic(scene)})
 
@@ -54,14 +52,14 @@ def at_highest(scene: Scene) -> Scene:
 def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     """Return the choice for each automatic component by name; `library` is the stepping loop in C, `None` for Python's.
 
-    What was measured once is kept in the cache, by all that it depends on. `StructureError` where the scene at its
-    highest levels cannot be built or has no answer to compare with.
+    Choices are cached by a hash of all that they depend on. Raises `StructureError` where the scene at its highest
+    levels cannot be built or has no response or motion.
     """
     if not automatic(scene):
         return {}
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
-        choices = _Judge(scene, library).choices()
+        choices = _LevelChoices(scene, library).choices()
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as unfinished:
             json.dump({name: dataclasses.asdict(choice) for name, choice in choices.items()}, unfinished)
@@ -69,43 +67,43 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 
-def settled(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
+def with_chosen(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
     """Return the scene with the chosen levels."""
     return _at(scene, {name: choice.level for name, choice in choices.items()})
 
 
 def with_choices(record: SystemRecord, choices: Mapping[str, LevelChoice]) -> SystemRecord:
-    """Return what the results file says of a system, with the choices of levels."""
+    """Return the record of a system for the results file, with the choices of levels."""
     instances = [dataclasses.replace(i, choice=choices.get(i.instance)) for i in record.instances]
     return dataclasses.replace(record, instances=instances)
 
 
 def _key(scene: Scene) -> str:
-    """Return a hash of all that a choice depends on: the scene, its foreign FMUs, and the sources of both wings."""
-    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0".encode())
+    """Return a hash of all that a choice depends on: the scene, FMUs and parts of others, the sources of both wings."""
+    digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0{own_parts(scene)}\0".encode())
     foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
     for file in [*foreign, *sorted(Path(__file__).parents[1].rglob("*.py"))]:
         digest.update(file.read_bytes() + b"\0")
     return digest.hexdigest()[:32]
 
 
-class _Judge:
-    """The reference of a scene, and the errors of the levels of its automatic components."""
+class _LevelChoices:
+    """Choice of levels: the reference of a scene, and the errors of the levels of its automatic components."""
 
     def __init__(self, scene: Scene, library: Path | None):
         self._scene = scene
         self._levels = {name: _levels(scene.system[name]) for name in automatic(scene)}
-        self._question = self._asked(at_highest(scene), library)
+        self._reference = self._opened_reference(at_highest(scene), library)
         self._errors: dict[str, dict[str, float]] = {}
         self._refusals: dict[str, dict[str, str]] = {}
 
     def choices(self) -> dict[str, LevelChoice]:
-        """Judge every component alone, then together."""
+        """Evaluate every component alone, then together; return the choices by component."""
         tolerance = self._scene.tolerance
         for name, levels in self._levels.items():
-            judged = {level: self._judged(name, level) for level in levels[:-1]}
-            self._errors[name] = {**{level: error for level, (error, _) in judged.items()}, levels[-1]: 0.0}
-            self._refusals[name] = {level: refusal for level, (_, refusal) in judged.items() if refusal}
+            evaluated = {level: self._evaluated(name, level) for level in levels[:-1]}
+            self._errors[name] = {**{level: error for level, (error, _) in evaluated.items()}, levels[-1]: 0.0}
+            self._refusals[name] = {level: refusal for level, (_, refusal) in evaluated.items() if refusal}
         chosen = {name: self._cheapest(name, tolerance) for name in self._levels}
         together = self._together(chosen)
         while not together <= tolerance:
@@ -118,61 +116,61 @@ class _Judge:
             for name, level in chosen.items()
         }
 
-    def _asked(self, reference: Scene, library: Path | None) -> Question:
-        """Return the question to the reference."""
+    def _opened_reference(self, reference: Scene, library: Path | None) -> Reference:
+        """Return the reference of a scene; `StructureError` names the levels to choose from where there is none."""
         try:
-            return ask(reference, library)
+            return reference_of(reference, library)
         except (StructureError, StepError) as error:
             words = "; ".join(f"{name}: {', '.join(levels)}" for name, levels in self._levels.items())
             raise StructureError(
-                f"level auto compares with the highest level, and the scene has no answer there: {error}; "
+                f"level auto compares with the highest level, at which the scene has no response: {error}; "
                 f"name the levels ({words})"
             ) from error
 
-    def _judged(self, name: str, level: str) -> tuple[float, str]:
-        """Return the error of a level, and why it cannot take part, if so."""
+    def _evaluated(self, name: str, level: str) -> tuple[float, str]:
+        """Return the error of a level, and the reason where it is no candidate, else an empty text."""
         try:
             scene = _at(self._scene, {**self._highest, name: level})
             if missing := _missing_outputs(scene, name):
                 return 1.0, f"it has no {', '.join(missing)}"
-            return self._question.error(scene.system), ""
+            return self._reference.error(scene.system), ""
         except (StructureError, StepError, ModelError) as error:
             return math.nan, str(error)
 
     @property
     def _highest(self) -> dict[str, str]:
-        """Return the highest level of each component."""
+        """Highest level of each automatic component."""
         return {name: levels[-1] for name, levels in self._levels.items()}
 
     def _together(self, chosen: Mapping[str, str]) -> float:
-        """Return the error of all choices together; NaN where they do not fit together."""
+        """Return the error of all choices together; NaN where the system cannot be built or run."""
         lower = [name for name, level in chosen.items() if level != self._levels[name][-1]]
         if not lower:
             return 0.0
         if len(lower) == 1:
             return self._errors[lower[0]][chosen[lower[0]]]
         try:
-            return self._question.error(_at(self._scene, chosen).system)
+            return self._reference.error(_at(self._scene, chosen).system)
         except (StructureError, StepError):
             return math.nan
 
     def _cheapest(self, name: str, tolerance: float) -> str:
-        """Return the first level within a tolerance; one that cannot take part is within none."""
-        return next(level for level in self._able(name) if self._errors[name][level] <= tolerance)
+        """Return the cheapest candidate within a tolerance."""
+        return next(level for level in self._candidates(name) if self._errors[name][level] <= tolerance)
 
     def _better(self, name: str, than: str) -> str:
-        """Return the next level above one, with less of an error."""
-        able = self._able(name)
-        above = able[able.index(than) + 1 :]
-        return next((level for level in above if self._errors[name][level] < self._errors[name][than]), able[-1])
+        """Return the next level above another with a smaller error."""
+        candidates = self._candidates(name)
+        above = candidates[candidates.index(than) + 1 :]
+        return next((level for level in above if self._errors[name][level] < self._errors[name][than]), candidates[-1])
 
-    def _able(self, name: str) -> list[str]:
-        """Return the levels that can take part, cheapest first."""
+    def _candidates(self, name: str) -> list[str]:
+        """Return the candidates, cheapest first."""
         return [level for level in self._levels[name] if level not in self._refusals[name]]
 
 
 def _levels(component: Component) -> Sequence[str]:
-    """Return the levels that a component can have, cheapest first."""
+    """Return the levels of a component's part, cheapest first; `StructureError` where it has none."""
     levels = () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).levels
     if not levels:
         raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")
@@ -180,7 +178,7 @@ def _levels(component: Component) -> Sequence[str]:
 
 
 def _at(scene: Scene, levels: Mapping[str, str]) -> Scene:
-    """Return the scene with components at levels, without start values that only another level knows."""
+    """Return the scene with components at levels, without start values that only another level has."""
     components = [
         _component_at(component, levels[component.name]) if component.name in levels else component
         for component in scene.system.components
@@ -189,7 +187,7 @@ def _at(scene: Scene, levels: Mapping[str, str]) -> Scene:
 
 
 def _component_at(component: Component, level: str) -> Component:
-    """Return an automatic component at a level."""
+    """Return an automatic component at a level, without start values that only another level has."""
     at = dataclasses.replace(component, level=level)
     known = _variables(at)
     strange = [name for name in component.start if name not in known]
@@ -210,7 +208,7 @@ def _variables(component: Component) -> set[str]:
 
 
 def _missing_outputs(scene: Scene, name: str) -> list[str]:
-    """Return the recorded outputs that a component does not have."""
+    """Return the recorded outputs that a component lacks."""
     known = describe(fmu_file(scene.system[name])).variables
     recorded = [scene.system.split(output) for output in scene.outputs]
     return [variable for component, variable in recorded if component == name and variable not in known]

@@ -1,10 +1,10 @@
-"""What the amplitude of a sine adds to a system's response, and in harmonics: nothing, as long as it is linear.
+"""Nonlinearity of an FMU, and the effect of the amplitude of a sine on the response and the harmonics of a system.
 
-    bending(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
-    effect = measure_effect(scene, inputs, frequency, library)
+    nonlinearity(instance, {"x": 1e-6, "force": 0.1}, ["position"])     # 0 where it is linear
+    effect = measure_amplitude_effect(scene, inputs, frequency, library)
 
-The response G(A) is measured by co-simulation at the scene's amplitude A and at a tenth of it, at one step, so that
-what the step itself costs cancels:
+The response G(A) is measured by co-simulation at the scene's amplitude A and at a tenth of it, with the same step, so
+that the error of the step cancels:
 
     response    (G(A) - G(A / 10)) / (1 - 1 / 10)          harmonics    distortion(A) |G(A)|
 """
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
-from hfsa.cosim.fidelity.step_judge import settled
+from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
@@ -29,25 +29,26 @@ from hfsa.cosim.systems.scene import Scene
 
 _SMALLER = 0.1
 _TOLERANCE = 0.1
-"""Transient that may remain, relative to the scene's tolerance."""
+"""Largest remaining transient, relative to the scene's tolerance."""
 
 _SEED = 1
 
 
 @dataclass(frozen=True)
-class Effect:
-    """What the amplitude adds: to the response, and in harmonics, (frequencies, outputs, inputs), output per input."""
+class AmplitudeEffect:
+    """Effect of the amplitude on the response and on harmonics, output per input, (frequencies, outputs, inputs)."""
 
     response: NDArray[np.complex128]
     harmonics: NDArray[np.float64]
 
 
-def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
-    """Return by how much an FMU's derivatives change over a swing about where it is, in initialization mode.
+def nonlinearity(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
+    """Return the relative change of the Jacobian over the given amplitudes about the operating point; 0 if linear.
 
-    `swing` are sizes of states, sampled states and inputs; what it does not name stays. They move all at once, one way
-    and the other. What each of them adds to a rate, to a tick or to one of the `outputs` is compared with the largest
-    addition in the same unit: 0 is a linear FMU, infinity one whose derivatives end. The FMU is left as it was.
+    `swing` holds the amplitudes of states, sampled states and inputs; all other variables stay constant. They are
+    displaced together, in one direction and in the opposite one, in initialization mode. The change of each product
+    Jacobian times amplitude, for rates, ticks and `outputs`, is divided by the largest product in the same unit. The
+    result is infinite where a derivative is not finite. The FMU is left at its operating point.
     """
     known = instance.fmu.variables
     inputs = [name for name in swing if known[name].causality == "input"]
@@ -59,7 +60,7 @@ def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[st
     rows = [*(rate for _, rate in instance.fmu.description.states), *here.sampled, *here.held, *here.outputs]
 
     def additions() -> np.ndarray:
-        """What inputs and states add to rates, ticks and outputs at the present values."""
+        """Return the Jacobian times the amplitudes at the present values, (rates, ticks and outputs; variables)."""
         found = block(instance, inputs, outputs)
         return np.vstack([found.rate, found.tick, found.output]) * sizes
 
@@ -79,14 +80,14 @@ def bending(instance: Instance, swing: Mapping[str, float], outputs: Sequence[st
     return float(np.nan_to_num(relative, nan=np.inf).max(initial=0.0))
 
 
-def measure_effect(
+def measure_amplitude_effect(
     scene: Scene, inputs: Sequence[Signal], frequency: NDArray[np.float64], library: Path | None
-) -> Effect:
-    """Return what the scene's amplitude adds, to sines at one input and one frequency [Hz] at a time.
+) -> AmplitudeEffect:
+    """Return the effect of the scene's amplitude, measured with one input and one frequency [Hz] at a time.
 
-    `StructureError` for a response that does not settle; `StepError` as a master.
+    Raises `StructureError` for a response that does not settle; `StepError` as a master.
     """
-    scene, _ = settled(scene)
+    scene, _ = with_algorithm(scene)
     settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
@@ -102,17 +103,17 @@ def measure_effect(
                 )
                 response[k, :, i] = (_array(full.response) - _array(small.response)) / (1 - _SMALLER)
                 harmonics[k, :, i] = np.nan_to_num(_array(full.harmonic_distortion)) * np.abs(_array(full.response))
-    return Effect(response, harmonics)
+    return AmplitudeEffect(response, harmonics)
 
 
 def _settled(point: Point, signal: Signal, frequency: float) -> Point:
-    """Return a point; `StructureError` where it has not settled, whose response is none."""
+    """Return a point; `StructureError` where it has not settled."""
     if point.status is Status.NOT_SETTLED:
         raise StructureError(f"driven at {signal.name} with {frequency:.4g} Hz, {point.message}")
     return point
 
 
 def _array(values: np.ndarray | None) -> np.ndarray:
-    """Return what a point has that was measured."""
+    """Return the values of a measured point."""
     assert values is not None
     return values

@@ -1,12 +1,12 @@
-"""What communication steps do to a scene's answer: which algorithm `auto` takes, and what a user must know before.
+"""Judgement of the communication steps of a scene: the algorithm for `auto`, and warnings before a run.
 
     with judge(scene, assembly, excited, outputs, band) as found:
-        scene, choice, sentences = found.decided(scene)  # `auto` replaced, by what; what is known against it
+        scene, choice, sentences = found.decided(scene)  # scene without `auto`, the choice of algorithm, warnings
         found.step_error(scene, frequency)               # relative error of each response
 
-`assembly` is that of the scene, `excited` holds, by the full name of an input, the assembly with a sine source there,
-and for a sweep a lock-in amplifier (`Variants.instrumented`); it is empty where the scene has a motion of its own. What
-the FMUs do not declare is stated, with the reason.
+`assembly` is that of the scene. `excited` holds, by the full name of an input, the assembly with a sine source there,
+and for a sweep a lock-in amplifier (`Variants.instrumented`); it is empty where the scene has its own motion. Where
+the FMUs lack the required derivatives, the warning contains the reason.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN, choose, instability, warnings
 from hfsa.cosim.analysis.steady_start import SteadyStart, steady_starts
-from hfsa.cosim.analysis.step_effect import Excitation, Question, entering, motions
+from hfsa.cosim.analysis.step_effect import Excitation, StepAnalysis, entering, motions
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN
 from hfsa.cosim.fmi.assembly import Assembly
@@ -36,67 +36,70 @@ from hfsa.cosim.systems.system import System
 
 @dataclass(frozen=True)
 class Judge:
-    """What is known of a scene's steps: a question to its linearised FMUs, or why there is none."""
+    """Judgement of a scene's steps: the analysis of its linearised FMUs, or the reason `unknown` why there is none."""
 
-    question: Question | None
+    analysis: StepAnalysis | None
     unknown: str = ""
 
     def decided(
         self, scene: Scene, offered: Collection[str] = CANDIDATES, frequency: float | None = None
     ) -> tuple[Scene, AlgorithmChoice | None, list[str]]:
-        """Return the scene with an algorithm in place of `auto`, the choice, and what is known against its answer.
+        """Return the scene with an algorithm in place of `auto`, the choice, and the warnings.
 
-        The choice is `None` where the scene names an algorithm; `offered` are those that may be taken. What is said of
-        responses is of all frequencies, or of one [Hz]. A choice itself says that nothing is known.
+        The choice is `None` where the scene names an algorithm; `offered` are the algorithms to choose from. The
+        warnings are about all frequencies, or about a single one [Hz]. Where nothing is known, the choice contains the
+        reason.
         """
-        scene, choice = self.settled(scene, offered)
-        if self.question is not None:
-            return scene, choice, self._warnings(self.question, scene, frequency)
+        scene, choice = self.with_algorithm(scene, offered)
+        if self.analysis is not None:
+            return scene, choice, self._warnings(self.analysis, scene, frequency)
         unknown = f"the error of the communication steps is not known: {self.unknown}"
         return scene, choice, [] if choice or scene.algorithm not in LIMITED else [unknown]
 
-    def settled(self, scene: Scene, offered: Collection[str] = CANDIDATES) -> tuple[Scene, AlgorithmChoice | None]:
+    def with_algorithm(
+        self, scene: Scene, offered: Collection[str] = CANDIDATES
+    ) -> tuple[Scene, AlgorithmChoice | None]:
         """Return the scene with an algorithm in place of `auto`, and the choice, as `decided`."""
         if scene.algorithm != AUTO:
             return scene, None
-        if self.question is None:
+        if self.analysis is None:
             choice = AlgorithmChoice(CANDIDATES[0], scene.step_size, scene.tolerance, unknown=self.unknown)
         else:
-            choice = choose(self.question, scene.step_size, scene.tolerance, offered)
+            choice = choose(self.analysis, scene.step_size, scene.tolerance, offered)
         return dataclasses.replace(scene, algorithm=choice.algorithm), choice
 
-    def _warnings(self, question: Question, scene: Scene, frequency: float | None) -> list[str]:
-        """Return what is known against a scene's algorithm and step."""
+    def _warnings(self, analysis: StepAnalysis, scene: Scene, frequency: float | None) -> list[str]:
+        """Return the warnings about a scene's algorithm and step."""
         if scene.algorithm not in LIMITED:
-            return instability(question)
-        asked = question if frequency is None else question.at(frequency)
+            return instability(analysis)
+        analysed = analysis if frequency is None else analysis.at(frequency)
         try:
-            effect = asked.effect(scene.algorithm, scene.step_size)
+            effect = analysed.effect(scene.algorithm, scene.step_size)
         except NOT_KNOWN as error:
             return [f"the error of the communication steps is not known: {error}"]
-        return warnings(asked, effect, scene.tolerance)
+        return warnings(analysed, effect, scene.tolerance)
 
     def step_error(self, scene: Scene, frequency: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Return the relative error of each response, (frequencies, outputs, inputs); `None` where it is not known.
 
-        NaN where a response is zero by symmetry.
+        The error is NaN where a response is zero by symmetry.
         """
-        if self.question is None or scene.algorithm not in LIMITED:
+        if self.analysis is None or scene.algorithm not in LIMITED:
             return None
         try:
-            return self.question.errors(scene.algorithm, scene.step_size, frequency)
+            return self.analysis.errors(scene.algorithm, scene.step_size, frequency)
         except NOT_KNOWN:
             return None
 
     def steady_starts(self, scene: Scene, frequency: NDArray[np.float64]) -> dict[str, Sequence[SteadyStart]]:
         """Return the steady states at frequencies [Hz] by excited input, without inputs for which none is known."""
-        if self.question is None or scene.algorithm not in LIMITED:
+        if self.analysis is None or scene.algorithm not in LIMITED:
             return {}
         try:
-            cycles = self.question.excited_cycles(scene.algorithm)
+            coupled = self.analysis.coupled_steps(scene.algorithm)
             found = {
-                e.name: steady_starts(cycle, scene.step_size, frequency, e.amplitude)
-                for e, cycle in zip(self.question.excitations, cycles, strict=True)
+                e.name: steady_starts(one, scene.step_size, frequency, e.amplitude)
+                for e, one in zip(self.analysis.excitations, coupled, strict=True)
                 if e.lock_in is not None
             }
         except NOT_KNOWN:
@@ -112,50 +115,50 @@ def judge(
     outputs: Sequence[str],
     band: tuple[float, float],
 ) -> Iterator[Judge]:
-    """Yield what is known of a scene's steps; FMUs are loaded until the end of the `with`."""
+    """Yield the judgement of a scene's steps; FMUs are loaded until the end of the `with`."""
     with ExitStack() as stack:
         found = Judge(None, "nothing is known of an empty system")
-        # what leads to no output may keep its derivatives to itself
+        # components that lead to no output need no derivatives
         leading = upstream(assembly.system, [*outputs, *excited])
         is_part = len(leading.components) < len(assembly.system.components)
         for considered in (assembly, assembly.of(leading)) if is_part else (assembly,):
             try:
-                found = Judge(_question(scene, considered, excited, outputs, band, stack))
+                found = Judge(_analysis_of(scene, considered, excited, outputs, band, stack))
                 break
             except NOT_KNOWN as error:
                 found = Judge(None, str(error))
         yield found
 
 
-def settled(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
-    """Return a scene with an algorithm in place of `auto`, by its own inputs, outputs and band, and the choice."""
+def with_algorithm(scene: Scene) -> tuple[Scene, AlgorithmChoice | None]:
+    """Return a scene with an algorithm in place of `auto`, chosen for its inputs, outputs and band, and the choice."""
     if scene.algorithm != AUTO:
         return scene, None
     variants = Variants(scene)
     excited = {name: variants.instrumented(name) for name in scene.inputs}
     with judge(scene, variants.plain, excited, scene.outputs, scene.band) as found:
-        return found.settled(scene)
+        return found.with_algorithm(scene)
 
 
-def _question(
+def _analysis_of(
     scene: Scene,
     assembly: Assembly,
     excited: Mapping[str, Assembly],
     outputs: Sequence[str],
     band: tuple[float, float],
     stack: ExitStack,
-) -> Question:
-    """Return the question to an assembly's FMUs, which are loaded until the stack ends."""
+) -> StepAnalysis:
+    """Return the analysis of an assembly's FMUs, which are loaded until the stack ends."""
     instances: dict[str, Instance] = dict(stack.enter_context(assembly.open()))
     if not excited:
         found = motions(assembly.system, instances)
     else:
         instruments: dict[tuple[str, Path], Instance] = {}
         found = [_excitation(scene, name, whole, instances, instruments, stack) for name, whole in excited.items()]
-    question = Question(assembly.system, instances, found, outputs, band)
+    analysis = StepAnalysis(assembly.system, instances, found, outputs, band)
     if not any(excitation.lock_in for excitation in found):
-        question.ignored = question.jumping
-    return question
+        analysis.ignored = analysis.jumping
+    return analysis
 
 
 def _excitation(
@@ -166,7 +169,7 @@ def _excitation(
     instruments: dict[tuple[str, Path], Instance],
     stack: ExitStack,
 ) -> Excitation:
-    """Return the excitation at one input; an instrument of one file is loaded once."""
+    """Return the excitation at one input; instruments with the same file are loaded once."""
     system, own = excited.system, dict(instances)
     for component in (scene.source.name, LOCK_IN):
         if component in excited.files:

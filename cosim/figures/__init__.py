@@ -1,4 +1,4 @@
-"""Pictures of results: Bode plots, comparisons, maps.
+"""Figures of results: Bode plots, comparisons, maps.
 
 Read `bode.py` first. It imports `results` and `signals`, and no FMU.
 """

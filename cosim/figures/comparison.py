@@ -1,10 +1,10 @@
-"""The figure of a comparison: one panel per group of outputs, one colour per run, members by the style of their line.
+"""Figure of a comparison: one panel per group of outputs, one colour per run, one line style per member.
 
     save(comparison_figure("The 3-RRR stage", ["pd", "ctc"], [outcome, outcome]), Path("results/stage.png"))
 
-Where the runs' peaks lie more than two decades apart a panel shows |value| on a logarithmic axis. A triangle at the
-top says when a limit began to act in the run of that colour, or did so to the end; a cross where a run failed, at the
-edge where it has left what the others show.
+A panel shows |value| on a logarithmic axis where the peaks of the runs differ by more than two decades. A triangle at
+the top marks the time from which a limit is active in the run of that colour; a cross marks the end of a failed run,
+at the edge of the axes where its value lies outside.
 """
 
 import itertools
@@ -19,21 +19,21 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.style import COLOURS, GRID, INK, STYLE, save
-from hfsa.cosim.measurement.trial import Group, Outcome
+from hfsa.cosim.measurement.trial import Outcome, OutputGroup
 from hfsa.cosim.signals.prefixes import prefixed
 
 __all__ = ["comparison_figure", "save"]
 
 _LINES = ("-", "--", ":", "-.")
 _DECADES = 100.0
-"""Ratio of peaks above which a linear axis would hide the smaller."""
+"""Ratio of peaks above which the axis is logarithmic."""
 _ROUNDING = 1e-12
-"""Part of the largest output in a unit below which another says nothing."""
+"""Relative size of an output, to the largest in the same unit, below which it is rounding noise."""
 _FAILED = "#b00020"
 
 
 def comparison_figure(title: str, labels: Sequence[str], outcomes: Sequence[Outcome]) -> Figure:
-    """Return the figure of runs by label; a run without numbers has its place in the legend alone."""
+    """Return the figure of runs by label; a run without numbers appears in the legend only."""
     keys = list(dict.fromkeys(group.key for outcome in outcomes for group in outcome.groups))
     clock = prefixed(max((outcome.stop_time for outcome in outcomes), default=0.0), "s")
     with mpl.rc_context(STYLE):
@@ -58,7 +58,7 @@ def comparison_figure(title: str, labels: Sequence[str], outcomes: Sequence[Outc
 
 
 def _panels(figure: Figure, count: int) -> tuple[list[Any], Any]:
-    """Return so many axes, the first, of three or more, as wide as two; and the one that is left, if one is."""
+    """Return `count` axes, the first of three or more twice as wide; and a spare one, if the grid has one."""
     rows = math.ceil((count + 1) / 2) if count > 2 else 1
     columns = min(max(count, 1), 2)
     figure.set_size_inches(5.6 * columns + 0.4, 2.5 * rows + 1.0)
@@ -70,22 +70,22 @@ def _panels(figure: Figure, count: int) -> tuple[list[Any], Any]:
 
 
 def _colour(place: int, count: int) -> Any:
-    """Return the colour of a run; of many, from a scale."""
+    """Return the colour of a run; for many runs, from a colour map."""
     return COLOURS[place] if count <= len(COLOURS) else mpl.colormaps["turbo"](0.05 + 0.9 * place / (count - 1))
 
 
 def _rounding(unit: str, outcomes: Sequence[Outcome]) -> float:
-    """Return the size below which an output is the rounding noise of others in its unit."""
+    """Return the size below which an output of a unit is rounding noise."""
     peaks = [g.peak for o in outcomes for g in o.groups if g.unit == unit and math.isfinite(g.peak) and not o.failure]
     return _ROUNDING * max(peaks, default=0.0)
 
 
 def _draw(
-    axes: Any, groups: Sequence[Group | None], outcomes: Sequence[Outcome], clock: float, rounding: float
+    axes: Any, groups: Sequence[OutputGroup | None], outcomes: Sequence[Outcome], clock: float, rounding: float
 ) -> None:
-    """Draw one group of outputs of all runs; `clock` is the factor of time, `rounding` what counts as 0."""
+    """Draw one group of outputs of all runs; `clock` is the factor of time, `rounding` the size of rounding noise."""
     drawn = [group for group in groups if group is not None]
-    # a run that failed, diverging, must not hide the others
+    # a diverging run must not determine the axes
     judged = [g for g, o in zip(groups, outcomes, strict=True) if g is not None and not o.failure] or drawn
     peaks = [group.peak for group in judged if rounding < group.peak < math.inf]
     is_logarithmic = len(peaks) > 1 and max(peaks) > _DECADES * min(peaks)
@@ -93,7 +93,7 @@ def _draw(
     ends: list[tuple[float, float]] = []
     for place, (group, outcome) in enumerate(zip(groups, outcomes, strict=True)):
         if group is not None:
-            # each thinner than the one before it, so that curves that coincide are all seen
+            # each thinner than the one before, so that coinciding curves are all visible
             look = {"color": _colour(place, len(outcomes)), "linewidth": max(3.6 * 0.68**place, 0.9)}
             for curve, line in zip(group.curves, itertools.cycle(_LINES)):
                 values = factor * (_sizes(curve.values) if is_logarithmic else curve.values)
@@ -101,7 +101,7 @@ def _draw(
                 if outcome.failure:
                     ends.append((clock * curve.time[-1], values[-1]))
     _scale(axes, judged, factor, factor * rounding, is_logarithmic)
-    for time, value in ends:  # at the edge where a run has left what is shown
+    for time, value in ends:  # at the edge for values outside the axes
         place = np.clip(np.nan_to_num(value, nan=-np.inf), *axes.get_ylim())
         axes.plot([time], [place], "x", color=_FAILED, markersize=7, clip_on=False, zorder=6)
     label = max(drawn, key=lambda group: len(group.curves)).label
@@ -113,7 +113,7 @@ def _draw(
 
 
 def _sizes(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return |values|, what a logarithmic axis cannot show left out."""
+    """Return |values|, NaN for 0, which a logarithmic axis cannot show."""
     size = np.abs(values)
     return np.where(size > 0, size, np.nan)
 
@@ -132,7 +132,7 @@ def _mark_limits(axes: Any, outcome: Outcome, colour: Any, clock: float) -> None
         axes.plot([clock * time], [1.0], "v", color=colour, markersize=6, transform=place, clip_on=False, zorder=6)
 
 
-def _scale(axes: Any, groups: Sequence[Group], factor: float, rounding: float, is_logarithmic: bool) -> None:
+def _scale(axes: Any, groups: Sequence[OutputGroup], factor: float, rounding: float, is_logarithmic: bool) -> None:
     """Give the axis the reach of what is judged; of a logarithmic one, three decades below the smallest peak."""
     values = factor * np.concatenate([curve.values for group in groups for curve in group.curves])
     values = values[np.isfinite(values)]
@@ -150,7 +150,7 @@ def _scale(axes: Any, groups: Sequence[Group], factor: float, rounding: float, i
 
 
 def _legend(labels: Sequence[str], outcomes: Sequence[Outcome]) -> list[Line2D]:
-    """Return one entry per run, per place among a group's members, and for the marks that are drawn."""
+    """Return a legend entry for each run, each line style of members, and each kind of mark drawn."""
     entries = [
         Line2D([], [], color=_colour(i, len(labels)), linewidth=2.2, label=f"{label}, failed" if o.failure else label)
         for i, (label, o) in enumerate(zip(labels, outcomes, strict=True))
@@ -159,12 +159,12 @@ def _legend(labels: Sequence[str], outcomes: Sequence[Outcome]) -> list[Line2D]:
     if 1 < most <= len(_LINES):
         entries += [Line2D([], [], color=INK, linestyle=_LINES[i], label=f"[{i + 1}]") for i in range(most)]
     if any(_limit_times(outcome) for outcome in outcomes):
-        entries.append(_mark("v", INK, "a limit begins to act"))
+        entries.append(_mark("v", INK, "a limit becomes active"))
     if any(outcome.failure and outcome.groups for outcome in outcomes):
         entries.append(_mark("x", _FAILED, "end of a run that failed"))
     return entries
 
 
 def _mark(marker: str, colour: str, label: str) -> Line2D:
-    """Return the entry of a mark."""
+    """Return the legend entry of a mark."""
     return Line2D([], [], marker=marker, color=colour, linestyle="none", markersize=6, label=label)

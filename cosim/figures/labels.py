@@ -1,10 +1,10 @@
-"""Texts that keep clear: frequencies along an axis of each other, labels of peaks of each other and of curves.
+"""Placement of tick labels and peak labels without overlaps.
 
     spread_frequencies(axes)
-    figure.draw_without_rendering()               # the layout: only then is known where what stands
+    figure.draw_without_rendering()               # fixes the layout, from which positions are known
     label_peaks(axes, [Peak(24.5, 34.0, "24.5 Hz, 34.0 dB")], fontsize=9.5)
 
-What finds no room is left out.
+A label without a free place is left out.
 """
 
 import itertools
@@ -19,16 +19,16 @@ from matplotlib.transforms import Bbox
 
 _MANTISSAS = ((1, 2, 5), (1, 3), (1,))
 _FEWEST = 3
-"""Frequencies along an axis below which it has ticks between 1, 2 and 5."""
+"""Number of ticks at 1, 2 and 5 below which the axis has ticks between them."""
 _APART = 0.5
-"""Room between two frequencies along an axis, relative to the size of their letters."""
+"""Least gap between two tick labels, relative to their font size."""
 _GAP = 4.0
-"""Room between a label and what it keeps clear of [points]."""
+"""Gap between a label and other objects [points]."""
 
 
 @dataclass(frozen=True)
 class Peak:
-    """A peak of a curve at data coordinates x, y, and what is to be said of it."""
+    """Peak of a curve at data coordinates x, y, and its label."""
 
     x: float
     y: float
@@ -36,7 +36,7 @@ class Peak:
 
 
 def spread_frequencies(axes: Any) -> None:
-    """Put ticks on a logarithmic axis of frequencies, as many as have room for their numbers."""
+    """Set the ticks of a logarithmic frequency axis, as many as their labels have room for."""
     low, high = axes.get_xlim()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -48,7 +48,7 @@ def spread_frequencies(axes: Any) -> None:
 
 
 def _frequencies(low: float, high: float) -> Iterator[list[float]]:
-    """Yield the ticks between two frequencies, the most first."""
+    """Yield sets of ticks between two frequencies, the largest first."""
     decades = np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     rows = [[float(m * 10.0**n) for n in decades for m in mantissas] for mantissas in _MANTISSAS]
     rows = [[tick for tick in row if low <= tick <= high] for row in rows]
@@ -62,16 +62,17 @@ def _frequencies(low: float, high: float) -> Iterator[list[float]]:
 
 
 def _are_apart(axes: Any) -> bool:
-    """Whether the numbers along the axis of frequencies leave room between each other."""
+    """Whether the tick labels of the frequency axis keep their least gap."""
     boxes = [text.get_window_extent() for text in axes.get_xticklabels() if text.get_text()]
     boxes = sorted((box for box in boxes if box.width > 0), key=lambda box: box.x0)
     return all(left.x1 + _APART * left.height <= right.x0 for left, right in itertools.pairwise(boxes))
 
 
 def label_peaks(axes: Any, peaks: Sequence[Peak], **look: Any) -> None:
-    """Write labels beside peaks, the first of them first, each where it touches no curve, no point and no other label.
+    """Add labels beside peaks, in their order, each where it touches no curve, point or other label.
 
-    In one line or in two, and where that helps upon vertical lines, which mark frequencies. `look` is of the texts.
+    A label has one line or two, and may cover vertical lines, which mark frequencies, where no other place is free.
+    `look` holds properties of the texts.
     """
     point = axes.get_figure(root=True).dpi / 72
     upright = [line for line in axes.lines if len(line.get_xdata()) > 1 and np.ptp(line.get_xdata()) == 0]
@@ -91,7 +92,7 @@ def label_peaks(axes: Any, peaks: Sequence[Peak], **look: Any) -> None:
 
 
 def _label(axes: Any, peak: Peak, label: str, look: Mapping[str, Any]) -> Any:
-    """Write a label whose lower left corner is at its peak, hiding the vertical lines behind it."""
+    """Add a label with its lower left corner at the peak and a background that hides lines behind it."""
     behind = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
     place = {"xytext": (0, 0), "textcoords": "offset points", "ha": "left", "va": "bottom", "annotation_clip": False}
     return axes.annotate(label, (peak.x, peak.y), **place, zorder=5, bbox=behind, in_layout=False, **look)
@@ -103,7 +104,7 @@ def _in_two_lines(label: str) -> str:
 
 
 def _boxes(at: Sequence[float], own: Bbox, inside: Bbox, gap: float) -> Iterator[Bbox]:
-    """Yield where a label may be [pixels]: beside its peak's frequency, close to the peak first."""
+    """Yield possible boxes of a label [pixels] on either side of the peak frequency, the closest first."""
     lowest, highest = inside.y0 + gap, inside.y1 - own.height
     heights = [at[1] + gap, highest, *np.arange(min(at[1], highest), lowest, -own.height / 2)]
     for y, x in itertools.product(heights, (at[0] - gap - own.width, at[0] + gap)):
@@ -112,7 +113,7 @@ def _boxes(at: Sequence[float], own: Bbox, inside: Bbox, gap: float) -> Iterator
 
 
 def _touches(line: Any, box: Bbox, point: float) -> bool:
-    """Whether a line, or one of its markers, comes into a box."""
+    """Whether a line, or one of its markers, intersects a box."""
     path = line.get_transform().transform_path(line.get_path())
     if line.get_linestyle() != "None":
         return bool(path.intersects_bbox(box, filled=False))

@@ -1,9 +1,9 @@
-"""The figure of a response map: contours of every response over two dimensions, the present design marked.
+"""Figure of a response map: contours of every response over two dimensions, with the present design.
 
-    save(map_figure(found), Path("results/map.png"))
+    save(response_map_figure(found), Path("results/map.png"))
 
-Where nothing can be built the figure is blank. Colours and lines leave out a twentieth of the values at either end, so
-that a pole does not take them all.
+The figure is blank where the design is not possible. Colours and lines span the 5th to the 95th percentile, so that a
+pole does not dominate them.
 """
 
 from typing import Any
@@ -16,10 +16,10 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
-from hfsa.cosim.results.response_map import Quantity, ResponseMap
+from hfsa.cosim.results.response_map import MapQuantity, ResponseMap
 from hfsa.cosim.signals.prefixes import prefixed, readable
 
-__all__ = ["map_figure", "save"]
+__all__ = ["response_map_figure", "save"]
 
 _COLOURS = LinearSegmentedColormap.from_list("response", ["#f3f6fa", COLOURS[0]])
 _EXTREMES = (5, 95)
@@ -27,7 +27,7 @@ _LEVELS = 9
 _MARK: Any = {"color": ACCENT, "markersize": 9, "markeredgecolor": "white", "clip_on": False, "zorder": 5}
 
 
-def map_figure(found: ResponseMap) -> Figure:
+def response_map_figure(found: ResponseMap) -> Figure:
     """Return the figure of a map, one panel per response."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(4.6 * len(found.responses), 4.4), layout="constrained", dpi=160)
@@ -54,7 +54,7 @@ def map_figure(found: ResponseMap) -> Figure:
 def _draw(
     figure: Figure, axes: Any, x: NDArray[np.float64], y: NDArray[np.float64], values: NDArray[np.float64], unit: str
 ) -> None:
-    """Draw one response, shape (y, x): filled contours, labelled lines, a bar of the colours."""
+    """Draw one response, shape (y, x): filled contours, labelled lines, and a colour bar."""
     low, high = np.nanpercentile(values, _EXTREMES)
     factor, shown = prefixed(float(np.abs([low, high]).max()), unit)
     values = np.ma.masked_invalid(factor * values)
@@ -67,6 +67,6 @@ def _draw(
     bar.ax.set_title("" if shown == "1" else shown, fontsize=9)
 
 
-def _label(name: str, axis: Quantity, unit: str) -> str:
-    """Return the label of an axis, its values being in that unit."""
+def _label(name: str, axis: MapQuantity, unit: str) -> str:
+    """Return the label of an axis with values in a unit."""
     return f"{axis.description}, {name} ({unit})"

@@ -1,4 +1,4 @@
-"""Draws a stability map: growth over one axis, or stable and unstable over two."""
+"""Figure of a stability map: growth over one axis, or stable and unstable regions over two."""
 
 import matplotlib as mpl
 import numpy as np
@@ -10,8 +10,8 @@ from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 
 
-def map_figure(found: StabilityMap, title: str) -> Figure:
-    """Return the figure of a map: growth over one axis, or stable and unstable over two, simulated points marked."""
+def stability_map_figure(found: StabilityMap, title: str) -> Figure:
+    """Return the figure of a map, with the simulated points marked."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.6), layout="constrained", dpi=160)
         figure.suptitle(f"{title}\n{found.algorithm}", fontsize=11.5, fontweight="bold")
@@ -52,7 +52,7 @@ def _mark(axes, found: StabilityMap, x: np.ndarray, y: np.ndarray) -> None:
 
 
 def _spread(axes, which: str, axis: Axis) -> None:
-    """Space an axis of the figure, `x` or `y`, as its points are."""
+    """Set the scale of an axis of the figure, `x` or `y`: logarithmic where its points are spaced geometrically."""
     low, high = axis.values[[0, -1]]
     if low > 0 and high / low >= GEOMETRIC:
         getattr(axes, f"set_{which}scale")("log")

@@ -1,4 +1,4 @@
-"""How figures look: colours, type and lines; and how they are written."""
+"""Style of all figures: colours, fonts and lines; and their output files."""
 
 import io
 from pathlib import Path
@@ -7,7 +7,8 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from hfsa.cosim.results.target import picture_format, write_picture
+from hfsa.cosim.results.placement import write_picture
+from hfsa.cosim.results.target import picture_format
 
 COLOURS = ("#0b5fa5", "#d1495b", "#2e8b57", "#8e5ea2", "#d98200", "#4a4e57")
 INK, GRID, ACCENT = "#20242c", "#c9ced6", "#b3541e"
@@ -25,13 +26,22 @@ STYLE: Any = {
     "legend.frameon": False,
     "mathtext.default": "regular",
 }
-"""Settings of matplotlib, for `mpl.rc_context`."""
+"""Settings of matplotlib for `mpl.rc_context`."""
+
+
+LETTER_WIDTH = 0.08
+"""Width of a letter of a legend or title, with some margin [inch]."""
+
+
+def font_size(relative: float) -> float:
+    """Return a font size [points] relative to that of the figure."""
+    return relative * mpl.rcParams["font.size"]
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write the figure in the format its suffix names, completely or not at all; `ResultsError` where that fails.
+    """Write the figure in the format of the file name ending, completely or not at all.
 
-    A picture of that name is replaced, nothing else.
+    An existing picture is replaced; `ResultsError` for any other existing file, or where the file cannot be written.
     """
     written = io.BytesIO()
     with mpl.rc_context(STYLE):

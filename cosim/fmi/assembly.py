@@ -1,4 +1,4 @@
-"""An assembly: a system whose FMUs exist and have been read, once."""
+"""Assembly: a system with the FMU files and descriptions of its components."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,9 +15,9 @@ from hfsa.cosim.systems.system import System
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """A system with the FMU file of each component and its description, by component name.
+    """System with the FMU file and description of each component, by component name.
 
-    `assembly/build.py` makes them from scenes; `Assembly.read` from files of one's own.
+    `assembly/build.py` builds an assembly from a scene, `Assembly.read` from FMU files.
     """
 
     system: System
@@ -26,7 +26,7 @@ class Assembly:
 
     @classmethod
     def read(cls, system: System, files: Mapping[str, Path]) -> Self:
-        """Return the assembly of a system and FMU files; `StructureError` where a file is no FMU that can be run."""
+        """Return the assembly of a system and FMU files; `StructureError` for a file that is no usable FMU."""
         return cls(system, dict(files), {name: describe(file) for name, file in files.items()})
 
     @cached_property
@@ -35,7 +35,7 @@ class Assembly:
         return {name: description.variables for name, description in self.descriptions.items()}
 
     def connector(self, name: str) -> Connector:
-        """Return the variable of a full name; `StructureError` with the nearest names if there is none."""
+        """Return the variable with a full name; `StructureError` with the nearest names if there is none."""
         return connectors.connector(self.system, self.connectors, name)
 
     def check(self) -> Self:
@@ -44,20 +44,20 @@ class Assembly:
         return self
 
     def of(self, system: System) -> Self:
-        """Return the assembly of a system with some of the components, wired as it is."""
+        """Return the assembly of another system that consists of some of the components."""
         names = [component.name for component in system.components]
         files = {name: self.files[name] for name in names}
         return replace(self, system=system, files=files, descriptions={name: self.descriptions[name] for name in names})
 
     def open(self) -> Instances[Instance]:
-        """Load the FMUs and return one instance of each, closed at the end of a `with`."""
+        """Load the FMUs and return one instance of each; a `with` statement closes them."""
         return open_instances(self.files)
 
     @property
     def is_foreign(self) -> bool:
-        """Whether an FMU of another maker is among them, which may end the process it runs in."""
+        """Whether it contains a foreign FMU, which may crash its process."""
         return any(component.part.endswith(".fmu") for component in self.system.components)
 
     def __reduce__(self):
-        # a worker process reads the descriptions of its own copy
+        # a worker process reads the descriptions again
         return type(self).read, (self.system, self.files)

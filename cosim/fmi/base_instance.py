@@ -1,6 +1,6 @@
-"""What an instance of an FMU can do in Co-Simulation and in Model Exchange alike, FMI 2 or 3.
+"""Instance of an FMU, with the calls common to Co-Simulation and Model Exchange, FMI 2 or 3.
 
-An `Fmu` is loaded for one of the two interfaces; `fmi/co_simulation.py` and `fmi/model_exchange.py` have what differs.
+An `Fmu` is loaded for one of the two interface types; `co_simulation.py` and `model_exchange.py` have the calls of one.
 """
 
 import ctypes
@@ -34,9 +34,9 @@ _WARNING, _FATAL = 1, 4
 _UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
 _ADVICE = {
     "discard": "the FMU refuses a step of this size from here; try a smaller one",
-    "error": "the run cannot go on; see its inputs and parameters",
-    "fatal": "the FMU is lost to this process; see its inputs and parameters",
-    "terminated": "the FMU asks to end the run here",
+    "error": "the run cannot continue; check its inputs and parameters",
+    "fatal": "the FMU cannot be used in this process any more; check its inputs and parameters",
+    "terminated": "the FMU requests the end of the run",
     "not finite": _UNSTABLE,
     "out of bounds": _UNSTABLE,
     "diverged": _UNSTABLE,
@@ -44,14 +44,14 @@ _ADVICE = {
 
 
 class StepError(RuntimeError):
-    """A run that could not go on: an FMI call that failed, or a response that left its bounds.
+    """Error of a run that cannot continue: a failed FMI call, or a response outside its bounds.
 
     Attributes:
         instance: name of the instance.
-        function: the FMI function that failed, or the variable whose value is not admissible.
+        function: the failed FMI function, or the variable with an inadmissible value.
         status: `discard`, `error`, `fatal`, `terminated`, or `not finite`, `out of bounds`, `diverged`.
-        time: communication point [s] at which it happened; `None` before initialization.
-        message: what the FMU's logger said, or more about the value.
+        time: communication point [s] of the failure; `None` before initialization.
+        message: log messages of the FMU, or details of the value.
     """
 
     exit_code = 4
@@ -68,13 +68,13 @@ class StepError(RuntimeError):
 
 
 class Fmu:
-    """An FMU in this process for one of its interfaces: its description, its library, and the folder it is unzipped to.
+    """FMU loaded for one interface type: its description, its library, and the folder of its unzipped files.
 
-    `Fmu.load` gives the same object for the same file and interface; the folder is removed by `close` or at the
-    process's end.
+    `Fmu.load` returns the same object for the same file and interface; `close` or the end of the process removes the
+    folder.
 
     Attributes:
-        description: what the FMU says of itself; `name`, `version` and `variables` (by name) are taken from it.
+        description: description of the FMU; `name`, `version` and `variables` (by name) are taken from it.
     """
 
     _loaded: ClassVar[dict[tuple, "Fmu"]] = {}
@@ -84,14 +84,14 @@ class Fmu:
         self.name, self.version = self.description.name, self.description.version
         self.variables = self.description.variables
         folder = tempfile.mkdtemp(prefix="hfsa-")
-        # a worker process of a pool ends without atexit, but not without this
+        # worker processes of a pool run finalizers, but not atexit
         self._remove = Finalize(self, shutil.rmtree, (folder, True), exitpriority=0)
         fmpy.extract(file, folder, include=lambda name: not name.startswith(("sources/", "documentation/")))
         self.library = _LIBRARIES[interface][self.version](self.description, Path(folder))
 
     @classmethod
     def load(cls, file: str | Path, interface: Interface = "co_simulation") -> "Fmu":
-        """Load a `.fmu` file once per process; `StructureError` where it is no FMU for this machine, or lacks that."""
+        """Load a `.fmu` file once per process; `StructureError` where it lacks the interface or the binary."""
         path = Path(file).resolve()
         if not path.is_file():
             raise StructureError(f"there is no file {path}")
@@ -101,7 +101,7 @@ class Fmu:
         return cls._loaded[key]
 
     def close(self) -> None:
-        """Unload the library and remove the folder; no instance may be left."""
+        """Unload the library and remove the folder; all instances must be closed before."""
         self.library.close()
         self._remove()
         for key in [key for key, fmu in self._loaded.items() if fmu is self]:
@@ -110,7 +110,7 @@ class Fmu:
 
 @dataclass(frozen=True, eq=False)
 class Handle:
-    """Variables of one instance: value references, and the array that `get` fills and `set` reads, shape (n,)."""
+    """Variables of one instance: value references, and the array (n,) that `get` writes and `set` reads."""
 
     names: tuple[str, ...]
     references: ctypes.Array
@@ -120,7 +120,7 @@ class Handle:
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """One prepared FMI call: `run()` returns its status; `function` and `arguments` are what a loop in C needs."""
+    """Prepared FMI call: `run()` returns its status; a loop in C uses `function` and `arguments`."""
 
     instance: "BaseInstance"
     role: str
@@ -131,18 +131,19 @@ class Call:
 
 @dataclass(eq=False)
 class State:
-    """A saved state of one instance; `Instance.restore` takes it back, `Instance.release` frees it."""
+    """Saved FMU state of one instance; `Instance.restore` restores it, `Instance.release` frees it."""
 
     pointer: c_void_p
 
 
 class BaseInstance:
-    """One instance, reused from run to run by reset (where an FMU cannot reset, it is made anew).
+    """Instance of an FMU, reset before each run (an FMU that cannot reset is instantiated again).
 
     Attributes:
-        interface: which of the FMU's interfaces it is an instance of.
-        fmu, name: what it is an instance of, and what it is called in messages.
-        time: the last communication point [s] it was told, `None` before initialization.
+        interface: interface type of the instance.
+        fmu: the FMU.
+        name: name in messages.
+        time: last communication point [s], `None` before initialization.
     """
 
     interface: ClassVar[Interface]
@@ -168,10 +169,10 @@ class BaseInstance:
     def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
         """Set start values of parameters, inputs and states (in their units) and enter initialization mode.
 
-        An instance that has run is reset first: what was set before is forgotten.
+        An instance that has run is reset first, which discards all values set before.
         """
         if not self._is_fresh:
-            self._renew()
+            self._reset()
         self._is_fresh = False
         self.time = start_time
         if values:
@@ -185,7 +186,7 @@ class BaseInstance:
         self._call("exit")
 
     def start(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
-        """Enter and leave initialization mode, for an instance on its own."""
+        """Enter and leave initialization mode, for a single instance."""
         self.enter(start_time, stop_time, values)
         self.exit()
 
@@ -203,10 +204,10 @@ class BaseInstance:
     # Values -----------------------------------------------------------------------------------------------------------
 
     def handle(self, names: Iterable[str], values: np.ndarray | None = None) -> Handle:
-        """Return value references of scalar Real or Float64 variables, and the array (n,) their values pass through.
+        """Return a handle of scalar Real or Float64 variables: value references, and an array (n,) of their values.
 
-        `values` may be a contiguous part of another array: an output and the input it feeds then share it, and nothing
-        is copied.
+        `values` may be a contiguous part of another array: a connected output and input can share it, which saves a
+        copy.
         """
         names = tuple(names)
         for name in names:
@@ -217,7 +218,7 @@ class BaseInstance:
             values = np.zeros(n)
         if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"values of {self.name} must be a contiguous float64 array of shape ({n},)")
-        # both keep their memory alive: the array of references itself, and data_as
+        # the array of references and data_as keep their memory alive
         arguments = self._library.values(references, c_size_t(n), values.ctypes.data_as(c_void_p))
         return Handle(names, references, values, arguments)
 
@@ -247,21 +248,21 @@ class BaseInstance:
         self._check(call.role, status)
 
     def warning(self, call: Call) -> str:
-        """Return what to say of a prepared call that returned a warning."""
+        """Return the message for a prepared call that returned a warning."""
         at = "" if self.time is None else f" at t = {self.time:.9g} s"
         return f"{self.name}: {self._library.names[call.role]}: warning{at}: {self._log.take() or 'without a message'}"
 
     def directional(self, unknowns: Handle, knowns: Handle) -> Call:
-        """Return the prepared call that differentiates: along the knowns' array as seed, into the unknowns' array.
+        """Return the prepared call of a directional derivative: seed in the array of knowns, result in the other.
 
         `StructureError` where the FMU has no directional derivatives.
         """
         if not self.fmu.description.has_derivatives:
-            raise self._missing("directional derivatives", "providesDirectionalDerivative(s)")
+            raise self._unsupported("directional derivatives", "providesDirectionalDerivative(s)")
         return self._call_of("directional", *self._library.directional(unknowns.arguments, knowns.arguments))
 
     def jacobian(self, unknowns: Sequence[str], knowns: Sequence[str]) -> np.ndarray:
-        """Return the FMU's own partial derivatives of unknowns with respect to knowns, shape (unknowns, knowns)."""
+        """Return the Jacobian of unknowns with respect to knowns from directional derivatives, (unknowns, knowns)."""
         rows, columns = self.handle(unknowns), self.handle(knowns)
         call = self.directional(rows, columns)
         result = np.zeros((len(rows.names), len(columns.names)))
@@ -276,39 +277,39 @@ class BaseInstance:
     # FMU state --------------------------------------------------------------------------------------------------------
 
     def save(self) -> State:
-        """Return a copy of the whole state, to come back to with `restore`."""
+        """Return a copy of the complete FMU state, for `restore`."""
         state = self.slot()
         self._call("save", byref(state.pointer))
         return state
 
     def slot(self) -> State:
-        """Return room for a copy of the state, which a `saver` makes; `StructureError` where the FMU makes none."""
+        """Return an empty state for a `saver` to write; `StructureError` where the FMU cannot save its state."""
         if not self.fmu.description.can_restore:
-            raise self._missing("to get and set its state", "canGetAndSetFMUstate")
+            raise self._unsupported("to get and set its state", "canGetAndSetFMUstate")
         self._states.append(State(c_void_p()))
         return self._states[-1]
 
     def restore(self, state: State) -> None:
-        """Put the instance back to a saved state, bit for bit."""
+        """Restore a saved state, bit for bit."""
         self._call("restore", state.pointer)
 
     def saver(self, state: State) -> Call:
-        """Return the prepared call that writes the present state over a saved one."""
+        """Return the prepared call that saves the present state, replacing a saved one."""
         return self._call_of("save", ctypes.pointer(state.pointer))
 
     def restorer(self, state: State) -> Call:
-        """Return the prepared call of `restore`, with whatever the saved state holds when it runs."""
+        """Return the prepared call of `restore`; it restores what is saved when it runs."""
         return self._call_of("restore", state.pointer)
 
     def release(self, state: State) -> None:
         """Free a saved state."""
         self._states.remove(state)
-        self._empty(state)
+        self._free_state(state)
 
     def serialize(self, state: State) -> bytes:
-        """Return a saved state as bytes, which any instance of the same FMU takes."""
+        """Return a saved state as bytes, for `deserialize` of any instance of the same FMU."""
         if not self.fmu.description.can_serialize:
-            raise self._missing("to serialize its state", "canSerializeFMUstate")
+            raise self._unsupported("to serialize its state", "canSerializeFMUstate")
         size = c_size_t()
         self._call("size", state.pointer, byref(size))
         buffer = ctypes.create_string_buffer(size.value)
@@ -316,23 +317,23 @@ class BaseInstance:
         return buffer.raw
 
     def deserialize(self, data: bytes) -> State:
-        """Return the state that `serialize` wrote; `StepError` where it is not one of this FMU."""
+        """Return the state of bytes from `serialize`; `StepError` where they are not a state of this FMU."""
         state = State(c_void_p())
         buffer = ctypes.create_string_buffer(data, len(data))
         self._call("deserialize", buffer, c_size_t(len(data)), byref(state.pointer))
         self._states.append(state)
         return state
 
-    # Frame ------------------------------------------------------------------------------------------------------------
+    # Calls ------------------------------------------------------------------------------------------------------------
 
     def _call(self, role: str, *arguments) -> None:
-        """Make a call at once; `StepError` as `_check`."""
+        """Call a function; `StepError` as `_check`."""
         status = self._functions[role](self._component, *arguments)
         if status:
             self._check(role, status)
 
     def _check(self, role: str, status: int) -> None:
-        """Raise `StepError` for a status that is worse than a warning, with what the FMU said."""
+        """Raise `StepError` with the log messages for a status worse than a warning."""
         if status <= _WARNING:
             return
         if status == _FATAL:
@@ -341,20 +342,20 @@ class BaseInstance:
         raise StepError(self.name, self._library.names[role], label, self.time, self._log.take())
 
     def _call_of(self, role: str, *arguments) -> Call:
-        """Return a prepared call of a function of this instance."""
+        """Return the prepared call of a function of this instance."""
         function, arguments = self._functions[role], (self._component, *arguments)
         return Call(self, role, function, arguments, partial(function, *arguments))
 
     def _instantiate(self) -> None:
-        """Make the instance; `StepError` where the FMU gives none."""
+        """Instantiate the FMU; `StepError` where it returns no instance."""
         self._component.value = self._library.instantiate(self.name, self._log)
         if not self._component.value:
             raise StepError(self.name, "instantiation", "no instance", None, self._log.take())
         self._is_fresh = True
-        self._library.listen(self._component)
+        self._library.enable_logging(self._component)
 
-    def _renew(self) -> None:
-        """Bring the instance back to where it was instantiated."""
+    def _reset(self) -> None:
+        """Reset the instance, or instantiate it again where the FMU cannot reset."""
         self._log.take()
         if not self._component.value or self._functions["reset"](self._component) > _WARNING:
             self._free()
@@ -363,19 +364,19 @@ class BaseInstance:
     def _free(self) -> None:
         """Free the instance and its states."""
         for state in self._states:
-            self._empty(state)
+            self._free_state(state)
         if self._component.value:
             self._library.free(self._component)
         self._component.value = None
 
-    def _empty(self, state: State) -> None:
-        """Free what a saved state holds; another may be saved there."""
+    def _free_state(self, state: State) -> None:
+        """Free the contents of a saved state, so that another can be saved in it."""
         if state.pointer and self._component:
             self._call("release", byref(state.pointer))
         state.pointer.value = None
 
     def _check_known(self, name: str) -> None:
-        """Raise `StructureError` for a variable that is not there, or no scalar real number."""
+        """Raise `StructureError` for a variable that does not exist or is no scalar real number."""
         variable = self.fmu.variables.get(name)
         if variable is None:
             raise StructureError(f"{self.name} has no variable {name!r}{nearest(name, self.fmu.variables)}")
@@ -383,7 +384,7 @@ class BaseInstance:
             raise StructureError(f"{self.name}.{name} is of type {variable.type}, expected a scalar Real or Float64")
 
     def _check_settable(self, name: str) -> None:
-        """Raise `StructureError` for a variable that cannot be set, ever."""
+        """Raise `StructureError` for a variable that can never be set."""
         self._check_known(name)
         variable = self.fmu.variables[name]
         if variable.start is None or variable.variability == "constant":
@@ -392,6 +393,6 @@ class BaseInstance:
                 "expected a parameter, an input or a state"
             )
 
-    def _missing(self, what: str, flag: str) -> StructureError:
-        """Return the error of an FMU that does not offer something, by the flag that would say so."""
+    def _unsupported(self, what: str, flag: str) -> StructureError:
+        """Return the error for a capability that the FMU does not declare by its flag."""
         return StructureError(f"{self.name}: {self.fmu.description.file.name} does not offer {what} ({flag})")

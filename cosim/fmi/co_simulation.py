@@ -1,8 +1,8 @@
-"""One instance of an FMU in Co-Simulation, FMI 2 or 3, as the algorithms see it.
+"""Instance of an FMU in Co-Simulation, FMI 2 or 3.
 
     fmu = Fmu.load("SDelta.fmi3.fmu")                  # unzipped once per process, removed at its end
     robot = Instance(fmu, "robot")
-    robot.enter(0.0, 1.0, {"damping_ratio": 0.01})     # reset if it has run, set, enter initialization mode
+    robot.enter(0.0, 1.0, {"damping_ratio": 0.01})     # reset if it has run, set values, enter initialization mode
     robot.exit()
     pose = robot.handle(["platform.position[3]"])      # value references and an array for the values
     robot.step(0.0, 1e-3)
@@ -10,8 +10,8 @@
     robot.close()
 
 A stepping loop prepares its calls once, `robot.getter(pose)`, `robot.setter(...)`, `robot.stepper(time, size)`, and
-runs them: all arguments of a `Call` are ctypes objects made beforehand, and a loop in C can take the same function
-pointers, value references and arrays from them.
+runs them in every step: all arguments of a `Call` are ctypes objects, so that a loop in C uses the same function
+pointers, value references and arrays.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,47 +27,47 @@ from hfsa.cosim.fmi.description import SAMPLE_TIME, Interface
 
 __all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "Number", "State", "StepError", "open_instances"]
 
-Kind = TypeVar("Kind", bound=BaseInstance)
+InstanceType = TypeVar("InstanceType", bound=BaseInstance)
 
 Number = c_double
 """A number that prepared calls read whenever they run: its `value`."""
 
 
 class Instance(BaseInstance):
-    """One Co-Simulation instance."""
+    """Co-Simulation instance."""
 
     interface: ClassVar[Interface] = "co_simulation"
     _library: CoSimulationLibrary
 
     def step(self, time: float, step_size: float) -> None:
-        """Step from `time` over `step_size` [s]; `StepError` where the FMU could not."""
+        """Step from `time` over `step_size` [s]; `StepError` where the step fails."""
         self.time = time
         call = self.stepper(Number(time), Number(step_size))
         self.check(call, call.run())
 
     def stepper(self, time: Number, step_size: Number, is_final: bool = True) -> Call:
-        """Return the prepared call of `step`, from whatever `time` holds when it runs.
+        """Return the prepared call of `step`; it steps from the value of `time` at the time of the call.
 
-        `is_final` tells the FMU that no state from before the step will be restored.
+        `is_final` means that no state from before the step will be restored.
         """
         function = self._functions["step"]
         arguments, run = self._library.step(function, self._component, time, step_size, is_final)
         return Call(self, "step", function, arguments, run)
 
     def has_input_derivatives(self, inputs: Iterable[str], order: int) -> bool:
-        """Whether these inputs take time derivatives of an order, by `derivative_setter`."""
+        """Whether `derivative_setter` can set time derivatives of an order of these inputs."""
         return all(self.fmu.description.input_derivative(name, order) for name in inputs)
 
     def derivative_setter(self, handle: Handle, order: int) -> Call:
         """Return the prepared call that sets time derivatives of the handle's inputs from the handle's array, (n,).
 
-        In FMI 2 they count for the next step only, in FMI 3 until they are set anew. `StructureError` where an input
-        takes none.
+        In FMI 2 they are valid for the next step only, in FMI 3 until they are set again. `StructureError` for an input
+        without such a derivative.
         """
         targets = [self.fmu.description.input_derivative(name, order) for name in handle.names]
         if None in targets:
             name = handle.names[targets.index(None)]
-            raise self._missing(
+            raise self._unsupported(
                 f"input derivatives of order {order} of {name}", f"canInterpolateInputs or input_derivative[{order}]"
             )
         arguments = self.handle(filter(None, targets), handle.values).arguments
@@ -77,20 +77,20 @@ class Instance(BaseInstance):
     def output_derivatives(self, handle: Handle, order: int = 1) -> np.ndarray:
         """Return the time derivatives of outputs after a step, shape (n,)."""
         if self.fmu.description.output_derivative_order < order:
-            raise self._missing(f"output derivatives of order {order}", "maxOutputDerivativeOrder")
+            raise self._unsupported(f"output derivatives of order {order}", "maxOutputDerivativeOrder")
         n = len(handle.names)
         orders, values = (c_int * n)(*[order] * n), np.zeros(n)
         pointer = values.ctypes.data_as(c_void_p)
         self._call("output_derivatives", *self._library.derivatives(handle.arguments, orders, pointer))
         return values
 
-    def ticked(self, names: Sequence[str]) -> np.ndarray:
-        """Return what a tick would make of sampled states and outputs (n,), in initialization mode; nothing changes."""
+    def values_after_tick(self, names: Sequence[str]) -> np.ndarray:
+        """Return sampled states and outputs after a tick, (n,), in initialization mode; the instance is unchanged."""
         handle = self.handle(names)
         before, time = self.save(), self.time or 0.0
         try:
             self.exit()
-            # the tick at the beginning happens in the first step, and no other if that is shorter than the sample time
+            # a first step shorter than the sample time has one tick, at its beginning
             self.step(time, self.get(self.handle([SAMPLE_TIME]))[0] / 2)
             return self.get(handle).copy()
         finally:
@@ -98,7 +98,7 @@ class Instance(BaseInstance):
             self.release(before)
 
 
-class Instances(dict[str, Kind]):
+class Instances(dict[str, InstanceType]):
     """Instances by component name; `close`, or the end of a `with`, frees them all."""
 
     def close(self) -> None:
@@ -113,9 +113,9 @@ class Instances(dict[str, Kind]):
         self.close()
 
 
-def open_instances(files: Mapping[str, str | Path], kind: type[Kind] = Instance) -> Instances[Kind]:
-    """Load FMUs and make one instance of each; where one fails, nothing is left loaded."""
-    instances: Instances[Kind] = Instances()
+def open_instances(files: Mapping[str, str | Path], kind: type[InstanceType] = Instance) -> Instances[InstanceType]:
+    """Load FMUs and return one instance of each; where one fails, the others are closed."""
+    instances: Instances[InstanceType] = Instances()
     try:
         for name, file in files.items():
             instances[name] = kind(Fmu.load(file, kind.interface), name)

@@ -1,4 +1,4 @@
-"""An FMU's shared library in Co-Simulation: what differs between FMI 2 and FMI 3 there."""
+"""Shared library of an FMU in Co-Simulation, for FMI 2 and FMI 3."""
 
 import ctypes
 from abc import abstractmethod
@@ -18,17 +18,17 @@ class CoSimulationLibrary(Library):
 
     @abstractmethod
     def derivatives(self, arguments: tuple, orders: ctypes.Array, values: c_void_p) -> tuple:
-        """Return the arguments of `output_derivatives` after the component, from those of the outputs' values."""
+        """Return the arguments of `output_derivatives` after the component, from the arguments of the outputs."""
 
     @abstractmethod
     def input_derivatives(self, arguments: tuple, orders: ctypes.Array) -> tuple:
-        """Return the arguments of `input_derivatives` after the component, from those of the variables' values."""
+        """Return the arguments of `input_derivatives` after the component, from the arguments of the variables."""
 
     @abstractmethod
     def step(
         self, function: Callable[..., int], component: c_void_p, time: c_double, size: c_double, is_final: bool
     ) -> tuple[tuple, Callable[[], int]]:
-        """Return (arguments, zero-argument call) of `step`; `is_final` where no state before it will be restored."""
+        """Return (arguments, zero-argument call) of `step`; `is_final` means that no earlier state will be restored."""
 
 
 class CoSimulation2(Library2, CoSimulationLibrary):
@@ -52,7 +52,7 @@ class CoSimulation2(Library2, CoSimulationLibrary):
         return *arguments[:2], orders, arguments[2]
 
     def step(self, function, component, time, size, is_final):
-        """Whether no state before this point will be restored is told in the call."""
+        """Component, time, size, noSetFMUStatePriorToCurrentPoint."""
         arguments = (component, time, size, c_int(is_final))
         return arguments, partial(function, *arguments)
 
@@ -81,11 +81,11 @@ class CoSimulation3(Library3, CoSimulationLibrary):
         return *arguments[:2], orders, values, arguments[1]
 
     def input_derivatives(self, arguments, orders):  # noqa: ARG002
-        """As of `values`: the order is part of the variables' names."""
+        """The arguments of `values`: the order is part of the variable names."""
         return arguments
 
     def step(self, function, component, time, size, is_final):
-        """A step that went well may still ask to end the run: the status is then `TERMINATED`."""
+        """Component, time, size, flags; a successful step that requests the end of the run has status `TERMINATED`."""
         event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
         arguments = (component, time, size, c_bool(is_final), byref(event), byref(terminate), byref(early), byref(last))
         call = partial(function, *arguments)

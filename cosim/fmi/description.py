@@ -1,4 +1,4 @@
-"""What an FMU says of itself: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
+"""Description of an FMU: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
 
 import zipfile
 from collections.abc import Iterable
@@ -14,17 +14,17 @@ from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 
 Interface = Literal["co_simulation", "model_exchange"]
-"""As what an FMU is loaded."""
+"""Interface type for which an FMU is loaded."""
 
 SAMPLE_TIME = "sample_time"
-"""Parameter [s] with which an FMU tells its period; its discrete outputs change at ticks only, and are held between."""
+"""Parameter [s] that declares the sample time of an FMU; its discrete outputs change at ticks only."""
 
 NEXT = "next."
-"""What the name of a sampled state's value after the next tick begins with."""
+"""Prefix of the variable that holds the value of a sampled state after the next tick."""
 
 _MISSING: dict[Interface, str] = {
-    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms take the other",
-    "model_exchange": "Model Exchange interface, which the monolithic algorithms take; the others co-simulate it",
+    "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms use the other",
+    "model_exchange": "Model Exchange interface, which the monolithic algorithms use; the others co-simulate it",
 }
 
 _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
@@ -32,23 +32,23 @@ _BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 @dataclass(frozen=True)
 class Description:
-    """One FMU through one of its interfaces.
+    """One interface of an FMU.
 
     Attributes:
         file: the `.fmu` file.
-        interface: which one; `is_co_simulation_only` where the file offers no other than Co-Simulation, which need not
-            declare states.
-        name: name of the model; `identifier` names the binary, `token` is its instantiation token (FMI 2: guid).
+        interface: interface type.
+        is_co_simulation_only: whether the file offers Co-Simulation only, which need not declare states.
+        name: name of the model; `identifier` is the name of the binary, `token` the instantiation token (FMI 2: guid).
         version: 2 or 3.
         variables: every variable by name.
         states: (state, derivative) names of the continuous states, in the order of ModelStructure.
         log_categories: names of its log categories.
-        can_restore, can_serialize, has_derivatives: what it declares to support: to get and set its state, to turn
-            that state into bytes, directional derivatives.
-        can_interpolate: whether inputs take time derivatives by a function of their own (FMI 2).
-        output_derivative_order: highest order of output derivatives it offers.
+        can_restore, can_serialize, has_derivatives: whether it can get and set its state, serialize its state, and
+            compute directional derivatives.
+        can_interpolate: whether it sets input derivatives by a separate function (FMI 2).
+        output_derivative_order: highest order of its output derivatives.
         event_indicators: number of its event indicators.
-        awaits_steps: whether it wants to be told of each step that an integrator completes.
+        needs_completed_steps: whether it needs a call after each completed integrator step.
     """
 
     file: Path
@@ -66,19 +66,19 @@ class Description:
     can_interpolate: bool
     output_derivative_order: int
     event_indicators: int
-    awaits_steps: bool
+    needs_completed_steps: bool
     is_co_simulation_only: bool = False
 
     def undeclared(self, outputs: Iterable[str]) -> str:
-        """Return what is a sign of dynamics that it does not declare behind its outputs, and why; empty where none is.
+        """Return a sign of undeclared dynamics behind the outputs, as text; empty where there is none.
 
-        That is a clock; a variable that changes at events, where no `sample_time` is the clock and the variable no
-        sampled state; an output of Co-Simulation alone that declares neither an input nor a state to follow.
+        Signs are a clock; a discrete variable that is neither an output with a `sample_time` nor a sampled state; and,
+        of a Co-Simulation only FMU, an output that declares neither an input nor a state as its dependency.
         """
         ours = {*self.sampled_states, *(f"{NEXT}{name}" for name in self.sampled_states)}
         for name, v in self.variables.items():
             if v.type.startswith("Clock"):
-                return f"its clock {name} ticks when it does not declare"
+                return f"its clock {name} does not declare when it ticks"
             is_held = self.has_sample_time and (v.causality == "output" or name in ours)
             if v.changes_at_events and v.causality in ("output", "local") and not is_held:
                 return f"its {v.causality} {name} is discrete, and no parameter {SAMPLE_TIME} declares when it changes"
@@ -86,24 +86,25 @@ class Description:
         if self.is_co_simulation_only and has_input and not self.states and not self.has_sample_time:
             for name in outputs:
                 if self.variables[name].dependencies == ():
-                    return f"its output {name} declares no input and no state that it follows"
+                    return f"its output {name} declares no input and no state that it depends on"
         return ""
 
     @property
     def is_sampled(self) -> bool:
-        """Whether it acts at ticks only: it has a parameter `sample_time`, and every output is discrete."""
+        """Whether it is sampled: it has a parameter `sample_time`, and every output is discrete."""
         outputs = [v for v in self.variables.values() if v.causality == "output"]
         return self.has_sample_time and bool(outputs) and all(v.variability == "discrete" for v in outputs)
 
     @cached_property
     def has_sample_time(self) -> bool:
-        """Whether a parameter `sample_time` [s] tells when it ticks."""
+        """Whether it has a parameter `sample_time` [s]."""
         return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
 
     def input_derivative(self, name: str, order: int) -> str | None:
-        """Return the variable by whose reference an input's time derivative is set, `None` where that cannot be set.
+        """Return the variable that sets a time derivative of an input; `None` where none does.
 
-        In FMI 2 it is the input itself, beside the order; in FMI 3, which has no such function, a parameter of ours.
+        In FMI 2 it is the input itself, with the order as an argument of the call; FMI 3 has no such function, and FMUs
+        of hfsa have a parameter.
         """
         if self.version == 2:
             return name if self.can_interpolate else None
@@ -112,25 +113,25 @@ class Description:
 
     @property
     def sampled_states(self) -> tuple[str, ...]:
-        """Names of its sampled states z, those that come with a variable `next.z`, the value after the next tick."""
+        """Names of its sampled states: each state z has a variable `next.z` with the value after the next tick."""
         return tuple(name for name in self.variables if f"{NEXT}{name}" in self.variables)
 
 
 def describe(file: Path, interface: Interface | None = None) -> Description:
-    """Return an FMU's description, read once per process; `StructureError` where it is no FMU that can be run, and why.
+    """Return the description of an FMU, read once per process; `StructureError` with the reason where it cannot run.
 
-    Without an `interface`, of that for Co-Simulation where there is one.
+    The default interface is Co-Simulation where the FMU offers it.
     """
     try:
         stat = file.stat()
     except OSError:
         raise StructureError(f"there is no file {file}") from None
-    return _described(file, interface, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
+    return _interface_description(file, interface, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
 
 
 @lru_cache(maxsize=1024)
 def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]:
-    """Return the model description of an FMU as XML and as fmpy reads it; a later file has another `_version`."""
+    """Return the model description of an FMU as XML and from fmpy; a changed file has another `_version`."""
     try:
         with zipfile.ZipFile(file) as archive:
             root = etree.fromstring(archive.read("modelDescription.xml"))
@@ -140,12 +141,12 @@ def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]
         return root, read_model_description(str(file), validate=False)
     except StructureError:
         raise
-    except Exception as error:  # the parser raises many kinds for a file that is no FMU
+    except Exception as error:  # the parser raises many types for a file that is no FMU
         raise StructureError(f"{file} is not a readable FMU: {error}") from error
 
 
 @lru_cache(maxsize=1024)
-def _described(file: Path, interface: Interface | None, version_of_file: tuple[int, ...]) -> Description:
+def _interface_description(file: Path, interface: Interface | None, version_of_file: tuple[int, ...]) -> Description:
     """Return the description of one interface of an FMU."""
     root, model = _read(file, version_of_file)
     version = str(root.get("fmiVersion"))
@@ -174,7 +175,7 @@ def _described(file: Path, interface: Interface | None, version_of_file: tuple[i
         output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
         event_indicators=model.numberOfEventIndicators,
         is_co_simulation_only=model.modelExchange is None,
-        awaits_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+        needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
     )
 
 
@@ -214,14 +215,14 @@ def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
 
 
 def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
-    """Return the inputs that an unknown follows, `None` where it does not tell."""
+    """Return the inputs that an unknown depends on, `None` where they are not declared."""
     if unknown.dependencies is None:
         return None
     return tuple(known.name for known in unknown.dependencies if known.causality == "input")
 
 
 def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
-    """Return exponents, factor and offset of a unit."""
+    """Return exponents, factor and offset of a base unit."""
     return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
 
 
@@ -231,7 +232,7 @@ def _is_scalar(variable: ModelVariable) -> bool:
 
 
 def _number(text: str | float | None) -> float | None:
-    """Return a number of the description, `None` where there is none or it is no number."""
+    """Return a number of the description, `None` where it is missing or not a number."""
     try:
         return None if text is None else float(text)
     except ValueError:

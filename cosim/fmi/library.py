@@ -1,8 +1,8 @@
-"""An FMU's shared library: what differs between FMI 2 and FMI 3, behind one set of words.
+"""Shared library of an FMU: one set of roles for the functions of FMI 2 and FMI 3.
 
-Here is what both interfaces take; `co_simulation.py` and `fmi/model_exchange.py` have the rest of each. Only the files
-of instances use them; together they are all that knows fmpy.fmi2 and fmpy.fmi3. Functions are taken without argument
-types: every argument must be a ctypes object of the C type, and then a call converts nothing.
+This module has the functions common to both interface types, `co_simulation_library.py` and
+`model_exchange_library.py` those of one. Only these three use fmpy.fmi2 and fmpy.fmi3. C functions have no declared
+argument types: every argument must be a ctypes object of the C type, so that a call converts nothing.
 """
 
 import ctypes
@@ -28,15 +28,15 @@ from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.systems.errors import StructureError
 
 TERMINATED = 100
-"""Status of a step that went well but asks to end the run (FMI 3), beside the standards' 0 to 5."""
+"""Status of a successful call in which the FMU requests the end of the run, beside the statuses 0 to 5 of FMI."""
 
 _LOG_CATEGORIES = ("logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 
 
 class Log:
-    """Messages of one instance; `environment` is the pointer by which the FMU's logger finds it.
+    """Log messages of one instance; `environment` is the pointer that the FMU passes to the logger.
 
-    `callbacks` is the structure of functions that an FMI 2 instance keeps a pointer to.
+    `callbacks` is the structure of functions to which an FMI 2 instance keeps a pointer.
     """
 
     _open: ClassVar[dict[int, "Log"]] = {}
@@ -55,26 +55,23 @@ class Log:
         return text
 
     def close(self) -> None:
-        """Let go of the environment."""
+        """Remove the log from the open ones."""
         self._open.pop(self.environment, None)
 
     @classmethod
     def write(cls, environment: int | None, message: bytes | None) -> None:
-        """Add a message of the instance with that environment."""
+        """Add a message to the log with an environment."""
         log = cls._open.get(environment or 0)
         if log is not None and message:
             log.messages.append(message.decode(errors="replace").strip())
 
 
 LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
-"""What an FMI 3 instance is given."""
+"""Logger of FMI 3 instances."""
 
 
 class Library(ABC):
-    """The loaded shared library of one FMU.
-
-    `names` gives the FMI function for each role.
-    """
+    """Loaded shared library of one FMU; `names` holds the FMI function of each role."""
 
     names: ClassVar[dict[str, str]]
     _kind: type
@@ -101,22 +98,22 @@ class Library(ABC):
 
     @abstractmethod
     def enter(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
-        """Set the experiment up and enter initialization mode; returns the status."""
+        """Set up the experiment and enter initialization mode; return the status."""
 
     @abstractmethod
     def values(self, references: ctypes.Array, count: c_size_t, values: c_void_p) -> tuple:
-        """Return the arguments of `get` and `set` after the component."""
+        """Return the arguments of `get` and `set` that follow the component."""
 
     @abstractmethod
     def directional(self, unknowns: tuple, knowns: tuple) -> tuple:
-        """Return the arguments of `directional` after the component, from those of the unknowns' and knowns' values."""
+        """Return the arguments of `directional` after the component, from the arguments of unknowns and knowns."""
 
-    def listen(self, component: c_void_p) -> None:
-        """Switch on the log categories that tell why a call failed, where the FMU has them."""
+    def enable_logging(self, component: c_void_p) -> None:
+        """Enable the log categories of warnings and errors that the FMU has."""
         n = len(self._categories)
         if n:
             categories = (c_char_p * n)(*self._categories)
-            self.function("listen")(component, self._boolean(True), c_size_t(n), categories)
+            self.function("enable_logging")(component, self._boolean(True), c_size_t(n), categories)
 
     def free(self, component: c_void_p) -> None:
         """Free an instance."""
@@ -138,7 +135,7 @@ class Library2(Library):
         "exit": "fmi2ExitInitializationMode",
         "reset": "fmi2Reset",
         "free": "fmi2FreeInstance",
-        "listen": "fmi2SetDebugLogging",
+        "enable_logging": "fmi2SetDebugLogging",
         "get": "fmi2GetReal",
         "set": "fmi2SetReal",
         "save": "fmi2GetFMUstate",
@@ -181,7 +178,7 @@ class Library3(Library):
         "exit": "fmi3ExitInitializationMode",
         "reset": "fmi3Reset",
         "free": "fmi3FreeInstance",
-        "listen": "fmi3SetDebugLogging",
+        "enable_logging": "fmi3SetDebugLogging",
         "get": "fmi3GetFloat64",
         "set": "fmi3SetFloat64",
         "save": "fmi3GetFMUState",
@@ -213,7 +210,7 @@ _release = ctypes.cast(fmpy.free, fmi2CallbackFreeMemoryTYPE)
 _python_logger2 = fmi2CallbackLoggerTYPE(
     lambda environment, _name, _status, _category, message: Log.write(environment, message)
 )
-# fmpy's proxy, written in C, formats the printf arguments that Python cannot receive
+# the proxy of fmpy, in C, formats the printf arguments that Python cannot receive
 _proxied = fmi2CallbackFunctions(_python_logger2, _allocate, _release)
 addLoggerProxy(byref(_proxied))
 _logger2 = _proxied.logger

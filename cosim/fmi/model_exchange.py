@@ -1,19 +1,17 @@
-"""One instance of an FMU in Model Exchange, FMI 2 or 3, as whoever integrates it sees it.
+"""Instance of an FMU in Model Exchange, FMI 2 or 3, for an external integrator.
 
     fmu = Fmu.load("SDelta.fmi3.fmu", "model_exchange")
     robot = ModelExchangeInstance(fmu, "robot")
     robot.enter(0.0, 1.0, {"damping_ratio": 0.01})     # as in Co-Simulation
     robot.exit()                                       # into event mode
-    robot.update()                                     # -> when it wants its next event; a tick at the start is done
+    robot.update()                                     # -> time of the next event; includes a tick at the start
     robot.continuous_time_mode()
     x = robot.states()
-    calls = robot.time_setter(time), robot.state_setter(x), robot.rate_getter(rates)   # prepared, for every evaluation
-    robot.event_mode()                                 # at an event; then update, and back
+    calls = robot.time_setter(time), robot.state_setter(x), robot.rate_getter(rates)   # for every evaluation
+    robot.event_mode()                                 # at an event, followed by update and continuous_time_mode
 
-An event is due at `next_event`, where `complete_step` wants one, and where one of the FMU's event indicators changes
-its sign: whoever integrates looks for that instant (`indicator_getter`).
-
-Inputs and outputs pass through handles, as in Co-Simulation.
+Events are due at `next_event`, where `complete_step` returns true, and where an event indicator changes its sign; the
+integrator locates that instant (`indicator_getter`). Inputs and outputs pass through handles, as in Co-Simulation.
 """
 
 import math
@@ -27,15 +25,16 @@ from hfsa.cosim.fmi.description import Interface
 from hfsa.cosim.fmi.model_exchange_library import ModelExchangeLibrary
 
 MOST_UPDATES = 100
-"""Updates of the discrete states after which an event must be complete."""
+"""Largest number of updates of the discrete states in one event."""
 
 
 class ModelExchangeInstance(BaseInstance):
-    """One Model Exchange instance.
+    """Model Exchange instance.
 
     Attributes:
-        size: number n of its continuous states; `indicators` is the number k of its event indicators.
-        next_event: when it wants its next event [s], as of the last update.
+        size: number n of continuous states.
+        indicators: number k of event indicators.
+        next_event: time of the next event [s], from the last update.
     """
 
     interface: ClassVar[Interface] = "model_exchange"
@@ -54,9 +53,9 @@ class ModelExchangeInstance(BaseInstance):
         self._call("event_mode")
 
     def update(self) -> float:
-        """Update the discrete states, in event mode, until that is complete; return when the next event is due [s].
+        """Update the discrete states, in event mode, until they are consistent; return the time of the next event [s].
 
-        `StepError` where that has no end, or where the FMU asks to end the run.
+        `StepError` after `MOST_UPDATES` updates, or where the FMU requests the end of the run.
         """
         for _ in range(MOST_UPDATES):
             found = self._library.update(self._component)
@@ -69,7 +68,7 @@ class ModelExchangeInstance(BaseInstance):
             self._library.names["update"],
             "does not settle",
             self.time,
-            f"after {MOST_UPDATES} updates it still wants another",
+            f"after {MOST_UPDATES} updates it still requests another",
         )
 
     def continuous_time_mode(self) -> None:
@@ -77,8 +76,8 @@ class ModelExchangeInstance(BaseInstance):
         self._call("continuous_time_mode")
 
     def complete_step(self) -> bool:
-        """Tell the FMU of a completed step of the integrator; whether it wants an event now."""
-        if not self.fmu.description.awaits_steps:
+        """Report a completed integrator step to the FMU; return whether it requests an event now."""
+        if not self.fmu.description.needs_completed_steps:
             return False
         status, wants_event = self._library.completed(self._component)
         self._check("completed", status)
@@ -91,11 +90,11 @@ class ModelExchangeInstance(BaseInstance):
         return self._column("get_states")
 
     def nominals(self) -> np.ndarray:
-        """Return the nominal values of the continuous states, (n,), not below 0."""
+        """Return the absolute nominal values of the continuous states, (n,)."""
         return np.abs(self._column("nominals"))
 
     def time_setter(self, time: c_double) -> Call:
-        """Return the prepared call that sets the time to whatever `time` holds when it runs."""
+        """Return the prepared call that sets the time to the value of `time` at the time of the call."""
         return self._call_of("time", time)
 
     def state_setter(self, values: np.ndarray) -> Call:
@@ -111,11 +110,11 @@ class ModelExchangeInstance(BaseInstance):
         return self._array_call("indicators", values, self.indicators)
 
     def stepper(self, time: c_double, _step_size: c_double) -> Call:
-        """Return what is left of a step where another integrates: the prepared call that sets the time."""
+        """Return the prepared call that sets the time: the part of a step that an external integrator leaves."""
         return self.time_setter(time)
 
     def _column(self, role: str) -> np.ndarray:
-        """Return what a call fills a column of the states' size with, (n,)."""
+        """Return the values (n,) that a call writes, one per continuous state."""
         values = np.zeros(self.size)
         if self.size:
             call = self._array_call(role, values)
@@ -123,7 +122,7 @@ class ModelExchangeInstance(BaseInstance):
         return values
 
     def _array_call(self, role: str, values: np.ndarray, size: int | None = None) -> Call:
-        """Return the prepared call that passes an array of all states, or of `size` values."""
+        """Return the prepared call with an array of n values, or of `size` values."""
         size = self.size if size is None else size
         if values.shape != (size,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"{role} of {self.name} must be a contiguous float64 array of shape ({size},)")

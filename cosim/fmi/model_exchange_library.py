@@ -1,4 +1,4 @@
-"""An FMU's shared library in Model Exchange: what differs between FMI 2 and FMI 3 there."""
+"""Shared library of an FMU in Model Exchange, for FMI 2 and FMI 3."""
 
 from abc import abstractmethod
 from ctypes import byref, c_bool, c_double, c_void_p
@@ -13,12 +13,12 @@ from hfsa.cosim.fmi.library import LOGGER3, TERMINATED, Library, Library2, Libra
 
 @dataclass(frozen=True)
 class Update:
-    """What an FMU answers to an update of its discrete states.
+    """Result of an update of the discrete states.
 
     Attributes:
-        status: of the call, `TERMINATED` where the FMU asks to end the run.
+        status: status of the call, `TERMINATED` where the FMU requests the end of the run.
         is_incomplete: whether another update must follow.
-        next_event: when it wants the next one [s], infinite where it does not.
+        next_event: time of the next event [s], infinite where there is none.
     """
 
     status: int
@@ -34,7 +34,7 @@ class ModelExchangeLibrary(Library):
         """Update the discrete states, in event mode."""
 
     def completed(self, component: c_void_p) -> tuple[int, bool]:
-        """Tell of a completed step of the integrator; returns the status, and whether the FMU wants event mode."""
+        """Report a completed integrator step; return the status, and whether the FMU requests event mode."""
         event, end = self._boolean(), self._boolean()
         status = self.function("completed")(component, self._boolean(True), byref(event), byref(end))
         return status or (TERMINATED if end.value else 0), bool(event.value)

@@ -1,11 +1,11 @@
-"""The linearised FMUs of a system side by side, and closed by its connections.
+"""Linearised FMUs of a system: one block each, and the closed system that the connections make of them.
 
-Each FMU states its own derivatives at an operating point. With continuous states x, sampled values v (sampled states,
-and sampled outputs, held from tick to tick), inputs u and outputs y, all in deviations,
+Each FMU provides its directional derivatives at an operating point. With continuous states x, sampled values v (sampled
+states, and sampled outputs, held between ticks), inputs u and outputs y, all as deviations,
 
     der(x) = rate [x; v; u]         v after a tick = tick [x; v; u]         y = output [x; v; u]
 
-and the connections, u = L y + e with excitations e, close them: the same three with e in place of u.
+and the connections u = L y + e, with excitations e, close them: the same three equations with e in place of u.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,10 +23,11 @@ from hfsa.cosim.systems.system import Connection, System
 
 @dataclass(frozen=True)
 class Block:
-    """One linearised FMU, some of its inputs and outputs.
+    """One linearised FMU, restricted to some of its inputs and outputs.
 
     Attributes:
-        states, sampled, held: names of continuous states, sampled states, and sampled outputs (x; v is the other two).
+        states: names of the continuous states x.
+        sampled, held: names of the sampled states and the sampled outputs, together v.
         inputs, outputs: names; an output may be among `held`.
         sample_time: [s], `None` for an FMU without ticks.
         rate, tick, output: (x, n), (v, n), (y, n) with n columns [states, sampled, held, inputs].
@@ -49,9 +50,9 @@ class Block:
 
 
 def block(instance: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
-    """Return an FMU linearised at its present values, from inputs to outputs (names, each once).
+    """Return an FMU linearised at its present values, from inputs to outputs (names).
 
-    `StructureError` where it has no directional derivatives.
+    Raises `StructureError` where it has no directional derivatives.
     """
     description = instance.fmu.description
     inputs, outputs = tuple(dict.fromkeys(inputs)), tuple(dict.fromkeys(outputs))
@@ -60,7 +61,7 @@ def block(instance: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> 
     smooth = [name for name in outputs if name not in held]
     following = [*(f"{NEXT}{name}" for name in sampled), *held]
     jacobian = instance.jacobian([*rates, *following, *smooth], [*states, *sampled, *inputs])
-    # nothing follows a held output but what is wired to it: columns of zeros
+    # a held output acts through connections only: columns of zeros
     jacobian = np.insert(jacobian, [len(states) + len(sampled)] * len(held), 0.0, axis=1)
     n, v = len(states), len(following)
     output = np.zeros((len(outputs), jacobian.shape[1]))
@@ -73,8 +74,8 @@ def block(instance: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> 
     return Block(states, sampled, held, inputs, outputs, sample_time, jacobian[:n], jacobian[n : n + v], output)
 
 
-def unmoved(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
-    """Return a block whose outputs follow nothing, for an FMU that does not tell."""
+def zero_block(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block:
+    """Return a block with zero gain, for an FMU without directional derivatives."""
     inputs, outputs = tuple(dict.fromkeys(inputs)), tuple(dict.fromkeys(outputs))
     nothing = np.zeros((0, len(inputs)))
     return Block((), (), (), inputs, outputs, None, nothing, nothing, np.zeros((len(outputs), len(inputs))))
@@ -82,7 +83,7 @@ def unmoved(_: Instance, inputs: Iterable[str], outputs: Iterable[str]) -> Block
 
 @dataclass(frozen=True)
 class Ticking:
-    """One FMU that ticks: the rows of `Closed.tick` that are its, and its sample time [s]."""
+    """One FMU with ticks: its rows of `ClosedSystem.tick`, and its sample time [s]."""
 
     component: str
     rows: np.ndarray
@@ -90,15 +91,14 @@ class Ticking:
 
 
 @dataclass(frozen=True)
-class Closed:
-    """A system of linearised FMUs from excitations to outputs.
+class ClosedSystem:
+    """Connected linearised FMUs, from excitations to outputs.
 
     Attributes:
-        states, sampled: full names of x, and of v.
+        states, sampled: full names of x and of v.
         inputs, outputs: full names.
         rate, tick, output: (x, n), (v, n), (y, n) with n columns [states, sampled, inputs].
-        ticking: FMUs that tick, in the order in which they do so at one instant: each sees what those before it put
-            out.
+        ticking: FMUs with ticks, in the order of simultaneous ticks: each uses the newest outputs of those before it.
     """
 
     states: tuple[str, ...]
@@ -110,29 +110,29 @@ class Closed:
     output: np.ndarray
     ticking: tuple[Ticking, ...]
 
-    def balanced(self) -> "Closed":
-        """Return the same system in units of [x; v] that bring rows and columns of its matrix to one size."""
+    def balanced(self) -> "ClosedSystem":
+        """Return the same system in units of [x; v] that balance the rows and columns of its matrix."""
         n = len(self.states) + len(self.sampled)
         square = np.vstack([self.rate, self.tick])[:, :n]
         _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
         columns = np.concatenate([scale, np.ones(len(self.inputs))])  # powers of two: nothing is rounded
         x = len(self.states)
         rate, tick = self.rate * columns / scale[:x, None], self.tick * columns / scale[x:, None]
-        return Closed(
+        return ClosedSystem(
             self.states, self.sampled, self.inputs, self.outputs, rate, tick, self.output * columns, self.ticking
         )
 
-    def holding(self, component: str, name: str) -> "Closed":
-        """Return the system whose input `name` changes at the ticks of a component only, right after it, like its own.
+    def holding(self, component: str, name: str) -> "ClosedSystem":
+        """Return the system whose input `name` is held between the ticks of a component, and sampled right after them.
 
-        What is held becomes one more sampled value.
+        The held input becomes one more sampled value.
         """
         at, n = self.inputs.index(name), len(self.states) + len(self.sampled)
         row = np.zeros((1, self.rate.shape[1] + 1))
         row[0, n + 1 + at] = 1.0
 
         def moved(matrix: np.ndarray) -> np.ndarray:
-            """A matrix with a column for the input's own state, and none of the input itself."""
+            """Return a matrix with the input's column moved to its held value."""
             held = matrix[:, [n + at]]
             matrix = np.insert(matrix, [n], held, axis=1)
             matrix[:, n + 1 + at] = 0.0
@@ -141,7 +141,7 @@ class Closed:
         (index,) = [i for i, ticking in enumerate(self.ticking) if ticking.component == component]
         sample_time = self.ticking[index].sample_time
         holder = Ticking(f"{name} held", np.array([len(self.sampled)]), sample_time)
-        return Closed(
+        return ClosedSystem(
             self.states,
             (*self.sampled, f"{name} held"),
             self.inputs,
@@ -154,14 +154,14 @@ class Closed:
 
 
 class Blocks:
-    """The FMUs of a system side by side: inputs, the fed ones first; outputs, the feeding ones first.
+    """Linearised FMUs of a system, not yet connected: connected inputs and outputs come first.
 
-    Raises `StructureError` for excited inputs and wanted outputs (full names) that are not what they should be, and for
-    an FMU that has dynamics of which it declares nothing, so that its derivatives are not all there is to it.
+    Raises `StructureError` for excited inputs and wanted outputs (full names) of another causality or with a
+    connection, and for an FMU with undeclared dynamics, whose directional derivatives are incomplete.
 
     Attributes:
-        instances: by component.
-        states, sampled: full names of x and v; `nominal` their sizes.
+        instances: instances by component.
+        states, sampled: full names of x and v; `nominal` are their sizes.
     """
 
     def __init__(
@@ -184,8 +184,8 @@ class Blocks:
             description = instance.fmu.description
             if description.has_derivatives and (sign := description.undeclared(_of(name, self.outputs))):
                 raise StructureError(
-                    f"{name} ({description.file.name}): {sign}. It has dynamics that it does not declare, which no "
-                    "derivative of it shows: it has no linear response, but a stepped sweep measures one"
+                    f"{name} ({description.file.name}): {sign}. It has undeclared dynamics, which its directional "
+                    "derivatives do not contain: there is no linear response, but a stepped sweep measures one"
                 )
         values = {name: _values(i, _of(name, self.outputs)) for name, i in self.instances.items()}
         self.states = tuple(f"{name}.{x}" for name, (states, _, _) in values.items() for x in states)
@@ -195,10 +195,10 @@ class Blocks:
 
     @property
     def is_free(self) -> bool:
-        """Whether some motion is free: whether the closed system has an eigenvalue 0, or with ticks 1.
+        """Whether some motion is free: whether the closed system has an eigenvalue 0, or 1 with ticks.
 
-        Values count in their nominals, rates beside what they follow most. A control counts as none where it is weaker
-        than rounding, some 1e-14 of the stiffest.
+        The matrix is scaled by nominals and by its rows. A control weaker than rounding, about 1e-14 of the stiffest,
+        counts as none.
         """
         closed, x = self.close(), len(self.states)
         change = np.vstack([closed.rate, closed.tick])[:, : len(self.nominal)]
@@ -207,10 +207,10 @@ class Blocks:
         change /= np.maximum(np.abs(change).max(axis=1, initial=0.0), 1e-300)[:, None]
         return bool(np.linalg.matrix_rank(change) < len(change)) if len(change) else False
 
-    def close(self, opened: Connection | None = None) -> Closed:
-        """Return the system at the instances' present values, connections closed.
+    def close(self, opened: Connection | None = None) -> ClosedSystem:
+        """Return the connected system, linearised at the instances' present values.
 
-        A connection that is left open adds its end to the inputs, last, and its start to the outputs, last.
+        The end of an `opened` connection becomes the last input, its start the last output.
         """
         blocks = {
             name: block(instance, _of(name, self.inputs), _of(name, self.outputs))
@@ -223,10 +223,10 @@ class Blocks:
         free = [*range(n), *range(n + k, n + len(self.inputs)), *(n + i for i in ends)]
         wanted = [*range(k, len(self.outputs)), *ends]
         loops = [n + i for i in fed]
-        # fed input i follows feeding output i
+        # connected input i equals connected output i
         through = np.linalg.solve(np.eye(len(fed)) - output[np.ix_(fed, loops)], output[np.ix_(fed, free)])
         rate, tick, output = (m[:, free] + m[:, loops] @ through for m in (rate, tick, output[wanted]))
-        return Closed(
+        return ClosedSystem(
             self.states,
             self.sampled,
             (*self.inputs[k:], *(self.inputs[i] for i in ends)),
@@ -253,7 +253,7 @@ class Blocks:
         return both[:x], both[x:], output
 
     def _ticking(self, blocks: Mapping[str, Block]) -> tuple[Ticking, ...]:
-        """Return the FMUs that tick: those that are sampled alone first, as a master steps them."""
+        """Return the FMUs with ticks: purely sampled ones first, as a master steps them."""
         found = []
         for is_sampled in (True, False):
             for component, b in blocks.items():
@@ -265,7 +265,7 @@ class Blocks:
 
 
 def _values(instance: Instance, outputs: Iterable[str]) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """Return an FMU's continuous states, sampled states, and those of the outputs that are held between ticks."""
+    """Return the names of an FMU's continuous states, its sampled states, and its held outputs among `outputs`."""
     description, variables = instance.fmu.description, instance.fmu.variables
     states = tuple(state for state, _ in description.states)
     if not description.has_sample_time:
@@ -279,5 +279,5 @@ def _split(name: str) -> tuple[str, str, str]:
 
 
 def _of(component: str, names: Iterable[str]) -> list[str]:
-    """Return the variables of those full names that belong to a component."""
+    """Return the variables of a component among full names."""
     return [variable for owner, _, variable in map(_split, names) if owner == component]

@@ -1,23 +1,23 @@
-"""A co-simulation algorithm run on linear maps instead of values: what one cycle of its actions does, exactly.
+"""Linear maps of the actions of a co-simulation algorithm: the exact effect of a communication step on linear FMUs.
 
-All that moves between communication points is one vector: continuous states, sampled states, held outputs, inputs and
-their derivatives, the bus of connected outputs and what it was before. In the linearised system each action of
-`Master.cycle` replaces some of its members by a matrix times others:
+One vector holds all values that change between communication points: continuous states, sampled states, held outputs,
+inputs and their derivatives, the bus of connected outputs and its history. On linearised FMUs each action of
+`Master.cycle` replaces some members of this vector by a matrix times others:
 
     Group           its part of the bus = output [x; v; u] of its FMU
-    AlgebraicLoop   the same for all its groups, its inner inputs being what they put out
+    AlgebraicLoop   the same for all its groups, with the inner inputs solved for
     Transfer        inputs of its target = its part of the bus
-    Remember        values at the last points = those before them
-    Extrapolate     [d1; d2] of its inputs = their weights times values at the last points
-    Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: the inputs are held, or move on their polynomials, x
-                    moves by the matrix exponential, ticks that fall into the step change v
-    Converge        all steps with the d1 that lead to the outputs they come to
+    History         values at the last points, shifted by one point
+    Extrapolate     [d1; d2] of its inputs = weights times values at the last points
+    Stepper         [x; v; u] = step [x; v; u; d1; d2] of its FMU: inputs are held or follow their polynomials, x moves
+                    by the matrix exponential, ticks within the step change v
+    IteratedStep    all steps, with the d1 for which the inputs at the end equal the outputs there
 
-A source is a sinusoid and its derivatives, now and at the next point; its own step makes now of next. Who lays lines
-to where it leads samples it at communication points. A lock-in amplifier only listens; without one, outputs are
-observed at the communication points themselves.
+A source is a sinusoid and its derivatives, at this and at the next communication point. Input lines that end at the
+newest output sample it at communication points. A lock-in amplifier samples its signals; without one, outputs are
+observed at the communication points.
 
-What linearised feedback does more is in `feedback.py`.
+The maps of linearised feedback are in `feedback.py`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,32 +29,32 @@ import scipy.linalg
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.extrapolation import Extrapolate, History
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.linear.blocks import Block, block, unmoved
+from hfsa.cosim.linear.blocks import Block, block, zero_block
 from hfsa.cosim.linear.sampled import grid
 from hfsa.cosim.systems.errors import StructureError
 
 SINE = {"value": 0, "rate": 1, "acceleration": 2, "jerk": 3, "sine": 0}
-"""Outputs of a sine source by the derivative that they are."""
+"""Order of derivative of each output of a sine source."""
 
 DERIVATIVES = 5
-"""Derivatives of the sinusoid that there are members for, the value included: those put out, and their rates."""
+"""Number of derivatives of the sinusoid in the vector, the value included: those of the outputs, and their rates."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A component that puts out a sinusoid of amplitude 1: `orders` are the derivatives that its outputs are.
+    """A component whose outputs are a sinusoid of amplitude 1 and its derivatives.
 
-    What else it puts out stays what it is.
+    `orders` holds the order of derivative of each such output; other outputs stay constant.
     """
 
     component: str
     orders: Mapping[str, int] = field(default_factory=lambda: SINE)
 
     def emission(self, outputs: Sequence[str], order: int = 0) -> np.ndarray:
-        """Return what makes outputs, or their derivatives of an order, of `Layout.now`, (outputs, `DERIVATIVES`)."""
+        """Return the matrix from `Layout.now` to outputs, or to their derivatives, (outputs, `DERIVATIVES`)."""
         matrix = np.zeros((len(outputs), DERIVATIVES))
         for row, name in enumerate(outputs):
             if name in self.orders:
@@ -64,7 +64,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Replace:
-    """Members `rows` become `matrix` times the members `columns`; `None` copies them."""
+    """Replacement of the members `rows` by `matrix` times the members `columns`; `None` copies them."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -72,32 +72,33 @@ class Replace:
 
 
 @dataclass(frozen=True)
-class Listen:
-    """The observed signals are sampled."""
+class SampleSignals:
+    """Sampling of the observed signals."""
 
 
 @dataclass(frozen=True)
 class Observation:
-    """Observed signals: `matrix` times the members `columns`, so many `points` after the one at which a step began."""
+    """Observed signals: `matrix` times the members `columns`, sampled `points` points after the step began."""
 
     columns: np.ndarray
     matrix: np.ndarray
     points: int
 
 
-Operation = Replace | Listen
+Operation = Replace | SampleSignals
 
 
 class Layout:
-    """Where everything is in the vector.
+    """Layout of the vector, and the linear maps of actions on it.
 
-    `blocks` holds the linearised FMU of each component but the source and the lock-in amplifier. Observed are the
-    signals of the amplifier, or the `observed` outputs (component, variable) at communication points.
+    `blocks` holds the linearised FMU of each component except the source and the lock-in amplifier. The observed
+    signals are those of the amplifier, or the `observed` outputs (component, variable) at communication points.
 
     Attributes:
-        size: of the vector.
-        place: of a component's values and inputs, by (component, name).
-        now, next: places of the source's sinusoid and its derivatives, (`DERIVATIVES`,) each, or none without a source.
+        size: length of the vector.
+        place: index of each value and input, by (component, name).
+        now, next: indices of the source's sinusoid and its derivatives at this and the next point, (`DERIVATIVES`,)
+            each, empty without a source.
     """
 
     def __init__(
@@ -131,15 +132,15 @@ class Layout:
         self.now, self.next = (self._new(DERIVATIVES if source else 0) for _ in range(2))
         self._moving: dict[str, tuple[list[str], np.ndarray]] = {}
         for action in cycle:
-            if isinstance(action, Remember):
+            if isinstance(action, History):
                 self._past = self._new(3 * n).reshape(3, n)
             elif isinstance(action, Extrapolate):
-                self._let_move(action.instance, action.places)
-            elif isinstance(action, Converge):
+                self._add_slopes(action.instance, action.places)
+            elif isinstance(action, IteratedStep):
                 self._guess = self._new(len(action.places))
                 for line in action.lines:
                     if line.is_able:
-                        self._let_move(line.instance, line.places)
+                        self._add_slopes(line.instance, line.places)
 
     @property
     def bus_places(self) -> np.ndarray:
@@ -152,21 +153,21 @@ class Layout:
         return self._past
 
     def _new(self, count: int) -> np.ndarray:
-        """Return the places of so many new members."""
+        """Append `count` members to the vector; return their indices."""
         self.size += count
         return np.arange(self.size - count, self.size)
 
-    def _let_move(self, instance: str, places: np.ndarray) -> None:
-        """Make members for the derivatives of inputs."""
+    def _add_slopes(self, instance: str, places: np.ndarray) -> None:
+        """Append members for the derivatives of inputs."""
         inputs = [self.wiring.split(self.wiring.connections[i].end)[1] for i in places]
         self._moving[instance] = inputs, self._new(2 * len(inputs)).reshape(2, -1)
 
     def at(self, component: str, names: Sequence[str]) -> np.ndarray:
-        """Return the places of some members of a component."""
+        """Return the indices of values and inputs of a component."""
         return np.array([self.place[component, name] for name in names], dtype=int)
 
     def fetch(self, group: Group) -> Replace:
-        """Return what fetching a group does."""
+        """Return the linear map of fetching a group."""
         if self.source and group.instance == self.source.component:
             return Replace(self.bus[id(group)], self.now, self.source.emission(group.outputs))
         block = self.blocks[group.instance]
@@ -175,7 +176,7 @@ class Layout:
         return Replace(self.bus[id(group)], columns, block.output[rows])
 
     def observation(self) -> Observation | None:
-        """Return what is observed, `None` where nothing is."""
+        """Return the observed signals, `None` if there are none."""
         if self.lock_in is not None:
             count = sum(c == self.lock_in and name.startswith("signal[") for c, name in self.place)
             signals = self.at(self.lock_in, [f"signal[{i}]" for i in range(1, count + 1)])
@@ -190,7 +191,7 @@ class Layout:
         return Observation(columns, rows[:, columns], 1)
 
     def solve(self, loop: AlgebraicLoop) -> Operation:
-        """Return what solving an algebraic loop does."""
+        """Return the linear map of solving an algebraic loop."""
         bus = np.concatenate([self.bus[id(group)] for group in loop.groups])
         fed = np.concatenate([self.at(t.target, t.inputs) for t in loop.inner])
         feeding = np.concatenate([self.bus[id(transfer)] for transfer in loop.inner])
@@ -208,20 +209,20 @@ class Layout:
         return Replace(np.concatenate([bus, fed]), columns, np.vstack([matrix, inner]))
 
     def hand_over(self, transfer: Transfer) -> Operation:
-        """Return what setting the inputs of a transfer does."""
+        """Return the linear map of setting the inputs of a transfer."""
         return Replace(self.at(transfer.target, transfer.inputs), self.bus[id(transfer)], None)
 
     def prepare(self, action: Any, step_size: float) -> Sequence[Operation]:
-        """Return what an action does that only makes steps ready."""
+        """Return the linear maps of an action that prepares steps."""
         match action:
-            case Remember():
+            case History():
                 return [Replace(self._past.ravel(), np.concatenate([self._bus, *self._past[:2]]), None)]
             case Extrapolate():
                 return [self.extrapolate(action, step_size)]
         raise TypeError(f"no linear map is known of {type(action).__name__}")
 
     def extrapolate(self, action: Extrapolate, step_size: float) -> Operation:
-        """Return what giving an instance the derivatives of its inputs does."""
+        """Return the linear map of setting the derivatives of an instance's inputs."""
         _, derivatives = self._moving[action.instance]
         nodes = np.vstack([self._bus[action.places], self._past[:, action.places]])
         n, columns = len(action.places), np.unique(nodes)
@@ -232,8 +233,8 @@ class Layout:
                 matrix[order * n + np.arange(n), np.searchsorted(columns, nodes[k])] += weights
         return Replace(derivatives.ravel(), columns, matrix)
 
-    def aim(self, action: Converge, step_size: float) -> list[Operation]:
-        """Return what laying the lines of all inputs from the bus to the guess does."""
+    def set_slopes(self, action: IteratedStep, step_size: float) -> list[Operation]:
+        """Return the linear maps of setting all input lines between the bus and the guess."""
         found: list[Operation] = []
         first = 0
         for line in action.lines:
@@ -249,23 +250,23 @@ class Layout:
                 found.append(Replace(rows, columns, halves))
         return found
 
-    def try_out(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
-        """Return what a step with a given guess does, (members, members)."""
+    def guessed_step(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+        """Return the matrix of a step with a given guess, (size, size)."""
         whole = np.eye(self.size)
         exchange = [self.exchange(stage) for stage in action.exchange]
-        for operation in (*self.aim(action, step_size), *steps, *exchange):
+        for operation in (*self.set_slopes(action, step_size), *steps, *exchange):
             assert isinstance(operation, Replace)
             replaced = whole[operation.columns]
             whole[operation.rows] = replaced if operation.matrix is None else operation.matrix @ replaced
         return whole
 
-    def gradient(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
-        """Return how what a step comes to follows the guess, both at the places that move."""
-        return self.try_out(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
+    def interface_jacobian(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> np.ndarray:
+        """Return the interface Jacobian dy/dw of one step: outputs at its end over the guess, at the moving inputs."""
+        return self.guessed_step(action, step_size, steps)[np.ix_(self._bus[action.places], self._guess)]
 
-    def converge(self, action: Converge, step_size: float, steps: Sequence[Operation]) -> Operation:
-        """Return what a step does whose guess is what it comes to."""
-        whole = self.try_out(action, step_size, steps)
+    def iterated_step(self, action: IteratedStep, step_size: float, steps: Sequence[Operation]) -> Operation:
+        """Return the linear map of a step whose guess equals the outputs at its end."""
+        whole = self.guessed_step(action, step_size, steps)
         ends = whole[self._bus[action.places]]
         through, rest = ends[:, self._guess], np.delete(np.arange(self.size), self._guess)
         guess = np.linalg.solve(np.eye(len(self._guess)) - through, ends[:, rest])
@@ -274,7 +275,7 @@ class Layout:
         return Replace(rows, rest, matrix[rows])
 
     def exchange(self, action: Group | Transfer | AlgebraicLoop) -> Operation:
-        """Return what one action of an exchange does."""
+        """Return the linear map of one action of an exchange."""
         match action:
             case Group():
                 return self.fetch(action)
@@ -284,11 +285,11 @@ class Layout:
                 return self.solve(action)
 
     def step(self, component: str, step_size: float, ticks: int) -> Operation:
-        """Return what a step of a component with evenly spaced ticks, the first at once, does."""
+        """Return the linear map of a component's step with evenly spaced ticks, the first at its beginning."""
         if self.source and component == self.source.component:
             return Replace(self.now, self.next, None)
         if component == self.lock_in:
-            return Listen()
+            return SampleSignals()
         block = self.blocks[component]
         values, inputs = self.at(component, block.values), self.at(component, block.inputs)
         if component not in self._moving:
@@ -302,16 +303,16 @@ class Layout:
 def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
     """Return the operations of each communication step, in order, until the pattern of ticks repeats.
 
-    `StructureError` where a sample time is neither a multiple nor a whole part of the step.
+    Raises `StructureError` where a sample time is neither a multiple nor a whole part of the step.
     """
     times = {name: b.sample_time for name, b in layout.blocks.items() if b.sample_time is not None and len(b.tick)}
     intervals = {name: _ratio(sample_time, step_size) for name, sample_time in times.items()}
     longest = [max(1, interval) for interval in intervals.values()]
-    steps = int(np.lcm.reduce(longest)) if longest else 1
+    period = int(np.lcm.reduce(longest)) if longest else 1
     known: dict[tuple[str, bool], Operation] = {}
 
     def step(component: str, k: int) -> Operation:
-        """What a component does in step k of a period; the same matrix for all steps with as many ticks."""
+        """Return the linear map of a component in step k of a period, computed once for equal numbers of ticks."""
         interval = intervals.get(component)
         ticks = 0 if interval is None or (interval > 0 and k % interval) else max(1, -interval)
         key = component, ticks > 0
@@ -319,26 +320,28 @@ def operations(layout: Layout, step_size: float) -> list[list[Operation]]:
             known[key] = layout.step(component, step_size, ticks)
         return known[key]
 
-    def done(action: Any, k: int) -> Sequence[Operation]:
-        """What an action of the master does in step k."""
+    def maps(action: Any, k: int) -> Sequence[Operation]:
+        """Return the linear maps of an action in step k."""
         match action:
             case Stepper():
                 return [step(action.instance, k)]
-            case Converge():
-                return [layout.converge(action, step_size, [step(line.instance, k) for line in layout.wiring.others])]
+            case IteratedStep():
+                steps = [step(stepper.instance, k) for stepper in layout.wiring.continuous]
+                return [layout.iterated_step(action, step_size, steps)]
             case Group() | Transfer() | AlgebraicLoop():
                 return [layout.exchange(action)]
             case _:
                 return layout.prepare(action, step_size)
 
-    ends = [Listen()] if layout.observed else []
-    return [[operation for action in layout.cycle for operation in done(action, k)] + ends for k in range(steps)]
+    ends = [SampleSignals()] if layout.observed else []
+    return [[operation for action in layout.cycle for operation in maps(action, k)] + ends for k in range(period)]
 
 
 def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int] = ()) -> np.ndarray:
-    """Return [x; v; moving inputs] after a step from [x; v; u; d1; d2], with evenly spaced ticks, the first at once.
+    """Return the matrix from [x; v; u; d1; d2] to [x; v; moving inputs] after a step with evenly spaced ticks.
 
-    `moving` are places among the inputs u, with first and second derivatives d1, d2.
+    The first tick is at the beginning of the step. `moving` are indices among the inputs u of those with first and
+    second derivatives d1, d2.
     """
     x, v, u, m = len(block.states), len(block.values) - len(block.states), len(block.inputs), len(moving)
     inputs = x + v + np.array(moving, dtype=int)
@@ -358,13 +361,13 @@ def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int
 
 
 def _exponential(generator: np.ndarray) -> np.ndarray:
-    """Return the matrix exponential, balanced first: states of very different units share it."""
+    """Return the exponential of a matrix, balanced first because its states have very different units."""
     balanced, (scale, _) = scipy.linalg.matrix_balance(generator, permute=False, separate=True)
     return scipy.linalg.expm(balanced) * scale[:, None] / scale
 
 
 def _ratio(sample_time: float, step_size: float) -> int:
-    """Return the steps between two ticks; negative, the ticks within a step."""
+    """Return the number of steps between two ticks; where negative, the number of ticks within a step."""
     try:
         _, ratios = grid([sample_time, step_size])
     except StructureError:
@@ -374,17 +377,18 @@ def _ratio(sample_time: float, step_size: float) -> int:
     return ratios[0] if ratios[1] == 1 else -ratios[1]
 
 
-def coupling_gradient(wiring: Wiring, action: Converge, step_size: float) -> np.ndarray:
-    """Return how the values that a step comes to follow those that its lines lead to, (places, places).
+def interface_jacobian(wiring: Wiring, action: IteratedStep, step_size: float) -> np.ndarray:
+    """Return the interface Jacobian dy/dw of one step, (places, places).
 
-    The FMUs are linearised at their present values; one without directional derivatives counts as following nothing.
+    It is the derivative of the outputs y at the end of the step with respect to the guess w. The FMUs are linearised at
+    their present values; an FMU without directional derivatives contributes zeros.
     """
     blocks = {}
     for name, instance in wiring.instances.items():
         inputs = [variable for owner, variable in (wiring.split(c.end) for c in wiring.connections) if owner == name]
         outputs = [variable for owner, variable in (wiring.split(c.start) for c in wiring.connections) if owner == name]
-        make = block if instance.fmu.description.has_derivatives else unmoved
+        make = block if instance.fmu.description.has_derivatives else zero_block
         blocks[name] = make(instance, inputs, outputs)
     layout = Layout(wiring, [action], blocks)
-    steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.others]
-    return layout.gradient(action, step_size, steps)
+    steps = [layout.step(stepper.instance, step_size, 0) for stepper in wiring.continuous]
+    return layout.interface_jacobian(action, step_size, steps)

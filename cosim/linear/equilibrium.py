@@ -1,10 +1,11 @@
-"""The operating point of a linearisation: where no state changes, at any tick either.
+"""Equilibrium of a system: the operating point of a linearisation, at which no state changes, not even at a tick.
 
-Newton's method on the FMUs' own derivatives, in initialization mode, where states and sampled outputs may be set:
+It is found by Newton's method on the FMUs' directional derivatives, in initialization mode, where states and sampled
+outputs may be set:
 
     der(x) = 0,      v after a tick = v
 
-What a tick would make of v is tried on a copy of the FMU's state, which is put back.
+v after a tick is computed on the FMU itself, whose state is saved before and restored afterwards.
 """
 
 import numpy as np
@@ -14,17 +15,17 @@ from hfsa.cosim.linear.blocks import Blocks
 from hfsa.cosim.systems.errors import StructureError
 
 NEWTON_STEPS = 20
-"""Newton steps after which an equilibrium must be found."""
+"""Largest number of Newton steps."""
 
 NEWTON_TOLERANCE = 1e-9
-"""Largest last Newton step, relative to a state's size or its nominal."""
+"""Largest last Newton step, relative to the size of a state or its nominal."""
 
 
 def equilibrium(exchange: Exchange, blocks: Blocks) -> dict[str, float]:
-    """Bring the system, in initialization mode, to where nothing changes; return x and v by full name.
+    """Bring the system, in initialization mode, to an equilibrium; return x and v by full name.
 
-    Where a direction is free (a body without a spring), the shortest step is taken, in units of the nominals. Raises
-    `StructureError` where no equilibrium is found.
+    Along a free direction (a body without a spring) Newton's method takes the shortest step, in units of the nominals.
+    Raises `StructureError` where no equilibrium is found.
     """
     names, nominal = (*blocks.states, *blocks.sampled), blocks.nominal
     n = len(blocks.states)
@@ -61,7 +62,7 @@ def equilibrium(exchange: Exchange, blocks: Blocks) -> dict[str, float]:
 
 
 def _change(blocks: Blocks, w: np.ndarray) -> np.ndarray:
-    """Return der(x), and by how much a tick would change v."""
+    """Return [der(x); change of v at a tick]."""
     derivatives = {
         f"{component}.{state}": (instance, rate)
         for component, instance in blocks.instances.items()
@@ -75,5 +76,5 @@ def _change(blocks: Blocks, w: np.ndarray) -> np.ndarray:
     for component, instance in blocks.instances.items():
         own = [i for i, name in enumerate(blocks.sampled) if name.partition(".")[0] == component]
         if own:
-            ticked[own] = instance.ticked([blocks.sampled[i].partition(".")[2] for i in own])
+            ticked[own] = instance.values_after_tick([blocks.sampled[i].partition(".")[2] for i in own])
     return np.concatenate([rates, ticked - w[len(rates) :]])

@@ -1,23 +1,22 @@
-"""The same FMUs as one linear system: exact small-signal response, without a simulation.
+"""Linearisation of a system of FMUs: exact small-signal response, without a simulation.
 
     linear = linearize(system, instances, inputs, outputs)
     linear.state_space                                   # control.StateSpace with signal names
     response = linear_response(system, instances, inputs, outputs, frequency)
 
-Each FMU states its own derivatives at an operating point, der(x) = A x + B u, y = C x + D u, and the connections
-u = L y + e close them:
+Each FMU provides its directional derivatives at an operating point, der(x) = A x + B u, y = C x + D u, and the
+connections u = L y + e close them:
 
     u = (1 - L D)^-1 (L C x + e)
 
-The operating point is an equilibrium, found by Newton's method in initialization mode, where states may be set. A
-sinusoid e enters with its derivatives wherever the FMU has inputs for them, as a sine source would feed it:
+The operating point is an equilibrium, found by Newton's method in initialization mode, where states may be set. The
+excitation e is a sinusoid; its derivatives enter wherever the FMU has inputs for them, as from a sine source:
 
     H = H_value + j omega H_rate - omega^2 H_acceleration - j omega^3 H_jerk
 
-Sampled FMUs enter as exact discrete systems, around which the continuous ones are discretised exactly
-(`linear/sampled.py`). Where ticks of several FMUs coincide, one after the other ticks in the system's order and sees
-what those before it have put out, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at its
-next tick).
+Sampled FMUs are exact discrete systems, around which the continuous ones are discretised exactly (`linear/sampled.py`).
+Where ticks of several FMUs coincide, the FMUs tick in the system's order, each with the newest outputs of those before
+it, as in the algorithms `jacobi` and `gauss_seidel` (with `jacobi_plain` only at the next tick).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,7 +31,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.linear.blocks import Blocks, Closed
+from hfsa.cosim.linear.blocks import Blocks, ClosedSystem
 from hfsa.cosim.linear.equilibrium import equilibrium
 from hfsa.cosim.linear.sampled import SampledSystem
 from hfsa.cosim.systems.errors import StructureError
@@ -43,24 +42,24 @@ if TYPE_CHECKING:
     from control import StateSpace
 
 FORGOTTEN = 1e-9
-"""Multiplier per period below which a mode is memory that is written over, not motion that decays."""
+"""Multiplier per period below which a mode is overwritten memory, not decaying motion."""
 
 NEUTRAL = 1e-3
-"""Rate [1/s] up to which a mode counts as neither growing nor decaying."""
+"""Growth rate [1/s] up to which a mode counts as neutral."""
 
 _AT_ONCE = 256
 """Frequencies whose equations are solved in one call."""
 
 _ROUNDING = 100.0
-"""Rounding errors that an eigenvalue has gathered at most."""
+"""Largest rounding error of an eigenvalue, in units of its first-order bound for one rounding of the matrix."""
 
 Orders = Sequence[tuple[int, ...]]
-"""Sinusoids: for each the inputs at which its value and its derivatives enter, by order, as indices; -1 for none."""
+"""Excitations: for each sinusoid the indices of the inputs for its value and its derivatives, by order; -1 for none."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """A mode that grows: its rate [1/s], 0 where none does, and its frequency [Hz]."""
+    """Fastest growing mode: its rate [1/s], 0 where no mode grows, and its frequency [Hz]."""
 
     rate: float = 0.0
     frequency: float = 0.0
@@ -70,18 +69,18 @@ class Growth:
 
 
 class Linearization:
-    """A system of FMUs at an operating point.
+    """A system of FMUs, linearised at an operating point.
 
     Attributes:
         A, B, C, D: matrices, (states, states), (states, inputs), (outputs, states), (outputs, inputs), in the
             variables' units; with ticks, A and C have further columns for the sampled values.
         states, inputs, outputs: full names.
-        closed: the system with its ticks.
-        is_sampled: whether there are any.
-        operating_point: states, and sampled states and outputs, at the equilibrium by full name.
+        closed: the connected system, ticks included.
+        is_sampled: whether any FMU has ticks.
+        operating_point: states, sampled states and sampled outputs at the equilibrium, by full name.
     """
 
-    def __init__(self, closed: Closed, operating_point: Mapping[str, float]):
+    def __init__(self, closed: ClosedSystem, operating_point: Mapping[str, float]):
         self.closed, self.operating_point = closed, operating_point
         self.states, self.inputs, self.outputs = closed.states, closed.inputs, closed.outputs
         self.is_sampled = bool(closed.ticking)
@@ -91,13 +90,13 @@ class Linearization:
 
     @property
     def state_space(self) -> "StateSpace":
-        """The system as `control.StateSpace`; signals keep their full names, with `/` where `control` refuses a dot.
+        """The system as `control.StateSpace`; signals keep their full names, with `/` in place of dots.
 
-        `StructureError` for a sampled system, which answers a sinusoid with more than one frequency.
+        Raises `StructureError` for a sampled system, whose response to a sinusoid has more than one frequency.
         """
         if self.is_sampled:
             names = ", ".join(ticking.component for ticking in self.closed.ticking)
-            raise StructureError(f"a system with sampled parts ({names}) is no StateSpace; ask for its response")
+            raise StructureError(f"a system with sampled parts ({names}) is no StateSpace; take its response")
         import control  # takes seconds
 
         labels = {
@@ -107,28 +106,28 @@ class Linearization:
 
     @cached_property
     def sampled(self) -> SampledSystem:
-        """The system with its ticks."""
+        """The exact discretisation between ticks."""
         return SampledSystem(self.closed)
 
     @property
     def poles(self) -> NDArray[np.complex128]:
-        """Eigenvalues [1/s], complex; with ticks those of one period, as continuous ones of the same growth.
+        """Eigenvalues [1/s], complex; with ticks the continuous equivalents of the multipliers of one period.
 
-        Stable are those with a negative real part.
+        A pole with a negative real part is stable.
         """
         if not self.is_sampled:
             return np.linalg.eigvals(self.A).astype(complex)
         multipliers = np.linalg.eigvals(self.sampled.transition).astype(complex)
-        # what is forgotten within a period has no rate
+        # overwritten memory has no rate
         multipliers = multipliers[np.abs(multipliers) > FORGOTTEN]
         return np.asarray(np.log(multipliers) / self.sampled.period, dtype=complex)
 
     @cached_property
     def growth(self) -> "Growth":
-        """The fastest of the modes that grow for sure; none where all that do may be rounding.
+        """Fastest mode whose growth exceeds rounding; rate 0 if there is none.
 
-        Rounding moves an eigenvalue by the norm of the balanced matrix times its condition number: a free body's double
-        eigenvalue 0 by much, one that is alone by little.
+        Rounding shifts an eigenvalue by up to the norm of the balanced matrix times its condition number: much for the
+        double eigenvalue 0 of a free body, little for a single one.
         """
         matrix = self.sampled.transition if self.is_sampled else self.closed.balanced().rate[:, : len(self.states)]
         if not len(matrix):
@@ -150,19 +149,19 @@ class Linearization:
 
     def response(self, frequency: np.ndarray, orders: Orders) -> NDArray[np.complex128]:
         """Return the complex response to sinusoids, (frequencies, outputs, sinusoids); `frequency` [Hz] is (n,)."""
-        answer = self.sampled.response if self.is_sampled else _Continuous(self.closed).response
+        evaluate = self.sampled.response if self.is_sampled else _Continuous(self.closed).response
         result = np.zeros((len(frequency), len(self.outputs), len(orders)), complex)
         omega = 2 * np.pi * np.asarray(frequency, float)
         for first in range(0, len(omega), _AT_ONCE):  # more would only take memory
             some = slice(first, first + _AT_ONCE)
-            result[some] = answer(omega[some], entering(omega[some], orders, len(self.inputs)))
+            result[some] = evaluate(omega[some], entering(omega[some], orders, len(self.inputs)))
         return result
 
 
 class _Continuous:
     """A closed system without ticks."""
 
-    def __init__(self, closed: Closed):
+    def __init__(self, closed: ClosedSystem):
         self._closed, self._n = closed.balanced(), len(closed.states)
 
     def response(self, omega: np.ndarray, enters: np.ndarray) -> np.ndarray:
@@ -193,17 +192,18 @@ def linear_response(
     frequency: np.ndarray,
     starts: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """Return the response of outputs to sinusoids at inputs, complex, (frequencies, outputs, inputs).
+    """Return the complex response of outputs to sinusoids at inputs, (frequencies, outputs, inputs).
 
-    `frequency` is in Hz. An input's companions, `command.position_rate[3]` and `command.position_acceleration[3]` of
-    `command.position[3]`, take part where the FMU has them and nothing else feeds them. Raises as `linearize`.
+    `frequency` is in Hz. The companions of an input, `command.position_rate[3]` and `command.position_acceleration[3]`
+    of `command.position[3]`, are excited too where the FMU has them and no connection feeds them. Raises as
+    `linearize`.
     """
     columns, orders = sinusoids(system, instances, inputs)
     return linearize(system, instances, columns, outputs, starts).response(frequency, orders)
 
 
 def sinusoids(system: System, instances: Mapping[str, Instance], inputs: Sequence[str]) -> tuple[list[str], Orders]:
-    """Return the inputs at which sinusoids at `inputs` enter, companions included, and where each of them does."""
+    """Return the inputs that sinusoids at `inputs` excite, companions included, and the indices for each sinusoid."""
     fed = {connection.end for connection in system.connections}
     columns: list[str] = []
     orders = []
@@ -225,9 +225,9 @@ def linearize(
 ) -> Linearization:
     """Return the linear system from unconnected inputs to outputs (full names) at an equilibrium.
 
-    Components that neither reach the outputs nor hold an input take no part. `starts` holds start values by full name.
-    The connection `opened` is closed at the equilibrium, and open in what is returned: its end is the last input, its
-    start the last output. Raises `StructureError` for an FMU without directional derivatives, an input that is fed,
+    Components that neither reach the outputs nor have one of the inputs are left out. `starts` holds start values by
+    full name. The connection `opened` is closed at the equilibrium and open in the result: its end is the last input,
+    its start the last output. Raises `StructureError` for an FMU without directional derivatives, a connected input,
     sample times without a common grid, or where no equilibrium is found.
     """
     ends = [opened.start, opened.end] if opened else []
@@ -242,14 +242,14 @@ def linearize(
 def operating_point(
     system: System, instances: Mapping[str, Instance], blocks: Blocks, starts: Mapping[str, float]
 ) -> dict[str, float]:
-    """Bring instances, in initialization mode, to an equilibrium of the system; return it by full name."""
+    """Bring instances, in initialization mode, to an equilibrium of the system; return x and v by full name."""
     exchange = Exchange(Wiring(system, instances))
     exchange.enter(starts=starts)
     return equilibrium(exchange, blocks)
 
 
 def upstream(system: System, names: Iterable[str]) -> System:
-    """Return the part of the system that the components of these variables, or what feeds them, are in."""
+    """Return the subsystem of the components of these variables and all components upstream of them."""
     kept = {system.split(name)[0] for name in names}
     while True:
         feeding = {system.split(c.start)[0] for c in system.connections if system.split(c.end)[0] in kept}
@@ -263,7 +263,7 @@ def upstream(system: System, names: Iterable[str]) -> System:
 
 
 def _place(names: list[str], name: str) -> int:
-    """Return the place of a name, added where it is new; -1 for no name."""
+    """Return the index of a name, appended if new; -1 for an empty name."""
     if not name:
         return -1
     if name not in names:

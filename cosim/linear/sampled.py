@@ -1,17 +1,17 @@
-"""The exact periodic response of a system whose continuous part is held by sampled parts.
+"""Sampled systems: the exact periodic response of continuous and sampled parts in a closed loop.
 
 Ticks fall on a grid of spacing h, the shortest sample time, and repeat after N spacings. Between ticks x moves by the
-matrix exponential with the sampled values v held; at a tick v changes, FMU after FMU. A sinusoid e = E exp(j w t) that
-enters the continuous part is not held: x = X_p exp(j w t) + xi with
+matrix exponential with the sampled values v held; at a tick v changes, FMU after FMU. A sinusoid e = E exp(j w t) at an
+input of the continuous part is not held: x = X_p exp(j w t) + xi with
 
     (j w - A) X_p = B E,        der(xi) = A xi + A_v v,
 
-and one that enters a sampled part is sampled at its ticks. In a frame that turns with the sinusoid [xi; v] is periodic,
-the fixed point of one period's affine map.
+and a sinusoid at an input of a sampled part is sampled at its ticks. In a frame that rotates with the sinusoid, [xi; v]
+is periodic: the fixed point of the affine map of one period.
 
-What is reported is the fundamental: the Fourier component at w of the outputs in continuous time, intersample ripple
-included, which is what a lock-in amplifier with ever shorter steps tends to. A held value v_k contributes
-(1 - exp(-j w h)) / (j w h) v_k, and x follows its fundamental V as (j w - A) X = A_v V.
+The response is the fundamental: the Fourier component at w of the outputs in continuous time, intersample ripple
+included. A lock-in amplifier measures it in the limit of short steps. A held value v_k contributes
+(1 - exp(-j w h)) / (j w h) v_k to its fundamental V, and x has the fundamental (j w - A) X = A_v V.
 """
 
 import math
@@ -20,23 +20,23 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.linalg
 
-from hfsa.cosim.linear.blocks import Closed, Ticking
+from hfsa.cosim.linear.blocks import ClosedSystem, Ticking
 from hfsa.cosim.systems.errors import StructureError
 
 LONGEST_PATTERN = 10_000
-"""Most spacings of the shortest sample time until the ticks of all repeat."""
+"""Longest pattern of ticks, in spacings of the shortest sample time."""
 
 
 class SampledSystem:
     """A closed system with ticks.
 
     Attributes:
-        closed: its matrices, balanced.
-        spacing: time between ticks [s], the shortest sample time; `period` until their pattern repeats.
-        transition: [x; v] over one period without excitation, beginning right before the ticks.
+        closed: balanced matrices.
+        spacing: time between ticks [s], the shortest sample time; `period` [s] is that of their pattern.
+        transition: matrix of [x; v] over one period without excitation, from right before the ticks.
     """
 
-    def __init__(self, closed: Closed):
+    def __init__(self, closed: ClosedSystem):
         self.closed = closed = closed.balanced()
         self.spacing, ratios = grid([ticking.sample_time for ticking in closed.ticking])
         self.period = self.spacing * math.lcm(*ratios)
@@ -107,9 +107,9 @@ class SampledSystem:
     def _pass(
         self, w: np.ndarray, forced: np.ndarray, turn: np.ndarray
     ) -> Iterator[tuple[Ticking | None, np.ndarray, np.ndarray]]:
-        """Take `w` = [xi; v], (f, n, m), through one period, in place.
+        """Advance `w` = [xi; v], (f, n, m), by one period, in place.
 
-        Yields [x; v; e] before and after each FMU's tick, then once with `None` when all have ticked.
+        Yields [x; v; e] before and after the tick of each FMU, then once with `None` after all ticks of one instant.
         """
         after = forced.copy()
         for due in self._due:
@@ -125,9 +125,9 @@ class SampledSystem:
 
 
 def grid(sample_times: list[float]) -> tuple[float, list[int]]:
-    """Return the shortest sample time [s], and each as a whole multiple of it.
+    """Return the shortest sample time [s], and each sample time as a whole multiple of it.
 
-    `StructureError` where one is no multiple (to 1e-9), or where the pattern of ticks takes too long to repeat.
+    Raises `StructureError` where one is no multiple (to 1e-9), or where the pattern of ticks is too long.
     """
     spacing = min(sample_times)
     ratios = [round(t / spacing) for t in sample_times]

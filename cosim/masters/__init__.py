@@ -1,4 +1,4 @@
-"""The ways to run a system: one file, one algorithm; `algorithms.py` is their table.
+"""Co-simulation algorithms and their masters: one algorithm is one file, and `algorithms.py` is the table of all.
 
 Read `master.py`, then `gauss_seidel.py`. It imports `linear`, `actions` and what is below them.
 """

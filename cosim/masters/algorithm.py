@@ -5,8 +5,8 @@
                   inputs="held", scheme=jacobi, make=stepped),
     )
 
-A file of this room with such a tuple is all that an algorithm takes. Command line, README, advice on steps, tests of
-orders and limits go through the table.
+An algorithm is complete with a file of this folder that has such a tuple. The command line, the README, the advice on
+steps, and the tests of orders and limits read the table.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from hfsa.cosim.actions.action import Stepper
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.schedule import Action, without_repetition
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
@@ -26,10 +26,10 @@ from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.system import System
 
 Inputs = Literal["held", "extrapolated", "iterated", "fed back", "exact"]
-"""What inputs do within a communication step; `exact`: there is none, they follow the outputs at every instant."""
+"""Behaviour of inputs within a communication step; `exact`: equal to the outputs at every instant, without steps."""
 
 Ports = Mapping[str, Sequence[tuple[str, str]]]
-"""Inputs that are to follow outputs within a step, (input, output) each, by component."""
+"""Feedback ports: pairs (input, output) that an FMU closes within a step, by component."""
 
 
 @dataclass
@@ -37,48 +37,48 @@ class Scheme:
     """An algorithm on one system: its actions from one communication point to the next.
 
     Attributes:
-        step: actions that lead to the next communication point.
+        step: actions up to the next communication point.
         point: a complete exchange of values there.
-        moving: what lets inputs move within a step, `None` where they are held.
-        warnings: what an FMU does not offer, by instance.
+        moving: extrapolation or iterated step that moves inputs within a step, `None` where inputs are held.
+        warnings: warning about a capability that an FMU lacks, by instance.
     """
 
     wiring: Wiring
     step: Sequence[Action]
     point: Sequence[Action]
-    moving: Extrapolation | Converge | None = None
+    moving: Extrapolation | IteratedStep | None = None
     warnings: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def cycle(self) -> list[Action]:
-        """All actions in order, without those that would change nothing."""
+        """All actions in order, without those that have no effect."""
         return without_repetition([*self.step, *self.point])
 
     @property
     def first_of_point(self) -> int:
         """Index of the first action of `cycle` after all instances have stepped."""
-        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | Converge)]
+        steppers = [i for i, action in enumerate(self.cycle) if isinstance(action, Stepper | IteratedStep)]
         return steppers[-1] + 1 if steppers else 0
 
 
 @dataclass(frozen=True)
 class Algorithm:
-    """One way to run a system.
+    """A co-simulation algorithm.
 
     Attributes:
-        name: as on the command line.
-        summary: one line of what it does.
+        name: name on the command line.
+        summary: description in one line.
         rank: place in the table; cheaper steps first.
-        inputs: what they do within a step.
-        order: of the error in the communication step; `None` where the algorithm chooses its steps.
-        scheme: its actions on the instances of a system; `None` where it takes no steps.
-        make: the master that runs it, from instances, system, this row, step size [s], the stepping loop in C (`None`
-            for Python's) and the tolerance of a response.
-        is_ordered: whether the order of the components makes a difference.
-        is_candidate: whether `auto` may take it; `is_advised`: whether it is named in place of an unstable one.
+        inputs: behaviour of inputs within a step.
+        order: order of the error in the communication step; `None` where the algorithm chooses its steps.
+        scheme: function that returns the actions on the instances of a system.
+        make: function that returns the master, from instances, system, this row, step size [s], the stepping loop in C
+            (`None` for Python's) and the tolerance of a response.
+        is_ordered: whether the order of the components has an effect.
+        is_candidate: whether `auto` may choose it; `is_advised`: whether advice may recommend it.
         is_model_exchange: whether FMUs are loaded for Model Exchange.
-        ports: parameters that parts are exported with for it.
-        layout: its linear map, where that is not one of its actions.
+        ports: function that returns the feedback ports with which parts are exported.
+        layout: function that returns its linear map, where that is not the product of its actions' maps.
     """
 
     name: str
@@ -97,13 +97,13 @@ class Algorithm:
 
     @property
     def is_limited(self) -> bool:
-        """Whether its communication step is given and can be too long."""
+        """Whether its communication step is prescribed, and so may be too long."""
         return self.order is not None
 
     def layout_of(
         self, system: System, instances: Mapping[str, Instance], blocks: Mapping[str, Block], *observation: Any
     ) -> Layout:
-        """Return the linear maps of its actions on linearised FMUs; `StructureError` where it is not offered."""
+        """Return the linear maps of its actions on linearised FMUs; raises `StructureError` as `scheme`."""
         if self.layout is not None:
             return self.layout(system, instances, blocks, *observation)
         scheme = self.scheme(instances, system)

@@ -1,12 +1,12 @@
-"""The table of algorithms: every way to run one system, by name.
+"""The table of all co-simulation algorithms, by name.
 
     with closing(open_master(assembly, "gauss_seidel", 50e-6, library)) as master:
         recording = master.record(["robot.platform.position[3]"], rows=1001)
         master.initialize()
         master.advance(1000)
 
-Rows are found in the files of this room (`algorithm.py`). Whatever the name, the master answers to the same words
-(`master.py`), and what it records is the same.
+The rows are in the files of this folder (`algorithm.py`). All masters have the same methods (`master.py`) and record
+values in the same way.
 """
 
 import importlib
@@ -28,7 +28,7 @@ from hfsa.cosim.systems.system import System
 
 
 def _found() -> dict[str, Algorithm]:
-    """Return the rows of all files in this room by name, cheaper steps first."""
+    """Return the rows of all files in this folder by name, cheaper steps first."""
     room = hfsa.cosim.masters
     names = [info.name for info in pkgutil.walk_packages(room.__path__, f"{room.__name__}.")]
     files = [name for name in names if name != __name__ and "._" not in name]  # the stepping loop is `_step_...`
@@ -40,26 +40,26 @@ ALGORITHMS: Mapping[str, Algorithm] = _found()
 """All algorithms by name, cheaper steps first."""
 
 DEFAULT = next(iter(ALGORITHMS))
-"""The algorithm that is taken where none is named, and nothing is known to choose by."""
+"""The default algorithm."""
 
 LIMITED = tuple(name for name, row in ALGORITHMS.items() if row.is_limited)
-"""Algorithms whose communication step is given, and whose longest stable one is known."""
+"""Algorithms with a prescribed communication step, whose longest stable step can be computed."""
 
 ORDERED = tuple(name for name, row in ALGORITHMS.items() if row.is_ordered)
-"""Algorithms to which the order of the components makes a difference."""
+"""Algorithms for which the order of the components has an effect."""
 
 CANDIDATES = tuple(name for name, row in ALGORITHMS.items() if row.is_candidate)
-"""Algorithms that `auto` may take, cheaper steps first."""
+"""Algorithms that `auto` may choose, cheaper steps first."""
 
 
 def check_algorithm(name: str) -> None:
-    """Raise `StructureError` for a scene's algorithm that is neither in the table nor `auto`."""
+    """Raise `StructureError` for the name of an algorithm that is neither in the table nor `auto`."""
     if name != AUTO and name not in ALGORITHMS:
         raise StructureError(f"no algorithm is called {name!r}{nearest(name, (AUTO, *ALGORITHMS))}")
 
 
 def algorithm_named(name: str) -> Algorithm:
-    """Return the row of that name; `StructureError` with the nearest names if there is none."""
+    """Return the algorithm of a name; `StructureError` with the nearest names if there is none."""
     if name not in ALGORITHMS:
         raise StructureError(f"no algorithm is called {name!r}{nearest(name, ALGORITHMS)}")
     return ALGORITHMS[name]
@@ -73,7 +73,7 @@ def make_master(
     library: Path | None = None,
     tolerance: float = 1e-3,
 ) -> Master:
-    """Return the master of a system on instances, which stay the caller's; arguments and errors as of `open_master`."""
+    """Return the master of a system on instances that the caller owns; arguments and errors as of `open_master`."""
     row = algorithm_named(algorithm)
     return row.make(instances, system, row, step_size, library, tolerance)
 
@@ -81,12 +81,12 @@ def make_master(
 def open_master(
     assembly: Assembly, algorithm: str, step_size: float, library: Path | None, tolerance: float = 1e-3
 ) -> Master:
-    """Return a master of an assembly whose FMUs it has loaded; `close` frees them.
+    """Load the FMUs of an assembly and return its master; `close` frees them.
 
-    `algorithm` is one of `ALGORITHMS`, `step_size` [s] lies between two points at
-    which values are recorded, `library` is the stepping loop in C, `None` for Python's; `tolerance` is that of a
-    response, relative, for algorithms that choose their steps. Raises `StructureError` where the wiring is wrong or an
-    FMU does not offer what the algorithm takes; nothing is left loaded then.
+    `algorithm` is one of `ALGORITHMS`, `step_size` [s] is the time between two recorded points, `library` is the
+    stepping loop in C, `None` for Python's, and `tolerance` is the relative tolerance of a response, for algorithms
+    that choose their steps. Raises `StructureError` where the wiring is wrong or an FMU lacks a capability that the
+    algorithm requires; all FMUs are freed then.
     """
     row = algorithm_named(algorithm)
     instances = open_instances(assembly.files, ModelExchangeInstance if row.is_model_exchange else Instance)

@@ -1,18 +1,19 @@
-"""Iterated coupling whose communication step follows the error it makes; what is not good enough is taken back.
+"""Error control: iterated coupling with communication steps chosen, accepted and rejected by their error.
 
-A step of iterated coupling (`actions/iterated.py`) is tried whole, and again as two halves, which are kept. They err by
-an eighth of what the whole errs by each, so that a third of the difference of the two is the error of the halves:
+Each step of iterated coupling (`actions/iterated.py`) is computed as one whole step and as two half steps; the half
+steps are kept. The error of each half is an eighth of that of the whole, so the error of both halves is a third of the
+difference between the two results:
 
     e = |whole - halves| / 3,     compared over all states of the FMUs and all values that move between them
 
 each relative to the largest value so far (Schierz, Arnold and Clauß, Co-simulation with communication step size
-control in an FMI compatible master algorithm, 2012). It needs no past, so a tick of a sampled instance shortens a
-step only if it changes what the inputs do; and inputs that hardly matter hardly count.
+control in an FMI compatible master algorithm, 2012). The estimate needs no history, so a tick of a sampled instance
+shortens a step only if it changes the inputs; and inputs with a small effect have a small weight.
 
-A step is taken where e is at most (SCALE tolerance)^(3/2). As the error of one step is of third order, steps go with
-the root of the tolerance, and the error of the run with the tolerance itself (as in RADAU5 of Hairer and Wanner). The
-next step is as long as e lets it be. Steps end at every tick and wherever values are recorded; one that is cut there
-says nothing against the longer ones that the error had let be.
+A step is accepted where e is at most (SCALE tolerance)^(3/2). As the error of one step is of third order, the step size
+is proportional to the root of the tolerance, and the error of the run to the tolerance (as in RADAU5 of Hairer and
+Wanner). The next step is as long as e permits. Steps end at every tick and at every recorded point; a step shortened
+there does not shorten the next one.
 """
 
 import dataclasses
@@ -22,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from hfsa.cosim.actions.action import Stepper
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.fmi.co_simulation import Instance, State, StepError
 from hfsa.cosim.fmi.description import SAMPLE_TIME
@@ -38,29 +39,33 @@ TOLERANCE = 1e-5
 """Default error of a run, relative to the largest value of each quantity."""
 
 SCALE = 30.0
-"""What makes a tolerance of the error of a run: on a loop as stiff as in the tests that is then twice the tolerance."""
+"""Factor between the tolerance and the error of a step; on a stiff loop the error of a run is twice the tolerance."""
 
 SMALLEST = 1e-3
-"""Of its nominal, a value that counts even where it is smaller."""
+"""Smallest size of a value in the relative error, as a fraction of its nominal."""
 
 SAFETY, SHORTEN, LENGTHEN, STEADY = 0.9, 0.1, 5.0, 1.3
-"""Factors: the step that the error asks for is kept smaller; a step changes at least and at most so; it is not
-lengthened by less, as an iteration of another step begins with derivatives of its own."""
+"""Step size control: safety factor, smallest and largest ratio of two steps, and the smallest lengthening.
+
+A new step size needs a new interface Jacobian, so small lengthenings are not worth it.
+"""
 
 FIRST, SHORTEST = 1e-3, 1e-9
-"""Of the interval between two records, the first step, and the shortest that is tried."""
+"""First and shortest step, relative to the interval between two recorded points."""
 
 _SETTING = "solver.relative_tolerance"
 _REFUSALS = ("does not converge", "discard")
-"""What may be otherwise over a shorter step."""
+"""Statuses that a shorter step may avoid."""
 
 
 class ErrorControlled(Master):
-    """A master that chooses its communication steps between points `step_size` apart; with a `library` in C.
+    """Master that chooses its communication steps between recorded points `step_size` [s] apart.
+
+    With a `library` the iterated steps run in C.
 
     Attributes:
-        tolerance: of a run.
-        taken: communication steps since the start; `tried` counts those as well that were taken back.
+        tolerance: tolerance of a run.
+        taken: communication steps since the start; `tried` includes rejected steps.
     """
 
     def __init__(
@@ -73,17 +78,17 @@ class ErrorControlled(Master):
         library: Path | None = None,
     ):
         super().__init__(instances, system, algorithm, step_size)
-        assert isinstance(self._scheme.moving, Converge)
+        assert isinstance(self._scheme.moving, IteratedStep)
         self.tolerance = tolerance
         self._half = self._scheme.moving
-        self._whole = self._half.another()  # each keeps the derivatives that suit its step
+        self._whole = self._half.duplicate()  # each keeps the interface Jacobian of its step size
         if library is not None:
-            for converge in (self._half, self._whole):
-                step_in_c(converge, library)
-        self._ticks = [self._tried(action) for action in self.cycle[: self.cycle.index(self._half)]]
+            for iterated in (self._half, self._whole):
+                step_in_c(iterated, library)
+        self._ticks = [self._revocable(action) for action in self.cycle[: self.cycle.index(self._half)]]
         self._after = self.cycle[self.cycle.index(self._half) + 1 :]
-        self._clocked = [instances[stepper.instance] for stepper in self.wiring.sampled]
-        self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._clocked = [instances[stepper.instance] for stepper in self.wiring.discrete]
+        self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._saved: list[State] = []
         self._observe()
 
@@ -105,7 +110,7 @@ class ErrorControlled(Master):
         return (SCALE * self.tolerance) ** 1.5
 
     def _take(self, steps: int) -> None:
-        """Take steps of the error's choice to each of the next points."""
+        """Take error-controlled steps to each of the next points."""
         for count in range(self._count + 1, self._count + steps + 1):
             self._go_to(self._start_time + count * self.step_size)
             self._count = count
@@ -114,7 +119,7 @@ class ErrorControlled(Master):
                 self._record()
 
     def _go_to(self, end: float) -> None:
-        """Step to a time [s]."""
+        """Step to the time `end` [s]."""
         while (time := self.wiring.time.value) < end:
             stop, is_tick = self._stop(time, end)
             left = stop - time
@@ -127,7 +132,7 @@ class ErrorControlled(Master):
                 if self._next < SHORTEST * self.step_size:
                     raise self._failure(time, errors)
                 continue
-            # one that was cut short says nothing against longer ones, unless the error tells how long they may be
+            # a shortened step does not shorten the next one, unless its error limits that
             wanted = length * (1.0 if 1.0 <= factor < STEADY else factor)
             self._next = max(self._next, wanted) if factor == LENGTHEN else wanted
             self.taken += 2
@@ -136,8 +141,8 @@ class ErrorControlled(Master):
             if is_tick and length == left:
                 self._half.past.clear()
 
-    def _tried(self, action: Action) -> Action:
-        """Return an action, a step as one that may be taken back."""
+    def _revocable(self, action: Action) -> Action:
+        """Return an action; the step of an instance becomes one that may be rejected."""
         if not isinstance(action, Stepper):
             return action
         wiring = self.wiring
@@ -155,7 +160,7 @@ class ErrorControlled(Master):
         return stop, is_tick
 
     def _try(self, length: float) -> np.ndarray:
-        """Try a step; return the relative error of each quantity, after going back where one is too large."""
+        """Try a step; return the relative error of each quantity, (n,), and restore the instances if it is rejected."""
         wiring = self.wiring
         time, bus, past = wiring.time.value, wiring.bus.copy(), list(self._half.past)
         self._save()
@@ -177,31 +182,31 @@ class ErrorControlled(Master):
             self._half.past = past
         return errors
 
-    def _proceed(self, converge: Converge, step_size: float) -> None:
-        """Step all instances from the present time."""
+    def _proceed(self, iterated: IteratedStep, step_size: float) -> None:
+        """Step all instances from the present time by `step_size` [s]."""
         self.wiring.step_size.value = step_size
         self.tried += 1
         self._exchange.run(self._ticks)
-        converge.run()
+        iterated.run()
 
     def _errors(self, whole: np.ndarray, halves: np.ndarray) -> np.ndarray:
-        """Return the relative errors of two halves, (n,), and remember how large values were where they are taken."""
+        """Return the relative errors of two halves, (n,), and update the largest values if the step is accepted."""
         largest = np.maximum(self._largest, np.abs(halves))
         errors = np.nan_to_num(np.abs(whole - halves) / 3 / largest, nan=np.inf)
         if np.all(errors <= self._allowed):
             self._largest = largest
         return errors
 
-    # What is observed -------------------------------------------------------------------------------------------------
+    # Observed values --------------------------------------------------------------------------------------------------
 
     def _observe(self) -> None:
-        """Prepare to fetch the states that FMUs show, in one array."""
+        """Prepare the calls that fetch all visible states of the FMUs into one array."""
         variables: list[tuple[str, Connector]] = []
         for i in self._half.places:
             component, name = self.wiring.split(self.wiring.connections[i].start)
             variables.append((component, self.wiring.connectors[component][name]))
         found = {}
-        for stepper in self.wiring.others:
+        for stepper in self.wiring.continuous:
             own = self.wiring.connectors[stepper.instance]
             states = [state for state, _ in self.instances[stepper.instance].fmu.description.states]
             found[stepper.instance] = [name for name in states if name in own and own[name].is_real]
@@ -217,12 +222,12 @@ class ErrorControlled(Master):
                 first += len(names)
 
     def _values(self) -> np.ndarray:
-        """Return the values that move between the FMUs, and the FMUs' states, (n,)."""
+        """Return the coupling values and the visible states of the FMUs, (n,)."""
         for call in self._state_calls:
             call.instance.check(call, call.run())
         return np.concatenate([self.wiring.bus[self._half.places], self._states])
 
-    # Going back -------------------------------------------------------------------------------------------------------
+    # Rejected steps ---------------------------------------------------------------------------------------------------
 
     def _save(self) -> None:
         """Save the states of all instances."""
@@ -233,15 +238,15 @@ class ErrorControlled(Master):
             call.instance.check(call, call.run())
 
     def _go_back(self, time: float, bus: np.ndarray) -> None:
-        """Bring all instances back to where they were saved."""
+        """Restore all instances to their saved states."""
         for it, state in zip(self._stepped, self._saved, strict=True):
             it.restore(state)
         self.wiring.time.value, self.wiring.bus[:] = time, bus
 
-    # Where it cannot go on --------------------------------------------------------------------------------------------
+    # Errors -----------------------------------------------------------------------------------------------------------
 
     def _check_solvers(self) -> None:
-        """Raise `StructureError` for the FMU whose own solver errs most, where that is more than a step may err by."""
+        """Raise `StructureError` for the FMU with the coarsest solver, where its tolerance exceeds that of a step."""
         own = {
             name: float(instance.get(instance.handle([_SETTING]))[0])
             for name, instance in self.instances.items()
@@ -259,7 +264,7 @@ class ErrorControlled(Master):
         )
 
     def _failure(self, time: float, errors: np.ndarray) -> StepError:
-        """Return the error of a step that nothing makes short enough."""
+        """Return the error for a step below the shortest one."""
         component, variable = self._names[int(np.argmax(errors))]
         return StepError(
             component,
@@ -273,7 +278,7 @@ class ErrorControlled(Master):
 
 
 COUPLING = 1e-2
-"""Part of the tolerance of a response that communication steps may err by."""
+"""Share of the tolerance of a response for the error of the communication steps."""
 
 
 def make(
@@ -284,7 +289,7 @@ def make(
     library: Path | None = None,
     tolerance: float = 1e-3,
 ) -> ErrorControlled:
-    """Return the master whose steps leave a response within a tolerance."""
+    """Return the master that keeps the error of a response within a tolerance."""
     return ErrorControlled(instances, system, algorithm, step_size, COUPLING * tolerance, library)
 
 

@@ -1,13 +1,13 @@
 """Gauss-Seidel: instances step one after the other, each with the newest outputs of those before it.
 
-With `_linear` and `_quadratic` inputs move over a step: to the newest outputs of those that have stepped, and as they
-have come from those that have not.
+With `_linear` and `_quadratic` inputs move over a step: an input ends at the newest output of a source that has stepped
+already, and extrapolates the output of a source that has not.
 """
 
 from collections.abc import Iterator
 
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.schemes import extrapolated, held
@@ -15,10 +15,10 @@ from hfsa.cosim.masters.stepped import stepped
 
 
 def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
-    """Each steps with the newest outputs of those before it."""
-    yield from sampled_first(wiring)
-    waiting = [stepper.instance for stepper in wiring.others]
-    for stepper in wiring.others:
+    """Yield the actions of a step with held inputs."""
+    yield from discrete_first(wiring)
+    waiting = [stepper.instance for stepper in wiring.continuous]
+    for stepper in wiring.continuous:
         waiting.remove(stepper.instance)
         yield stepper
         for group in stepper.groups:
@@ -27,11 +27,11 @@ def gauss_seidel(wiring: Wiring) -> Iterator[Action]:
 
 
 def gauss_seidel_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
-    """Each steps with inputs that move: to the newest outputs of those before it, with the past of those behind it."""
-    yield from sampled_first(wiring)
-    yield extrapolation.remember
-    waiting, stepped = [stepper.instance for stepper in wiring.others], []
-    for stepper in wiring.others:
+    """Yield the actions of a step with moving inputs."""
+    yield from discrete_first(wiring)
+    yield extrapolation.history
+    waiting, stepped = [stepper.instance for stepper in wiring.continuous], []
+    for stepper in wiring.continuous:
         waiting.remove(stepper.instance)
         yield from extrapolation.of(stepper.instance, stepped)
         yield stepper

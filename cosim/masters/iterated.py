@@ -1,16 +1,16 @@
-"""Iterated coupling: all instances step together, again and again, until their inputs end at what the outputs come to.
+"""Iterative coupling: all instances repeat a step together until their inputs at its end equal the outputs.
 
-How the guess is made better is in `actions/iterated.py`.
+The correction of the guess is in `actions/iterated.py`.
 """
 
 from collections.abc import Mapping
 from functools import partial
 
-from hfsa.cosim.actions.iterated import Converge
-from hfsa.cosim.actions.schedule import sampled_first
+from hfsa.cosim.actions.iterated import IteratedStep
+from hfsa.cosim.actions.schedule import discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
-from hfsa.cosim.linear.cycle import coupling_gradient
+from hfsa.cosim.linear.cycle import interface_jacobian
 from hfsa.cosim.masters.algorithm import Algorithm, Scheme
 from hfsa.cosim.masters.schemes import unable
 from hfsa.cosim.masters.stepped import stepped
@@ -20,9 +20,9 @@ from hfsa.cosim.systems.system import System
 def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Scheme:
     """Return the scheme of a method, `fixed_point` or `quasi_newton`, on one system."""
     wiring = Wiring(system, instances)
-    converge = Converge(wiring, method, partial(coupling_gradient, wiring))
-    step = [*sampled_first(wiring), converge]
-    return Scheme(wiring, step, list(wiring.exchange()), converge, unable(instances, converge.unable))
+    iterated = IteratedStep(wiring, method, partial(interface_jacobian, wiring))
+    step = [*discrete_first(wiring), iterated]
+    return Scheme(wiring, step, list(wiring.exchange()), iterated, unable(instances, iterated.unable))
 
 
 FIXED_POINT = Algorithm(

@@ -1,12 +1,12 @@
 """Jacobi: all instances step with the outputs of the communication point, in any order or at once.
 
-With `_linear` and `_quadratic` inputs go on over a step as they have come.
+With `_linear` and `_quadratic` inputs extrapolate the outputs of the last communication points.
 """
 
 from collections.abc import Iterator
 
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.schemes import extrapolated, held
@@ -14,16 +14,16 @@ from hfsa.cosim.masters.stepped import stepped
 
 
 def jacobi(wiring: Wiring) -> Iterator[Action]:
-    """All step with the outputs of the communication point."""
-    yield from sampled_first(wiring)
-    yield from wiring.others
+    """Yield the actions of a step with held inputs."""
+    yield from discrete_first(wiring)
+    yield from wiring.continuous
 
 
 def jacobi_extrapolated(wiring: Wiring, extrapolation: Extrapolation) -> Iterator[Action]:
-    """All step with inputs that go on as they have come."""
-    yield from sampled_first(wiring)
-    yield extrapolation.remember
-    for stepper in wiring.others:
+    """Yield the actions of a step with extrapolated inputs."""
+    yield from discrete_first(wiring)
+    yield extrapolation.history
+    for stepper in wiring.continuous:
         yield from extrapolation.of(stepper.instance)
         yield stepper
 

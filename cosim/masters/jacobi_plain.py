@@ -1,4 +1,4 @@
-"""Plain Jacobi, as other masters do it: get all outputs, set all inputs, step all instances; to compare with them."""
+"""Plain Jacobi, for comparison with other masters: get all outputs, set all inputs, step all instances."""
 
 from collections.abc import Iterator, Mapping
 
@@ -11,16 +11,16 @@ from hfsa.cosim.systems.system import System
 
 
 def exchange_plain(wiring: Wiring) -> Iterator[Action]:
-    """Fetch all outputs, then set all inputs."""
+    """Yield the actions of an exchange: fetch all outputs, then set all inputs."""
     yield from wiring.stages()
     for stage in wiring.stages():
         yield from stage.transfers
 
 
 def jacobi_plain(wiring: Wiring) -> Iterator[Action]:
-    """All step, sampled or not."""
-    yield from wiring.sampled
-    yield from wiring.others
+    """Yield the steps of all instances, sampled or not."""
+    yield from wiring.discrete
+    yield from wiring.continuous
 
 
 def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:

@@ -1,59 +1,59 @@
-"""Linearised feedback: a plant integrates what a controller answers to it implicitly, however stiff that is.
+"""Linearised feedback: the plant integrates the linearised response of its controller implicitly, however stiff it is.
 
-    master = make_master(instances, system, "linearized_feedback", 1e-5)   # of assembly.build with its ports
+    master = make_master(instances, system, "linearized_feedback", 1e-5)   # FMUs built with feedback ports
 
-On a loop plant.y -> controller -> plant.u without a state between, u held over a step H is stable only while H is
-short beside the loop's own time constants. Here the controller's FMU gives its directional derivatives G = du/dy beside
-u, and the plant, whose solver takes stiff equations, steps with
+On a loop plant.y -> controller -> plant.u with direct feedthrough, u held over a step H is stable only while H is short
+compared with the loop's own time constants. Here the controller's FMU provides its directional derivatives G = du/dy,
+and the plant, whose solver is suited to stiff equations, steps with
 
     u(t) = u_k + G (y(t) - y_k) + d (t - t_k)        d: rate of u_k while y rests
 
-by the ports that its FMU was exported with (`feedback.gain.u.y`, `feedback.at.y`). All other inputs move on lines: to
-where the instance that feeds them has stepped already, else at the rate that its output has at t_k. Rates follow from
-the FMUs' directional derivatives, passed on in feedthrough order. What a nonlinear controller bends within a step, and
-what its own states do meanwhile, is of second order in H, like the lines. On lines is also what crosses through the
-controller from one plant to another: under one controller for several, the step is limited by that, and parts that are
-fused (`assembly/fuse.py`) are one plant.
+through the feedback ports of its FMU (`feedback.gain.u.y`, `feedback.at.y`). All other inputs follow straight lines:
+towards the newest output of a source that has stepped already, else at the rate of that output at t_k. Rates follow
+from the FMUs' directional derivatives, passed on in feedthrough order. The nonlinearity of a controller within a step
+and the motion of its states are of second order in H, like the lines. Coupling through the controller from one plant to
+another follows lines too: it limits the step of a controller of several plants. Fused parts (`assembly/fuse.py`) are
+one plant.
 
-Plants step first, then the others, each in the system's order; sampled instances tick before (`master.py`), and
-what they put out is held. Inputs of an FMU that takes no input derivatives are held; so is what is on an algebraic
-loop.
+Plants step first, then all other continuous instances, each in the system's order; sampled instances tick before
+(`master.py`), and their outputs are held. Inputs of an FMU that accepts no input derivatives are held, and so are
+values on an algebraic loop.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hfsa.cosim.actions.feedback import Feedback
-from hfsa.cosim.actions.schedule import Action, sampled_first
+from hfsa.cosim.actions.schedule import Action, discrete_first
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block
-from hfsa.cosim.linear.feedback import FeedbackLayout, followed
+from hfsa.cosim.linear.feedback import FeedbackLayout, with_states
 from hfsa.cosim.masters.algorithm import Algorithm, Ports, Scheme
 from hfsa.cosim.masters.stepped import stepped
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.feedback_loops import Loop, feedback_loops
+from hfsa.cosim.systems.feedback_loops import FeedbackLoop, feedback_loops
 from hfsa.cosim.systems.system import Connection, System
 
 NAME = "linearized_feedback"
 
 _NO_LOOP = (
-    "no output of a component comes back to it through a continuous one without a state between, so there is nothing "
-    "to feed back; take gauss_seidel"
+    "no output of a component returns to it by direct feedthrough of a continuous component, so there is nothing to "
+    "feed back; take gauss_seidel"
 )
 
 
 def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
-    """Return the scheme on one system; `StructureError` where no loop can be closed so, and why."""
+    """Return the scheme on one system; raises `StructureError` with the reason where there is no feedback loop."""
     connectors = {c.name: instances[c.name].fmu.variables for c in system.components}
     found = feedback_loops(system, connectors)
     lacking = [_lacking(loop, instances) for loop in found]
     loops = [loop for loop, words in zip(found, lacking, strict=True) if not words]
     if not loops:
         raise StructureError(f"{NAME}: {lacking[0] if found else _NO_LOOP}")
-    marks = dict.fromkeys(Connection(f"{o.plant}.{o.output}", f"{o.plant}.{o.at}") for o in loops)
-    wiring = Wiring(System(system.components, [*system.connections, *marks]), instances)
+    held_outputs = dict.fromkeys(Connection(f"{o.plant}.{o.output}", f"{o.plant}.{o.at}") for o in loops)
+    wiring = Wiring(System(system.components, [*system.connections, *held_outputs]), instances)
     warnings: dict[str, str] = {}
     for loop, words in zip(found, lacking, strict=True):
         if words and system[loop.plant].part.endswith(".fmu"):  # a part lacks only ports that no state follows
@@ -61,12 +61,12 @@ def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
     return Scheme(wiring, list(linearized_feedback(wiring, loops)), list(wiring.exchange()), warnings=warnings)
 
 
-def linearized_feedback(wiring: Wiring, loops: Sequence[Loop]) -> Iterator[Action]:
-    """Plants step first, then the others."""
+def linearized_feedback(wiring: Wiring, loops: Sequence[FeedbackLoop]) -> Iterator[Action]:
+    """Yield the actions of a step: plants step first, then the others."""
     feedback = Feedback(wiring, loops)
-    yield from sampled_first(wiring)
+    yield from discrete_first(wiring)
     yield from feedback.point
-    order = sorted(wiring.others, key=lambda stepper: stepper.instance not in feedback.gains)
+    order = sorted(wiring.continuous, key=lambda stepper: stepper.instance not in feedback.gains)
     waiting, has_stepped = [stepper.instance for stepper in order], []
     for stepper in order:
         waiting.remove(stepper.instance)
@@ -77,7 +77,7 @@ def linearized_feedback(wiring: Wiring, loops: Sequence[Loop]) -> Iterator[Actio
 
 
 def ports(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> Ports:
-    """Return the inputs of plants that are to follow their outputs within a step, (input, output) each, by plant."""
+    """Return the feedback ports of the plants in a system, (input, output) each, by plant."""
     loops = feedback_loops(system, connectors)
     plants = dict.fromkeys(loop.plant for loop in loops)
     return {p: tuple(dict.fromkeys((o.input, o.output) for o in loops if o.plant == p)) for p in plants}
@@ -86,33 +86,33 @@ def ports(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> 
 def layout(
     system: System, instances: Mapping[str, Instance], blocks: Mapping[str, Block], *observation: Any
 ) -> FeedbackLayout:
-    """Return its linear map, which the FMUs' blocks suffice for: no ports are asked of them."""
+    """Return the linear map of linearised feedback; it needs no feedback ports."""
     wiring = Wiring(system, instances)
-    found = followed(feedback_loops(system, wiring.connectors), blocks)
+    found = with_states(feedback_loops(system, wiring.connectors), blocks)
     # a component that is made of parts can be exported with ports
     loops = [o for o in found if not system[o.plant].part.endswith(".fmu") or o.gain in wiring.connectors[o.plant]]
     if not loops:
         raise StructureError(
-            f"{NAME}: there is nothing to feed back: no part has an output that comes back to it through a continuous "
-            "component without a state between"
+            f"{NAME}: there is nothing to feed back: no output of a part returns to it by direct feedthrough of a "
+            "continuous component"
         )
-    return FeedbackLayout(wiring, [*sampled_first(wiring)], blocks, loops, *observation)
+    return FeedbackLayout(wiring, [*discrete_first(wiring)], blocks, loops, *observation)
 
 
-def _lacking(loop: Loop, instances: Mapping[str, Instance]) -> str:
-    """Return what keeps a loop from being closed so; empty where nothing does."""
+def _lacking(loop: FeedbackLoop, instances: Mapping[str, Instance]) -> str:
+    """Return the capability that a feedback loop lacks; empty if it lacks none."""
     controller, plant = (instances[name].fmu.description for name in (loop.controller, loop.plant))
     if not controller.has_derivatives:
         return f"{loop.controller}: {controller.file.name} has no directional derivatives to feed back"
     if loop.gain not in plant.variables:
-        return f"{loop.plant}: {plant.file.name} has no port {loop.gain}, with which only parts are exported"
+        return f"{loop.plant}: {plant.file.name} has no feedback port {loop.gain}; only parts are exported with it"
     return ""
 
 
 ALGORITHMS = (
     Algorithm(
         NAME,
-        "plants integrate what a controller answers to them implicitly, by the controllers' derivatives",
+        "plants integrate the linearised feedback of their controllers implicitly",
         rank=11,
         inputs="fed back",
         order=2,

@@ -1,21 +1,21 @@
-"""The co-simulation master: who steps when, and who is told what in between.
+"""The co-simulation master: the order of steps, and the exchange of values between them.
 
     master = make_master(instances, system, "gauss_seidel", step_size=50e-6)
     recording = master.record(["robot.platform.position[3]"], rows=1001, every=20)
     master.initialize(start_time=0.0)
-    master.advance(20_000)                      # steps; again and again
+    master.advance(20_000)                      # steps; may be called repeatedly
     recording.time, recording["robot.platform.position[3]"]
 
 Communication point k is at `start_time + k * step_size`, computed and never accumulated. At each point values are
 exchanged in feedthrough order, so that an output is fetched after the inputs it follows were set. Then the step:
 
-1. Sampled instances (a parameter `sample_time`, all outputs discrete) go first, one after the other in the system's
-   order. A tick at the beginning of the step uses the inputs of this point; the sampled outputs are passed on before
-   any other instance steps, through direct feedthrough where there is some.
-2. The others step, as the algorithm says: `gauss_seidel.py`, `jacobi.py`, ... Algebraic loops are solved at every point
-   (`actions/algebraic_loop.py`).
+1. Sampled instances (a parameter `sample_time`, all outputs discrete) step first, one after the other in the system's
+   order. A tick at the beginning of the step uses the inputs of this point; the sampled outputs are passed on, through
+   direct feedthrough as well, before any other instance steps.
+2. The continuous instances step in the order of the algorithm: `gauss_seidel.py`, `jacobi.py`, ... Algebraic loops are
+   solved at every point (`actions/algebraic_loop.py`).
 
-After `initialize` and after `advance` the exchange at the current point has been done: what is read is consistent.
+`initialize` and `advance` end with the exchange at the current point, so that all values are consistent.
 """
 
 from abc import ABC, abstractmethod
@@ -26,7 +26,7 @@ import numpy as np
 
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.extrapolation import Extrapolation
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import Call
@@ -37,15 +37,15 @@ from hfsa.cosim.systems.system import System
 
 
 class Master(ABC):
-    """Runs the instances of a system together; subclasses say how steps are taken.
+    """Runs the instances of a system together; subclasses take the steps.
 
-    `instances` holds one instance per component, by name; they stay the caller's, who closes them. `StructureError`
-    where the wiring is wrong (`connectors.check`); nothing has run by then.
+    `instances` holds one instance per component, by name; the caller owns and closes them. Raises `StructureError`
+    where the wiring is wrong (`connectors.check`), before any instance runs.
 
     Attributes:
-        algorithm: the one that it runs.
-        cycle: what is done from one communication point to the next, in order; `point`: a complete exchange.
-        warnings: the first warning of each instance, by name.
+        algorithm: the algorithm.
+        cycle: actions from one communication point to the next, in order; `point`: a complete exchange.
+        warnings: first warning of each instance, by name.
     """
 
     def __init__(self, instances: Mapping[str, Any], system: System, algorithm: Algorithm, step_size: float):
@@ -72,23 +72,22 @@ class Master(ABC):
 
     @property
     def order(self) -> int | None:
-        """Order of the error in the communication step: the algorithm's, or less where inputs are held."""
+        """Order of the error in the communication step: that of the algorithm, or less where inputs are held."""
         order, moving = self.algorithm.order, self._scheme.moving
         return min(order, 1 + moving.degree) if order and isinstance(moving, Extrapolation) else order
 
     @property
     def statistics(self) -> dict[str, int]:
-        """Counts since the start: communication `steps`, and where steps are iterated their `passes`."""
+        """Counts since the start: communication `steps`, and the `passes` of iterated steps."""
         moving = self._scheme.moving
-        return {"steps": self._count, **({"passes": moving.passes} if isinstance(moving, Converge) else {})}
+        return {"steps": self._count, **({"passes": moving.passes} if isinstance(moving, IteratedStep) else {})}
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Bring all instances to `start_time` with values that agree across every connection, ready to step.
+        """Initialize all instances at `start_time` [s], with values that agree across every connection.
 
-        `starts` holds start values by full name, which go before those of the components. Errors as of
-        `Exchange.enter`.
+        `starts` holds start values by full name, which override those of the components. Raises as `Exchange.enter`.
         """
         check_sample_times(self.system, self.wiring.connectors, starts or {}, self.step_size)
         self._start_time, self._count, self._is_ready = start_time, 0, False
@@ -110,13 +109,13 @@ class Master(ABC):
         """
         moving = self._scheme.moving
         if isinstance(moving, Extrapolation) and earlier.size:
-            moving.remember.points[:2] = self.wiring.bus + earlier
+            moving.history.points[:2] = self.wiring.bus + earlier
 
     def advance(self, steps: int) -> None:
         """Take a number of steps.
 
-        `StepError` where an instance fails, asks to end, or a connected or recorded value is not finite or outside
-        its variable's bounds; like after Ctrl-C, what was recorded until then is kept.
+        Raises `StepError` where an instance fails or requests the end, or a connected or recorded value is not finite
+        or outside the bounds of its variable. All values recorded until then are kept, as after Ctrl-C.
         """
         if not self._is_ready:
             raise StructureError("the master is not at a communication point: initialize it first")
@@ -126,12 +125,12 @@ class Master(ABC):
 
     @abstractmethod
     def _take(self, steps: int) -> None:
-        """Take steps to as many communication points, and record at them."""
+        """Take steps to the next communication points, and record values there."""
 
     def record(self, names: Iterable[str], rows: int, every: int = 1) -> Recording:
         """Record variables (full names) at every `every`-th communication point from the next `initialize` on.
 
-        Room for `rows` points is made at once. A master has one recording.
+        Storage for `rows` points is allocated at once. A master has one recording.
         """
         recording = Recording(tuple(names), rows, every)
         self._record_calls = []
@@ -170,14 +169,14 @@ class Master(ABC):
         for instance in self.instances.values():
             instance.close()
 
-    # Frame ------------------------------------------------------------------------------------------------------------
+    # Recording --------------------------------------------------------------------------------------------------------
 
     def _connector(self, name: str) -> Connector:
         """Return the variable of a full name."""
         return connector(self.system, self.wiring.connectors, name)
 
     def _by_component(self, names: Sequence[str]) -> list[tuple[str, list[str]]]:
-        """Return runs of consecutive variables of one component."""
+        """Return groups of consecutive variables of one component."""
         runs: list[tuple[str, list[str]]] = []
         for name in names:
             self._connector(name)
@@ -188,7 +187,7 @@ class Master(ABC):
         return runs
 
     def _record(self) -> None:
-        """Fetch what is recorded, and keep it as a row."""
+        """Fetch the recorded variables, and append them as a row."""
         assert self._recording is not None
         self._exchange.run_calls(self._record_calls)
         self._recording.take(self.time)

@@ -1,7 +1,7 @@
-"""Schemes whose instances step one by one: what an algorithm's order of steps needs around it.
+"""Schemes for algorithms that step instances one by one, from the order of their actions.
 
-held(order)              # inputs stay what they are over a step
-extrapolated(order, 1)   # inputs move on lines through what they were; 2: on parabolas (`actions/extrapolation.py`)
+held(order)              # inputs are constant over a step
+extrapolated(order, 1)   # inputs follow straight lines through their last values; 2: parabolas
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -28,7 +28,7 @@ def held(order: Callable[[Wiring], Iterator[Action]]) -> MakeScheme:
 
 
 def extrapolated(order: Callable[[Wiring, Extrapolation], Iterator[Action]], degree: int) -> MakeScheme:
-    """Return the scheme of an order of steps with inputs on polynomials of a degree, 1 or 2."""
+    """Return the scheme of an order of steps with inputs extrapolated by polynomials of a degree, 1 or 2."""
 
     def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
         """The scheme on one system."""
@@ -41,7 +41,7 @@ def extrapolated(order: Callable[[Wiring, Extrapolation], Iterator[Action]], deg
 
 
 def unable(instances: Mapping[str, Instance], names: list[str]) -> dict[str, str]:
-    """Return a warning for each instance whose FMU takes no derivatives of its inputs, by name."""
+    """Return a warning for each instance whose FMU accepts no input derivatives, by name."""
     return {
         name: f"{name}: {instances[name].fmu.description.file.name} takes no derivatives of its inputs, which are held "
         "instead"

@@ -1,4 +1,4 @@
-"""Masters that take the steps they are given: the stepping loop in Python, readable, and the same in C."""
+"""Masters with prescribed steps: the stepping loop in Python, and the same in C."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,10 +13,10 @@ from hfsa.cosim.systems.system import System
 
 
 class SteppedMaster(Master):
-    """Takes steps with the loop in Python."""
+    """Master with the stepping loop in Python."""
 
     def _take(self, steps: int) -> None:
-        """Take steps; `native/stepping.py` does in C what this says."""
+        """Take steps; `native/stepping.py` is the same loop in C."""
         calls = {action.call.run: action.call for action in self.cycle}
         stepping = [action.call.run for action in self.cycle[: self._scheme.first_of_point]]
         at_point = [action.call.run for action in self.cycle[self._scheme.first_of_point :]]
@@ -38,7 +38,7 @@ class SteppedMaster(Master):
                 status = run()
                 if status:
                     self._exchange.report(calls[run], status)
-            if is_bounded or bus.dot(zeros) != 0.0:  # 0 unless a value is infinite or not a number
+            if is_bounded or bus.dot(zeros) != 0.0:  # 0 unless a value is not finite
                 self._watch.check(time.value)
             if every and count % every == 0:
                 self._record()
@@ -52,7 +52,7 @@ def stepped(
     library: Path | None = None,
     tolerance: float = 1e-3,  # noqa: ARG001 (of algorithms that choose their steps)
 ) -> Master:
-    """Return a master that steps in C with the given library, or in Python where there is none."""
+    """Return the master that steps in C with `library`, or in Python where that is `None`."""
     if library is None:
         return SteppedMaster(instances, system, algorithm, step_size)
     return CompiledMaster(instances, system, algorithm, step_size, library)

@@ -1,4 +1,4 @@
-"""One measurement on FMUs: an input at one frequency, a run in time, a point of a sweep in a process of its own.
+"""Measurements on FMUs: an input at one frequency, a frequency sweep, a run in time, tasks in worker processes.
 
 Read `rig.py` first. It imports `masters`, `analysis`, `results` and what is below them.
 """

@@ -1,10 +1,10 @@
-"""Limits: outputs that are 1 while something is at its end and otherwise 0, told by the last part of their name.
+"""Limit flags: outputs that are 1 while a saturation or limit is active, recognised by the last part of their name.
 
     limit_signals(connectors)                  # ["controller.axis[1].saturation", "stack[1].contact_lost"]
-    for found in acting(time, values):         # values of a run by full name
-        print(found.message)                   # what acts, first when, how often, what it means, what helps
+    for found in active_limits(time, values):  # values of a run by full name
+        print(found.message)                   # the limit, when it was active, its meaning, and advice
 
-A part tells of a limit of its own by calling an output so; what follows is said by whoever runs it.
+A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags.
 """
 
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ class Limit:
     """A kind of limit.
 
     Attributes:
-        word: what its owner is while it acts, `saturated`.
-        meaning: what that says of the results; `advice`: what helps.
-        spoils_response: whether a response measured meanwhile is not that to small signals.
+        word: state of the component while the limit is active, `saturated`.
+        meaning: consequence for the results; `advice`: possible remedy.
+        spoils_response: whether a response measured meanwhile differs from the small-signal response.
     """
 
     word: str
@@ -44,18 +44,18 @@ LIMITS: Mapping[str, Limit] = {
     ),
     "contact_lost": Limit(
         "out of contact",
-        "what can only push would have to pull, and goes on as if it were glued",
+        "a contact that can only push would have to pull, and is computed as if it were glued",
         "take a preload, or a motion in which it pushes throughout",
     ),
     "overload": Limit(
         "overloaded",
-        "a load is above what is allowed, although nothing gives way",
+        "a load exceeds its permissible value, although the model does not fail",
         "take a smaller motion",
         spoils_response=False,
     ),
     "displacement_warning": Limit(
         "displaced too far",
-        "its equations are those of small displacements, and this one is none",
+        "its equations hold for small displacements only, and this one is large",
         "take a smaller motion",
         spoils_response=False,
     ),
@@ -64,13 +64,13 @@ LIMITS: Mapping[str, Limit] = {
 
 
 @dataclass(frozen=True)
-class Acting:
-    """A limit that acted.
+class ActiveLimit:
+    """A limit that was active in a run.
 
     Attributes:
-        signal: full name.
-        first_time: at which it was first seen [s]; `share` of all points at which it was.
-        lasting_since: time [s] from which it was seen to the end, `None` where it was not at the end.
+        signal: full name of the flag.
+        first_time: time of the first active point [s]; `share`: fraction of active points.
+        lasting_since: time [s] from which it was active to the end, `None` where it was inactive at the end.
     """
 
     signal: str
@@ -80,37 +80,37 @@ class Acting:
 
     @property
     def limit(self) -> Limit:
-        """What kind of limit it is."""
-        return LIMITS[_kind(self.signal)]
+        """The kind of limit."""
+        return LIMITS[_flag_of(self.signal)]
 
     @property
     def message(self) -> str:
-        """What to say of it after a run."""
+        """Message about the limit after a run."""
         limit = self.limit
         lasting = "" if self.lasting_since is None else f", to the end from {self.lasting_since:.9g} s on"
         return (
-            f"{_said(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
+            f"{_spelled(self.signal)}: {limit.word}, first at t = {self.first_time:.9g} s, {100 * self.share:.3g} % of "
             f"the time{lasting}: {limit.meaning}; {limit.advice}"
         )
 
     @property
     def response_message(self) -> str:
-        """What to say of a frequency response that was measured meanwhile."""
+        """Message about the limit during the measurement of a frequency response."""
         limit = self.limit
-        spoilt = ", and the response is not that to small signals" if limit.spoils_response else ""
+        spoilt = ", and the response is not the small-signal response" if limit.spoils_response else ""
         return (
-            f"{_said(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
+            f"{_spelled(self.signal)}: {limit.word} at t = {self.first_time:.9g} s: {limit.meaning}{spoilt}; "
             f"{limit.advice}"
         )
 
 
 def is_limit(name: str) -> bool:
-    """Whether a variable of that name, full or not, tells of a limit."""
-    return _kind(name) in LIMITS
+    """Whether a variable with that name, full or not, is a limit flag."""
+    return _flag_of(name) in LIMITS
 
 
 def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str]:
-    """Return the outputs (full names) that tell of limits; `connectors` are each component's variables by name."""
+    """Return the limit flags (full names) among outputs; `connectors` are each component's variables by name."""
     return [
         f"{component}.{name}"
         for component, variables in connectors.items()
@@ -119,8 +119,8 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
     ]
 
 
-def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
-    """Return the limits that acted in a run, the earliest first.
+def active_limits(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[ActiveLimit]:
+    """Return the limits that were active in a run, the earliest first.
 
     `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN.
     """
@@ -129,18 +129,18 @@ def acting(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[Acting]:
         flags = np.asarray(values[name], dtype=float)
         acts = flags[np.isfinite(flags)] != 0
         if acts.any():
-            last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # points at the end at which it acts
+            last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # active points at the end
             since = float(time[len(acts) - last]) if last else None
-            found.append(Acting(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
+            found.append(ActiveLimit(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
     return sorted(found, key=lambda limit: limit.first_time)
 
 
-def _kind(name: str) -> str:
-    """Return the last part of a name, a key of `LIMITS` where it tells of a limit."""
+def _flag_of(name: str) -> str:
+    """Return the last part of a name, a key of `LIMITS` for a limit flag."""
     return name.rpartition(".")[2]
 
 
-def _said(name: str) -> str:
-    """Return a full name as messages say it: `controller: axis[1].saturation`."""
+def _spelled(name: str) -> str:
+    """Return a full name as in messages: `controller: axis[1].saturation`."""
     component, _, variable = name.partition(".")
     return f"{component}: {variable}"

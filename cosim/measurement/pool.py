@@ -1,9 +1,9 @@
-"""Tasks in processes: results as they come; a process that dies takes only its own task with it; Ctrl-C ends all.
+"""Worker processes: results in order of completion; a crash loses only its own task; Ctrl-C ends all workers.
 
-Only the parent decides how to end: signals to a whole group of processes (Ctrl-C, a batch system's SIGTERM) pass its
-children by. A thread in each watches over it: it ends the process when the parent has died, and where a task does not
-come to its end within a grace period after it was told to, because an FMU does not return. Temporary folders of the
-children lie in one of the parent's, so that they go away however a child ends.
+Only the parent handles signals: its workers ignore signals to the whole process group (Ctrl-C, SIGTERM of a batch
+system). A thread in each worker ends the process when the parent has died, or when a task does not end within a grace
+period after a stop request because an FMU does not return. Temporary folders of the workers lie in a folder of the
+parent, which is deleted however a worker ends.
 """
 
 import contextlib
@@ -25,16 +25,16 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 GRACE = 5.0
-"""Time [s] that a task which was told to end is given."""
+"""Time [s] from a stop request to the forced end of a task."""
 
-_GLANCE = 0.2
-"""Time [s] between two looks at the parent."""
+_POLLING_PERIOD = 0.2
+"""Period [s] of checking the parent."""
 
 _IGNORED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name))
 
 _stop: Event | None = None
 _is_ending = False
-_is_at_work = False
+_is_busy = False
 
 
 def results(
@@ -45,13 +45,12 @@ def results(
     apart: bool = False,
     again: Callable[[Task], Task] = lambda task: task,
 ) -> Generator[tuple[Task, Result | None]]:
-    """Yield each task with its result, in the order they finish.
+    """Yield each task with its result, in order of completion.
 
-    Tasks run on `executor`, else in as many new processes as `jobs`, which begin in the given order; a single job runs
-    in this process unless it is to stay `apart`.
-    The result is `None` where the process died, as after a crash in an FMU's code; `again` makes of a task what is
-    tried a second time, as its process may have died of another's. Whoever stops asking must close the generator
-    (`contextlib.closing`): what runs then is told so (`is_stopping`).
+    Tasks start in the given order, on `executor`, else in `jobs` new processes; a single job runs in this process
+    unless `apart` is set. The result is `None` where the process died, as after a crash in an FMU's code. A task whose
+    process died runs once more in the form that `again` returns, because another task may have been the cause. Close
+    the generator (`contextlib.closing`) to stop early: running tasks then see `is_stopping`.
     """
     if executor is not None:
         for i, result in _submitted(work, tasks, executor):
@@ -64,20 +63,20 @@ def results(
 
 
 def is_stopping() -> bool:
-    """Whether nobody waits for the result any more; only a process made here ever hears of it."""
+    """Whether the result is no longer needed; always false outside the worker processes of this module."""
     return _is_ending or (_stop is not None and _stop.is_set())
 
 
 def _in_processes(
     work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int, again: Callable[[Task], Task]
 ) -> Generator[tuple[Task, Result | None]]:
-    """Yield tasks with results from processes; `None` for the task that kills its own."""
-    left, work = list(range(len(tasks))), partial(_at_work, work)
+    """Yield tasks with results from worker processes; `None` for a task that crashes its process."""
+    left, work = list(range(len(tasks))), partial(_run_busy, work)
     with _pool(min(jobs, len(tasks))) as pool, contextlib.suppress(BrokenExecutor):
         for i, result in _submitted(work, tasks, pool):
             left.remove(i)
             yield tasks[i], result
-    # a process died, and with it the pool; one task at a time tells whose fault it was
+    # a process died, and the pool with it: run one task at a time to find the cause
     while left:
         with _pool(1) as pool:
             while left:
@@ -94,8 +93,8 @@ def _in_processes(
 def _submitted(
     work: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor
 ) -> Iterator[tuple[int, Result]]:
-    """Yield the places of tasks with results as they finish; what is left is cancelled in the end."""
-    with _signals_passing_by():
+    """Yield the indices of tasks with results in order of completion; cancel the remaining tasks at the end."""
+    with _signals_blocked():
         futures = {executor.submit(work, task): i for i, task in enumerate(tasks)}
     try:
         for future in as_completed(futures):
@@ -107,12 +106,12 @@ def _submitted(
 
 @contextlib.contextmanager
 def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """A pool of new processes, which are told to stop in the end."""
+    """Context of a pool of new processes, which are stopped at its end."""
     context = multiprocessing.get_context("spawn")
-    with _signals_passing_by():  # also by the process that counts what the others share
+    with _signals_blocked():  # the resource tracker starts here too
         stop = context.Event()
     with tempfile.TemporaryDirectory(prefix="hfsa-", ignore_cleanup_errors=True) as folder:
-        pool = ProcessPoolExecutor(jobs, context, _begin, (stop, folder))
+        pool = ProcessPoolExecutor(jobs, context, _initialize, (stop, folder))
         try:
             yield pool
         finally:
@@ -121,8 +120,8 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 @contextlib.contextmanager
-def _signals_passing_by() -> Iterator[None]:
-    """Start processes with signals blocked, which the parent hears afterwards."""
+def _signals_blocked() -> Iterator[None]:
+    """Context in which new processes start with signals blocked; the parent receives them afterwards."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -136,10 +135,10 @@ def _signals_passing_by() -> Iterator[None]:
 # In a process of the pool ---------------------------------------------------------------------------------------------
 
 
-def _begin(stop: Event, folder: str) -> None:
-    """Take what tells a process of the pool to stop, and where its temporary folders go.
+def _initialize(stop: Event, folder: str) -> None:
+    """Initialise a worker process with its stop event and its folder for temporary files.
 
-    SIGTERM stays blocked, as it was when the process began: `_watch` sees it.
+    SIGTERM stays blocked, as at the start of the process; `_watch` polls it.
     """
     global _stop
     _stop, tempfile.tempdir = stop, folder
@@ -150,43 +149,43 @@ def _begin(stop: Event, folder: str) -> None:
     threading.Thread(target=_watch, args=(stop, Path(folder)), daemon=True).start()
 
 
-def _at_work(work: Callable[[Task], Result], task: Task) -> Result:
-    """Do a task, visibly to `_watch`; one that was already on its way when nobody waits any more is not begun."""
-    global _is_at_work
+def _run_busy(work: Callable[[Task], Result], task: Task) -> Result:
+    """Run a task and mark this process as busy for `_watch`; a task that arrives after a stop is not started."""
+    global _is_busy
     if is_stopping():
         raise KeyboardInterrupt
-    _is_at_work = True
+    _is_busy = True
     try:
         return work(task)
     finally:
-        _is_at_work = False
+        _is_busy = False
 
 
 def _watch(stop: Event, folder: Path) -> None:
-    """End this process when it has no parent any more or gets SIGTERM, a task at work within `GRACE` after that.
+    """End this process when its parent has died or SIGTERM has arrived, at the latest `GRACE` later.
 
-    So, too, where a task does not come to its end after a stop; without one the parent ends the process in good order.
+    A task that does not end within `GRACE` after a stop request is ended too; an idle process is ended by the parent.
     """
     global _is_ending
     parent = multiprocessing.parent_process()
     assert parent is not None
-    told = float("inf")
+    stop_time = float("inf")
     while True:
-        parent.join(_GLANCE)
+        parent.join(_POLLING_PERIOD)
         is_orphan = not parent.is_alive()
         _is_ending = _is_ending or is_orphan or _is_terminated()
-        if _is_ending or (stop.is_set() and _is_at_work):
-            told = min(told, time.monotonic())
-        if (_is_ending and not _is_at_work) or time.monotonic() > told + GRACE:
+        if _is_ending or (stop.is_set() and _is_busy):
+            stop_time = min(stop_time, time.monotonic())
+        if (_is_ending and not _is_busy) or time.monotonic() > stop_time + GRACE:
             break
         if is_orphan:
-            time.sleep(_GLANCE)
+            time.sleep(_POLLING_PERIOD)
     end = time.monotonic() + GRACE
-    while is_orphan and folder.exists() and time.monotonic() < end:  # brothers may still write there
+    while is_orphan and folder.exists() and time.monotonic() < end:  # other workers may still write there
         shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)
 
 
 def _is_terminated() -> bool:
-    """Whether SIGTERM has come, of the pool itself or of somebody else."""
+    """Whether SIGTERM is pending, from the pool itself or from outside."""
     return hasattr(signal, "sigpending") and signal.SIGTERM in signal.sigpending()

@@ -1,6 +1,6 @@
-"""One input of a system measured at one frequency: excite, wait until it has settled, read the lock-in amplifier.
+"""Measurement of one input at one frequency: excite, wait for the transient to settle, read the lock-in amplifier.
 
-A `Rig` is a system with its instruments, loaded once per process and used again for every point.
+A `Rig` is a system with its instruments, loaded once per process and reused for every point.
 """
 
 import math
@@ -15,12 +15,13 @@ from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
-from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import LOCK_IN
 
 STARTS = ("steady", "rest")
 """States in which a measurement starts: the predicted steady state where there is one, or rest."""
@@ -28,14 +29,14 @@ STARTS = ("steady", "rest")
 
 @dataclass(frozen=True)
 class Settings:
-    """How a sweep measures.
+    """Settings of a sweep.
 
     Attributes:
         method: `stepped` or `linear`.
-        algorithm, step_size: of the co-simulation; step [s].
+        algorithm, step_size: co-simulation algorithm and its step [s].
         settling_tolerance: largest remaining transient, relative to the gain.
         measurement_periods: periods in a measurement window.
-        settling_time: simulated time [s] after the ramp at which a point that has not settled is given up.
+        settling_time: largest simulated time [s] of a point after the ramp.
         start: one of `STARTS`.
     """
 
@@ -50,10 +51,10 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """A system ready to measure one input: a sine source feeds it, a lock-in amplifier listens to the outputs.
+    """A system with its instruments for one input: a sine source feeds it, a lock-in amplifier measures the outputs.
 
     Attributes:
-        assembly: with both instruments among its components.
+        assembly: the system, both instruments included.
         outputs: full names; signal i + 1 of the amplifier is `outputs[i]`.
         source, lock_in: names of the instruments.
         library: the stepping loop in C; `None` for the one in Python.
@@ -62,18 +63,18 @@ class Bench:
     assembly: Assembly
     outputs: tuple[str, ...]
     source: str = "source"
-    lock_in: str = "lock_in"
+    lock_in: str = LOCK_IN
     library: Path | None = None
 
     @cached_property
     def key(self) -> str:
-        """The same text for the same bench, in every process."""
+        """Text that identifies the bench in every process."""
         return repr((self.assembly.system, sorted(self.assembly.files.items()), self.outputs, self.library))
 
 
 @dataclass(frozen=True)
 class Task:
-    """One point: its place in the file (input, frequency), and what to do; `start` is the predicted steady state."""
+    """One point of a sweep: its indices in the file (input, frequency), its measurement, its predicted steady state."""
 
     input: int
     place: int
@@ -89,11 +90,11 @@ _RAMP = "ramp"
 
 
 def measure(task: Task) -> Point:
-    """Measure one point; whatever fails becomes its status and message."""
+    """Measure one point; a failure becomes its status and message."""
     begin = time.perf_counter()
     try:
         point = _rig(task.bench, task.settings).measure(task)
-    except Exception as error:  # whatever it is, the other points go on
+    except Exception as error:  # a failed point must not end the sweep
         point = Point(task.input, task.place, Status.FAILED, message=_message(error))
     return replace(point, wall_time=time.perf_counter() - begin)
 
@@ -116,7 +117,7 @@ class Rig:
         self._limits = self.master.record(limits, rows=1000) if limits else None
 
     def measure(self, task: Task) -> Point:
-        """Measure one point; raises whatever goes wrong."""
+        """Measure one point; raises as the master."""
         settings = task.settings
         steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
         window = steps * settings.step_size
@@ -168,7 +169,7 @@ class Rig:
         return real + 1j * imaginary
 
     def _point(self, task: Task, settling: Settling, simulated: float) -> Point:
-        """Return what was measured over a simulated time [s], with what spoils it."""
+        """Return the measured point after a simulated time [s]; its status is that of settling or of a limit."""
         _, _, second, third = self._results.values.reshape(4, -1)
         distortion = harmonic_distortion(settling.gain, second, third)
         remaining = settling.remaining / settling.scale
@@ -180,7 +181,7 @@ class Rig:
                 f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
                 f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
             )
-        for found in self._acting()[:1]:
+        for found in self._active_limits()[:1]:
             if found.limit.spoils_response:
                 status, message = Status.LIMITED, found.response_message
             elif status is Status.DONE:
@@ -195,11 +196,11 @@ class Rig:
             message=message,
         )
 
-    def _acting(self) -> list[Acting]:
-        """Return the limits that acted within the last window, those that spoil the response first."""
+    def _active_limits(self) -> list[ActiveLimit]:
+        """Return the limits that were active in the last window, those that spoil the response first."""
         if self._limits is None:
             return []
-        found = acting(self._limits.time, {name: self._limits[name] for name in self._limits.names})
+        found = active_limits(self._limits.time, {name: self._limits[name] for name in self._limits.names})
         return sorted(found, key=lambda limit: not limit.limit.spoils_response)
 
     def close(self) -> None:
@@ -211,7 +212,7 @@ _rigs: dict[str, Rig] = {}
 
 
 def _rig(bench: Bench, settings: Settings) -> Rig:
-    """Return this process's rig for a bench, made at the first point."""
+    """Return the rig of this process for a bench; it is created at the first point."""
     key = repr((bench.key, settings))
     if key not in _rigs:
         _rigs[key] = Rig(bench, settings)
@@ -225,6 +226,6 @@ def close_rigs() -> None:
 
 
 def _message(error: Exception) -> str:
-    """Return what a user needs: our own errors speak for themselves, others need their kind."""
+    """Return the message of an error, with its type for errors that are not ours."""
     ours = isinstance(error, StepError | StructureError | ValueError)
     return str(error) if ours else f"{type(error).__name__}: {error}"

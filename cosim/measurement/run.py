@@ -1,9 +1,9 @@
-"""One time-domain run of a system into a file: what is recorded survives whatever ends the run.
+"""Time-domain run of a system into a results file, which keeps all recorded values however the run ends.
 
-    ready = Ready(system, files, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
-    ended = run(ready, path)
+    plan = RunPlan(assembly, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
+    summary = run(plan, path)
 
-Everything that is recorded is in the file; what is returned says how it went.
+The file contains all recorded values; the summary contains warnings and active limits.
 """
 
 import contextlib
@@ -20,32 +20,32 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.measurement.limit_flags import Acting, acting, limit_signals
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 
 _BLOCK = 0.1
-"""Time [s] that steps at a stretch shall take: as long as an interruption may wait."""
+"""Target duration [s] of a block of steps, which bounds the delay of an interruption."""
 
 _UNWRITTEN = 0.8
-"""Time [s] after which recorded rows are written to the file, unless a single step takes longer."""
+"""Longest time [s] for which recorded rows stay unwritten, unless a single step takes longer."""
 
 _FASTER = 10
-"""Factor by which a stretch of steps may be longer than the last one."""
+"""Largest ratio of the length of a block to that of the previous one."""
 
 
 @dataclass(frozen=True)
-class Ready:
-    """A system ready to run from 0 to `stop_time` [s], as plain data that any process can take.
+class RunPlan:
+    """Plan of a run from 0 to `stop_time` [s], as plain data that every process can load.
 
     Attributes:
-        assembly: what runs.
-        names: variables (full names) that are recorded at every communication point.
-        record: what the results file says of the system.
+        assembly: the system with its FMUs.
+        names: variables (full names) to record at every communication point.
+        record: description of the system for the results file.
         library: the stepping loop in C, `None` for Python's.
-        tolerance: of the response, relative, for algorithms that choose their steps.
-        scales: sizes of variables (full names) beyond a thousand times which the run stops.
+        tolerance: relative tolerance of the response, for algorithms that choose their steps.
+        scales: scales of variables (full names); the run ends beyond a thousand times one.
     """
 
     assembly: Assembly
@@ -60,7 +60,7 @@ class Ready:
 
     @property
     def steps(self) -> int:
-        """Number of steps; `StructureError` where that is none."""
+        """Number of steps; `StructureError` where it is 0."""
         steps = round(self.stop_time / self.step_size)
         if steps < 1:
             raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
@@ -68,12 +68,12 @@ class Ready:
 
     @property
     def end(self) -> float:
-        """Time [s] of the last step, the multiple of a step that is nearest to the stop time."""
+        """Time [s] of the last communication point, the multiple of the step nearest to the stop time."""
         return self.steps * self.step_size
 
     @property
     def end_sentence(self) -> str:
-        """What to say of an end that is not the stop time; empty where it is, to a millionth of a step."""
+        """Warning about an end that differs from the stop time by more than a millionth of a step; else empty."""
         if abs(self.end - self.stop_time) <= 1e-6 * self.step_size + 1e-12 * self.stop_time:
             return ""
         return (
@@ -83,42 +83,45 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Ended:
-    """How a run ended: the first warning of each instance by its name; the limits that acted, the earliest first.
+class RunSummary:
+    """Summary of a run.
 
-    `file` tells its results file from another that may have got its name since.
+    Attributes:
+        warnings: first warning of each instance, by name.
+        limits: limits that were active, the earliest first.
+        file: identity of the results file, which a later file of the same name does not share.
     """
 
     warnings: Mapping[str, str]
-    limits: Sequence[Acting]
+    limits: Sequence[ActiveLimit]
     file: Identity
 
 
-def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> Ended:
-    """Run into the file `path`, what tells of a limit (`measurement/limit_flags.py`) recorded as well.
+def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> RunSummary:
+    """Run a plan into the file `path`; limit flags (`measurement/limit_flags.py`) are recorded as well.
 
-    The file is written as the run goes on, about once a second; a `StepError` is written to it as well, with everything
-    recorded before, and raised. `report` is called with the part done, 0 to 1, and may raise to end the run. `force`
+    The file is written during the run, about once a second. A `StepError` is written to it after all values recorded
+    until then, and raised. `report` receives the completed fraction, 0 to 1, and may raise to end the run. `force`
     replaces a results file of that name (`results.RunFile`).
     """
-    steps, system = ready.steps, ready.assembly.system
+    steps, system = plan.steps, plan.assembly.system
     with contextlib.ExitStack() as stack:
-        master = open_master(ready.assembly, ready.algorithm, ready.step_size, ready.library, ready.tolerance)
+        master = open_master(plan.assembly, plan.algorithm, plan.step_size, plan.library, plan.tolerance)
         stack.callback(master.close)
         connectors = master.wiring.connectors
-        check_sample_times(system, connectors, {}, ready.step_size)
+        check_sample_times(system, connectors, {}, plan.step_size)
         limits = [system.own_name(name) for name in limit_signals(connectors)]
-        names = list(dict.fromkeys([*ready.names, *limits]))
+        names = list(dict.fromkeys([*plan.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=steps + 1)
-        recording.watch.limit(ready.scales)
-        failed = _initialize(master, max(ready.stop_time, ready.end))
-        times = np.arange(steps + 1, dtype=np.float64) * ready.step_size
-        file = RunFile(path, times, units, ready.record, force)
+        recording.watch.limit(plan.scales)
+        failed = _initialize(master, max(plan.stop_time, plan.end))
+        times = np.arange(steps + 1, dtype=np.float64) * plan.step_size
+        file = RunFile(path, times, units, plan.record, force)
         written, failure, is_interrupted = 0, "stopped before the end", False
 
         def write() -> None:
-            """Write what has been recorded since."""
+            """Write the rows recorded since the last call."""
             nonlocal written
             file.write(written, {name: recording[name][written:] for name in names})
             written = recording.rows
@@ -127,7 +130,7 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None,
             if failed is not None:
                 raise failed
             last = time.monotonic()
-            for done in _stretches(master, steps):
+            for done in _blocks(master, steps):
                 if done == steps or time.monotonic() - last > _UNWRITTEN:
                     write()
                     last = time.monotonic()
@@ -148,15 +151,14 @@ def run(ready: Ready, path: Path, report: Callable[[float], None] | None = None,
                     file.interrupt()
                 else:
                     file.close(failure)
-        found = acting(recording.time, {name: recording[name] for name in limits})
-        return Ended(master.warnings, found, file.identity)
+        found = active_limits(recording.time, {name: recording[name] for name in limits})
+        return RunSummary(master.warnings, found, file.identity)
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:
-    """Initialize a master that will go to `stop_time` [s]; return why it cannot step, `None` where it can.
+    """Initialize a master for a run to `stop_time` [s]; return the `StepError` of an instance, `None` on success.
 
-    What is wrong with the request is raised: no file is made for that. A last step that rounding takes beyond the stop
-    time is no step beyond what the FMUs are told.
+    A `StructureError` is raised, because a wrong request creates no file.
     """
     try:
         master.initialize(stop_time=stop_time)
@@ -165,13 +167,13 @@ def _initialize(master: Master, stop_time: float) -> StepError | None:
     return None
 
 
-def _stretches(master: Master, steps: int) -> Iterator[int]:
-    """Take steps, yielding their number so far after each stretch of about `_BLOCK`, as measured by the last one."""
-    done, stretch = 0, 1
+def _blocks(master: Master, steps: int) -> Iterator[int]:
+    """Take steps in blocks of about `_BLOCK` [s]; yield the number of steps so far after each."""
+    done, block = 0, 1
     while done < steps:
         begin = time.monotonic()
-        master.advance(min(stretch, steps - done))
-        fitting = int(stretch * _BLOCK / max(time.monotonic() - begin, 1e-9))
-        done = min(done + stretch, steps)
+        master.advance(min(block, steps - done))
+        fitting = int(block * _BLOCK / max(time.monotonic() - begin, 1e-9))
+        done = min(done + block, steps)
         yield done
-        stretch = max(1, min(fitting, _FASTER * stretch))
+        block = max(1, min(fitting, _FASTER * block))

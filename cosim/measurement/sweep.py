@@ -1,13 +1,13 @@
-"""A frequency sweep: one input and one frequency at a time, on any executor, into one file.
+"""Frequency sweep: one input and one frequency at a time, on any executor, into one results file.
 
     plan = plan_sweep(assembly, inputs, outputs, frequency, amplitude, settings)
     with SweepFile.create(path, plan, system_record(...)) as file:
-        stepped(file, plan, benches, settings, jobs=2)          # or file.write(finished(linear(...).response(...)))
+        stepped(file, plan, benches, settings, jobs=2)          # or file.write(points_of(linear(...).response(...)))
 
-`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`_rig`).
-FMUs are loaded once per process and their instances used again. A unit of work is a point: it gets plain data and
-returns numbers, and only the caller writes the file. A point that fails is a status in the file with its message, and
-the others go on. `linear` takes the response from the FMUs' own derivatives (`linearize`), all points at once.
+`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`).
+FMUs are loaded once per process and reused. A task is one point: it receives plain data and returns numbers, and only
+the caller writes the file. A failed point is a status in the file with its message; all other points are measured.
+`linear` computes the response from the FMUs' directional derivatives (`linear/linearize.py`), all points at once.
 """
 
 import contextlib
@@ -50,9 +50,9 @@ __all__ = [
     "LinearSweep",
     "Progress",
     "Settings",
-    "finished",
     "linear",
     "plan_sweep",
+    "points_of",
     "stepped",
     "system_record",
 ]
@@ -60,13 +60,13 @@ __all__ = [
 METHODS = ("stepped", "linear")
 """Methods of a sweep; the first is the default."""
 
-# Simulated time [s] that a lightly damped machine takes to settle, for estimates of the work only.
 _TYPICAL_SETTLING = 3.0
+"""Simulated time [s] in which a lightly damped machine settles, for estimates of the work only."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """A point is finished: so many of all points, and so much of the estimated work (0 to 1) of this call."""
+    """Progress after a finished `point`: `done` of all `points`, and the completed fraction of the estimated `work`."""
 
     point: Point
     done: int
@@ -82,17 +82,17 @@ def plan_sweep(
     amplitudes: Mapping[str, float],
     settings: Settings,
 ) -> Plan:
-    """Return what a sweep measures, with the units that the FMUs tell.
+    """Return the plan of a sweep, with the units of the FMUs.
 
-    `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` go by the inputs' units.
-    `StructureError` names a signal that is not there, or not an input or output, and the nearest names; or a sample
-    time that the step does not fit.
+    `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` are by the unit of the input.
+    Raises `StructureError` for an unknown signal, with the nearest names, for a signal of another causality, and for a
+    sample time that the step does not fit.
     """
     if settings.method == "stepped":
         check_sample_times(assembly.system, assembly.connectors, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
-        """An input or output by full name, with its unit; `StructureError` where it is something else."""
+        """Return an input or output of a full name, with its unit; `StructureError` for another causality."""
         found = assembly.connector(name)
         if found.causality != causality:
             raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
@@ -109,13 +109,13 @@ def plan_sweep(
 
 @dataclass(frozen=True)
 class LinearSweep:
-    """The linearised FMUs with the inputs and outputs of a plan."""
+    """Linearised system with the inputs and outputs of a plan."""
 
     found: Linearization
     orders: Orders
 
     def response(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Return output per input at frequencies [Hz], shape (frequencies, outputs, inputs)."""
+        """Return the responses, output per input, at frequencies [Hz], (frequencies, outputs, inputs)."""
         return self.found.response(frequency, self.orders)
 
     @property
@@ -125,7 +125,7 @@ class LinearSweep:
 
     @property
     def growth(self) -> float:
-        """Rate [1/s] of the mode that grows fastest; 0 where all decay, or rest to rounding."""
+        """Growth rate [1/s] of the fastest growing mode; 0 where no mode grows by more than rounding."""
         return self.found.growth.rate
 
 
@@ -141,8 +141,8 @@ def linear(assembly: Assembly, plan: Plan) -> LinearSweep:
         return LinearSweep(linearize(assembly.system, instances, columns, outputs), orders)
 
 
-def finished(response: NDArray[np.complex128]) -> list[Point]:
-    """Return the points of a response that was had all at once, shape (frequencies, outputs, inputs)."""
+def points_of(response: NDArray[np.complex128]) -> list[Point]:
+    """Return a computed response, (frequencies, outputs, inputs), as finished sweep points."""
     frequencies, _, inputs = response.shape
     return [Point(i, k, Status.DONE, response[k, :, i]) for k in range(frequencies) for i in range(inputs)]
 
@@ -155,9 +155,10 @@ def system_record(
     order: OrderChoice | None = None,
     algorithm: AlgorithmChoice | None = None,
 ) -> SystemRecord:
-    """Return what the results file says of what was measured: the scene's text, and the FMUs of each assembly.
+    """Return the description of the measured system for the results file: the text of the scene, and all FMUs.
 
-    An instance that is another FMU in another one (a source in another unit) is counted, `source[2]`.
+    Where a component is a different FMU in another assembly (a source in another unit), its name gets a number,
+    `source[2]`.
     """
     files: dict[str, list[Path]] = {}
     instances = []
@@ -172,7 +173,7 @@ def system_record(
 
 
 def _instance_record(name: str, component: Component, description: Description) -> InstanceRecord:
-    """Return what the results file says of an instance."""
+    """Return the description of an instance for the results file."""
     file = description.file
     return InstanceRecord(
         instance=name,
@@ -198,11 +199,12 @@ def stepped(
     executor: Executor | None = None,
     report: Callable[[Progress], None] | None = None,
 ) -> None:
-    """Measure the points that the file still lacks, and write each when it is finished.
+    """Measure all unfinished points of the file, and write each when it is finished.
 
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
-    Points run on `executor`, else in `jobs` processes, 1 being this one. Raises `StructureError` for wiring that is
-    wrong, before anything runs, and `ResultsError` where the file cannot be written.
+    Points run on `executor`, else in `jobs` processes; with 1 in this
+    process. Raises `StructureError` for wrong wiring, before a run, and `ResultsError` where the file cannot be
+    written.
     """
     for bench in benches.values():
         bench.assembly.check()
@@ -218,11 +220,11 @@ def stepped(
         )
         for i, k in file.unfinished()
     ]
-    # the longest first, so that all processes end together
+    # longest first, so that all processes end at about the same time
     tasks.sort(key=_work, reverse=True)
     total, finished = sum(map(_work, tasks)), 0.0
     points = len(plan.frequency) * len(plan.inputs)
-    # a foreign FMU may crash: never in this process
+    # a foreign FMU may crash, which must not end this process
     is_foreign = any(bench.assembly.is_foreign for bench in benches.values())
     with contextlib.closing(pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results, _rigs_closed():
         for n, (task, point) in enumerate(results, points - len(tasks) + 1):
@@ -237,7 +239,7 @@ def stepped(
 
 @contextlib.contextmanager
 def _rigs_closed() -> Iterator[None]:
-    """Free in the end what points that were measured in this process have loaded."""
+    """Context that frees the rigs of this process at its end."""
     try:
         yield
     finally:
@@ -245,7 +247,7 @@ def _rigs_closed() -> Iterator[None]:
 
 
 def _solver(description: Description) -> str:
-    """Return the solver of an FMU of ours, told by the settings it has; empty where there is nothing to solve."""
+    """Return the solver of an FMU of ours, recognised by its settings; empty for an FMU without states."""
     if not description.states:
         return ""
     if "solver.maximum_order" in description.variables:
@@ -256,7 +258,7 @@ def _solver(description: Description) -> str:
 
 
 def _work(task: Task) -> float:
-    """Return the simulated time [s] that a point will take, roughly."""
+    """Return the estimated simulated time [s] of a point."""
     if task.start is not None:
         return 2 * task.settings.measurement_periods / task.frequency
     ramp = ramp_time(task.frequency)

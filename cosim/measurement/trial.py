@@ -1,15 +1,16 @@
-"""Runs of one system beside each other: each is made, measured by groups of outputs, and thinned for drawing.
+"""Trials: runs for a comparison, each evaluated by groups of outputs and thinned for drawing.
 
-    outcome = perform(Trial(ready, path, outputs))
+    outcome = perform(Trial(plan, path, outputs))
     outcome.groups[0].peak, outcome.limits, outcome.sampling, outcome.failure
 
-A group is the outputs whose names differ in their indices only, `tracking.axis[1..3].error`. Of its members v(t)
+A group consists of the outputs whose names differ in their indices only, `tracking.axis[1..3].error`. For its members
+v(t)
 
     peak    largest |v| over members and time
     rms     largest root mean square of a member over time
     final   largest |v| at the end
 
-A trial that fails says so and when, and keeps what was recorded until then: it is an outcome, not an exception.
+A failed trial is an outcome, not an exception: it has the message, the time of failure and all values until then.
 """
 
 import re
@@ -23,29 +24,29 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.measurement.limit_flags import Acting, acting
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits
 from hfsa.cosim.measurement.pool import is_stopping
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.verification import shares, verify
 from hfsa.cosim.results.files import ErrorEstimate, ResultsError, read_run
 from hfsa.cosim.systems.errors import StructureError
 
 CRASHED = "the process ended without a result: an FMU must have crashed"
-"""What is said of a trial whose process died."""
+"""Failure of a trial whose process died."""
 
 _INDEX = re.compile(r"\[(\d+)\]")
 _DRAWN = 1500
-"""Stretches of time of which a curve keeps the lowest and the highest value."""
+"""Intervals of a thinned curve, each with its lowest and its highest value."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to be made into the file `path`, with `force` as `run`.
+    """A planned run into the file `path`, with `force` as in `run`.
 
-    The `outputs` and further `signals` (full names) are judged, with `verified` their errors as well.
+    The `outputs` and further `signals` (full names) are evaluated, and with `verified` their errors as well.
     """
 
-    ready: Ready
+    plan: RunPlan
     path: Path
     outputs: Sequence[str]
     signals: Sequence[str] = ()
@@ -55,7 +56,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Curve:
-    """One output over time [s], thinned: arrays of one shape."""
+    """One output over time [s], thinned: arrays of equal shape."""
 
     output: str
     time: NDArray[np.float64]
@@ -63,14 +64,14 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Group:
-    """Outputs that differ in indices only, and what a run made of them.
+class OutputGroup:
+    """Outputs whose names differ in indices only, evaluated over a run.
 
     Attributes:
-        name: theirs without indices, `tracking.axis.error`.
-        unit: SI.
-        peak, rms, final: as in the module's docstring.
-        curves: of the members.
+        name: their common name without indices, `tracking.axis.error`.
+        unit: SI unit.
+        peak, rms, final: as in the docstring of the module.
+        curves: thinned curves of the members.
     """
 
     name: str
@@ -82,7 +83,7 @@ class Group:
 
     @property
     def key(self) -> tuple[str, str]:
-        """What is one group in all runs: its name and unit."""
+        """Identity of the group in all runs: its name and unit."""
         return self.name, self.unit
 
     @property
@@ -92,12 +93,12 @@ class Group:
 
     @property
     def label(self) -> str:
-        """The members' names as one, `tracking.axis[1..3].error`."""
+        """Common name of the members, `tracking.axis[1..3].error`."""
         indices = [_INDEX.findall(name) for name in self.members]
         spans = iter([sorted(set(map(int, column))) for column in zip(*indices, strict=True)])
 
         def span(_: re.Match[str]) -> str:
-            """An index, or the range of the indices that are there."""
+            """Return an index, or the range of the existing indices."""
             found = next(spans)
             return f"[{found[0]}]" if len(found) == 1 else f"[{found[0]}..{found[-1]}]"
 
@@ -106,22 +107,22 @@ class Group:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a trial.
+    """Outcome of a trial.
 
     Attributes:
-        path: its results file.
-        groups: in the order of the outputs.
-        limits: those that acted, the earliest first.
-        warnings: of instances, and why there is no sampling limit.
-        steps: taken; `stop_time` [s] reached; `wall_time` [s] of the run alone.
-        errors: estimates by recorded variable, of a trial that is verified.
-        sampling: the sampling limit, `None` where nothing is sampled or none was found.
-        failure: why the run ended early, empty where it did not; `failure_time` [s] where that is known.
+        path: results file.
+        groups: groups in the order of the outputs.
+        limits: limits that were active, the earliest first.
+        warnings: warnings of instances, and the reason where no sampling limit is known.
+        steps: number of steps; `stop_time`: reached time [s]; `wall_time`: duration of the run alone [s].
+        errors: error estimates by recorded variable, of a verified trial.
+        sampling: sampling limit, `None` where nothing is sampled or no limit is known.
+        failure: message of a run that ended early, else empty; `failure_time` [s] where it is known.
     """
 
     path: Path
-    groups: tuple[Group, ...] = ()
-    limits: tuple[Acting, ...] = ()
+    groups: tuple[OutputGroup, ...] = ()
+    limits: tuple[ActiveLimit, ...] = ()
     warnings: tuple[str, ...] = ()
     steps: int = 0
     stop_time: float = 0.0
@@ -133,23 +134,23 @@ class Outcome:
 
 
 def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outcome:
-    """Make a run and measure it; a run that cannot go on, or whose file cannot be written, is a failure it tells.
+    """Run a trial and evaluate it; the outcome contains the failure of a step or of writing the file.
 
-    `report` is called with the part done, 0 to 1.
+    `report` receives the completed fraction, 0 to 1.
     """
 
-    def go_on(part: float) -> None:
-        """Tell of the part done; end where another process was told to."""
+    def report_progress(part: float) -> None:
+        """Report the completed fraction; end the run after a stop request to this process."""
         if is_stopping():
             raise KeyboardInterrupt
         if report is not None:
             report(part)
 
-    first, second = shares(go_on) if trial.verified else (go_on, go_on)
+    first, second = shares(report_progress) if trial.verified else (report_progress, report_progress)
     begin, failure, failure_time = time.perf_counter(), "", None
     warnings: list[str] = []
     try:
-        warnings += run(trial.ready, trial.path, first, trial.force).warnings.values()
+        warnings += run(trial.plan, trial.path, first, trial.force).warnings.values()
     except StepError as error:
         failure, failure_time = str(error), error.time
     except ResultsError as error:
@@ -164,7 +165,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     return Outcome(
         trial.path,
         measure(at, {name: values[name][reached] for name in judged}, units) if len(at) else (),
-        tuple(acting(values["time"], values)),
+        tuple(active_limits(values["time"], values)),
         (*warnings, *unsure, *message),
         max(len(at) - 1, 0),
         float(at.max(initial=0.0)),
@@ -177,19 +178,19 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
 
 
 def _errors(trial: Trial, report: Callable[[float], None]) -> tuple[Mapping[str, ErrorEstimate], tuple[str, ...]]:
-    """Return the error estimates of a run that is complete, and what is to be said of them, or why there are none."""
+    """Return the error estimates of a complete run, and warnings about them or the reason why there are none."""
     try:
-        verification = verify(trial.ready, trial.path, report)
+        verification = verify(trial.plan, trial.path, report)
     except (StepError, ResultsError) as error:
         return {}, (f"no error estimate is known: {error}",)
-    sentence = verification.excess(trial.ready.tolerance)
+    sentence = verification.excess(trial.plan.tolerance)
     return verification.errors, (sentence,) if sentence else ()
 
 
 def measure(
     time: NDArray[np.float64], values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]
-) -> tuple[Group, ...]:
-    """Return groups of outputs, values by full name over time [s], evenly spaced, all of one shape (points,)."""
+) -> tuple[OutputGroup, ...]:
+    """Return groups of outputs; `values` by full name and `time` [s], evenly spaced, have the shape (points,)."""
     members: dict[tuple[str, str], list[str]] = {}
     for name in values:
         members.setdefault((_INDEX.sub("", name), units[name]), []).append(name)
@@ -197,21 +198,21 @@ def measure(
     for (name, unit), names in members.items():
         v = np.array([values[member] for member in names])
         size = np.abs(v)
-        with np.errstate(over="ignore"):  # of a run that diverged
+        with np.errstate(over="ignore"):  # the squares of a diverged run overflow
             rms = np.sqrt(np.mean(v**2, axis=1)).max()
         curves = tuple(Curve(member, *thinned(time, row)) for member, row in zip(names, v, strict=True))
-        groups.append(Group(name, unit, float(size.max()), float(rms), float(size[:, -1].max()), curves))
+        groups.append(OutputGroup(name, unit, float(size.max()), float(rms), float(size[:, -1].max()), curves))
     return tuple(groups)
 
 
 def thinned(
-    time: NDArray[np.float64], values: NDArray[np.float64], stretches: int = _DRAWN
+    time: NDArray[np.float64], values: NDArray[np.float64], intervals: int = _DRAWN
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the points at which a curve is lowest and highest in each of so many stretches, its ends included."""
+    """Return the lowest and highest points of a curve in each of a number of intervals, and its end points."""
     n = len(values)
-    if n <= 2 * stretches:
+    if n <= 2 * intervals:
         return time, values
-    length = -(-n // stretches)
+    length = -(-n // intervals)
     filled = np.concatenate([values, np.full(-n % length, values[-1])]).reshape(-1, length)
     first = length * np.arange(len(filled))
     kept = np.unique(np.concatenate([[0, n - 1], first + filled.argmin(axis=1), first + filled.argmax(axis=1)]))
@@ -220,8 +221,8 @@ def thinned(
 
 
 def _sampling(trial: Trial) -> tuple[SamplingLimit | None, tuple[str, ...]]:
-    """Return the sampling limit of what runs, or why there is none."""
-    assembly = trial.ready.assembly
+    """Return the sampling limit of the trial's system, or the reason why none is known."""
+    assembly = trial.plan.assembly
     with assembly.open() as instances:
         try:
             return sampling_limit(assembly.system, instances, trial.outputs), ()

@@ -1,15 +1,16 @@
-"""Verification of a run: the error that its communication step makes, from a second run at half the step.
+"""Verification of a run: the error of its communication step, estimated by a second run at half the step.
 
-    check_verifiable(ready)
-    run(ready, path)
-    verified = verify(ready, path)       # its errors are in the file as well
-    verified.excess(ready.tolerance)     # a sentence where one is above the tolerance
+    check_verifiable(plan)
+    run(plan, path)
+    verified = verify(plan, path)       # its errors are in the file as well
+    verified.excess(plan.tolerance)     # a sentence where one is above the tolerance
 
-Of a variable y that was recorded with steps of H, and again with steps of H / 2, an algorithm of order p errs by
+For a variable y, recorded with steps H and H / 2, the error of an algorithm of order p is
 
-    |y_H - y_{H/2}| / (1 - 2^-p)        at most, over the points of the first run        (Richardson)
+    max |y_H - y_{H/2}| / (1 - 2^-p)        over the points of the first run        (Richardson)
 
-and relatively to the largest |y_H|. What the FMUs' own solvers err by is in both runs, and not in this.
+and its relative error is that over the largest |y_H|. The errors of the FMUs' own solvers are equal in both runs and
+not part of the estimate.
 """
 
 import math
@@ -25,45 +26,45 @@ from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
 from hfsa.cosim.measurement.limit_flags import is_limit
-from hfsa.cosim.measurement.run import Ready
+from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
 
 _BLOCK = 10_000
-"""Steps between two looks at whether anybody wants an end."""
+"""Steps between two reports, each of which may end the verification."""
 
 _ROUNDING = 1e-11
-"""Part of its scale, and of the largest variable in its unit, below which the size of a variable is rounding."""
+"""Size of a variable that is rounding, relative to its scale and to the largest variable in its unit."""
 
 _MARGIN = 1.1
-"""Factor by which the step that would do is to be better than the tolerance."""
+"""Safety factor of the recommended step on the error."""
 
 _UNLIKE = 0.3
-"""Relative error from which on the two runs have too little in common for a figure."""
+"""Relative error from which on the two runs differ too much for an extrapolation."""
 
 
-def check_verifiable(ready: Ready) -> None:
-    """Raise `StructureError` for an algorithm that takes no given step, and for ticks that half the step misses."""
-    row = algorithm_named(ready.algorithm)
+def check_verifiable(plan: RunPlan) -> None:
+    """Raise `StructureError` for an algorithm that chooses its steps, and for sample times that half a step misfits."""
+    row = algorithm_named(plan.algorithm)
     if not row.is_limited:
         reason = (
             "takes communication steps of its own choice, as long as --tolerance lets them be"
             if not row.is_model_exchange
             else "takes no communication steps: its step lies between two records"
         )
-        raise StructureError(f"--verify halves the communication step, but {ready.algorithm} {reason}")
+        raise StructureError(f"--verify halves the communication step, but {plan.algorithm} {reason}")
     try:
-        check_sample_times(ready.assembly.system, ready.assembly.connectors, {}, ready.step_size / 2)
+        check_sample_times(plan.assembly.system, plan.assembly.connectors, {}, plan.step_size / 2)
     except StructureError as error:
         raise StructureError(f"--verify halves the communication step: {error}") from None
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What came out: `errors` by recorded variable, made by an algorithm of an `order` at a step [s].
+    """Result of a verification: `errors` by recorded variable, of an algorithm of an `order` at a step [s].
 
-    `order` is lower than the algorithm's own where inputs could not move as it asks.
+    `order` is lower than that of the algorithm where an FMU accepts no input derivatives.
     """
 
     errors: Mapping[str, ErrorEstimate]
@@ -72,7 +73,7 @@ class Verification:
     step_size: float
 
     def excess(self, tolerance: float) -> str:
-        """Return a sentence on the variable that errs most, and what would do; empty where none exceeds a tolerance."""
+        """Return a warning about the largest error above a tolerance, with a sufficient step; empty without one."""
         above = [name for name, error in self.errors.items() if error.relative > tolerance]
         if not above:
             return ""
@@ -92,51 +93,51 @@ class Verification:
 
 
 def _of_higher_order(name: str) -> str | None:
-    """Return the algorithm of the highest order above that of another, the most alike by name; `None` if none is."""
+    """Return the algorithm of the highest order above that of another, of the same family if possible, else `None`."""
     own, family = algorithm_named(name).order or 0, name.partition("_")[0]
     above = [row for row in ALGORITHMS.values() if (row.order or 0) > own]
     alike = max(above, key=lambda row: (row.order or 0, row.name.startswith(family)), default=None)
     return alike.name if alike else None
 
 
-def verify(ready: Ready, path: Path, report: Callable[[float], None] | None = None) -> Verification:
-    """Return the errors of what a run has recorded into the file `path`, and write them there as well.
+def verify(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None) -> Verification:
+    """Estimate the errors of the run recorded in the file `path`, and write them to the file.
 
-    Limits, which are 0 or 1, have none. `report` is called with the part done, 0 to 1, and may raise to end it.
-    `StepError` where the run at half the step cannot go on: the error is not known then.
+    Limit flags, which are 0 or 1, have no error. `report` receives the completed fraction, 0 to 1, and may raise to end
+    the verification. Raises `StepError` where the run at half the step fails; the error is unknown then.
     """
     recorded, units = read_run(path)
-    names = [name for name in ready.names if not is_limit(name)]
-    halved, order = _at_half_the_step(ready, names, report)
+    names = [name for name in plan.names if not is_limit(name)]
+    halved, order = _at_half_the_step(plan, names, report)
     size = {name: float(np.abs(recorded[name]).max()) for name in names}
     errors = {}
     for name in names:
         absolute = float(np.abs(recorded[name] - halved[name]).max()) / (1 - 2.0**-order)
-        scale = ready.scales[name].size if name in ready.scales else 0.0
+        scale = plan.scales[name].size if name in plan.scales else 0.0
         largest = max(size[other] for other in names if units[other] == units[name])
         relative = absolute / max(size[name], _ROUNDING * max(scale, largest)) if absolute else 0.0
         errors[name] = ErrorEstimate(absolute, relative)
     write_errors(path, errors)
-    return Verification(errors, ready.algorithm, order, ready.step_size)
+    return Verification(errors, plan.algorithm, order, plan.step_size)
 
 
 def shares(report: Callable[[float], None] | None) -> tuple[Callable[[float], None], Callable[[float], None]]:
-    """Return what a run, and then its verification, which takes twice as long, report of their common progress to."""
-    tell = report or (lambda _: None)
-    return lambda part: tell(part / 3), lambda part: tell((1 + 2 * part) / 3)
+    """Return two reports of the common progress: of a run, and of its verification, which takes twice as long."""
+    whole = report or (lambda _: None)
+    return lambda part: whole(part / 3), lambda part: whole((1 + 2 * part) / 3)
 
 
 def _at_half_the_step(
-    ready: Ready, names: list[str], report: Callable[[float], None] | None
+    plan: RunPlan, names: list[str], report: Callable[[float], None] | None
 ) -> tuple[dict[str, NDArray[np.float64]], int]:
-    """Return values of variables at the points of a run, from one with half its step, and the order of its error."""
-    steps, step_size = 2 * ready.steps, ready.step_size / 2
-    master = open_master(ready.assembly, ready.algorithm, step_size, ready.library, ready.tolerance)
+    """Run at half the step; return the values at the points of the first run, and the order of the error."""
+    steps, step_size = 2 * plan.steps, plan.step_size / 2
+    master = open_master(plan.assembly, plan.algorithm, step_size, plan.library, plan.tolerance)
     with closing(master):
-        recording = master.record(names, rows=ready.steps + 1, every=2)
-        recording.watch.limit(ready.scales)
+        recording = master.record(names, rows=plan.steps + 1, every=2)
+        recording.watch.limit(plan.scales)
         try:
-            master.initialize(stop_time=max(ready.stop_time, ready.end))
+            master.initialize(stop_time=max(plan.stop_time, plan.end))
             for done in range(0, steps, _BLOCK):
                 master.advance(min(_BLOCK, steps - done))
                 if report is not None:

@@ -1,4 +1,4 @@
-"""Results in HDF5: what is in a file, how it is written, found again and gone on with.
+"""Results in HDF5: the records of a file, and how it is written, read and resumed.
 
 Read `files.py` first, then `records.py`. It imports `systems` and `signals`.
 """

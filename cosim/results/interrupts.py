@@ -1,13 +1,13 @@
-"""Ctrl-C, SIGTERM and SIGHUP end a program alike: by an exception between two calls, never in the middle of a write.
+"""Handlers of Ctrl-C, SIGTERM and SIGHUP: each raises an exception between two calls, never in the middle of a write.
 
-    with heard():                       # once, around all that a program does
+    with handled_signals():                 # once, around the whole program
         ...
-        with held():                    # what must not be left half done
+        with deferred_interrupts():         # around a write that must be complete
             ...
 
-A signal raises `Interrupted`, a `KeyboardInterrupt`, so that what is cleaned up after Ctrl-C is cleaned up after the
-others too. Where a call into foreign code does not return, no exception can be raised; then SIGTERM and SIGHUP end the
-process after a grace period, as they would have without a handler.
+Each signal raises `Interrupted`, a subclass of `KeyboardInterrupt`, so that the cleanup after Ctrl-C also runs after
+the others. Where a call into foreign code does not return, no exception can be raised; SIGTERM and SIGHUP then end the
+process after a grace period.
 """
 
 import _thread
@@ -20,37 +20,37 @@ from collections.abc import Iterator
 from typing import Any
 
 GRACE = 10.0
-"""Time [s] after which SIGTERM and SIGHUP end a process that does not come back from a call."""
+"""Time [s] after which SIGTERM and SIGHUP end a process whose main thread does not return from a call."""
 
 _AGAIN = 0.05
-"""Time [s] after which a signal comes again whose exception was swallowed."""
+"""Time [s] after which a signal is raised again if its exception was swallowed."""
 
 _FINAL = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 _SIGNALS = (signal.SIGINT, *_FINAL)
 
 _depth = 0
-_waiting: int | None = None
-_noticed = threading.Event()
+_pending: int | None = None
+_handled = threading.Event()
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal asks to end; `code` is the exit code that tells so: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
+    """Request to end the program; `code` is its exit code: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
 
     def __init__(self, number: int):
         super().__init__()
         self.number, self.code = number, 128 + number
 
     @property
-    def words(self) -> str:
-        """What ended the program."""
+    def description(self) -> str:
+        """Description of the signal for a message."""
         return "interrupted" if self.number == signal.SIGINT else f"ended by {signal.Signals(self.number).name}"
 
 
 @contextlib.contextmanager
-def heard() -> Iterator[None]:
-    """Raise `Interrupted` on each of the signals that is not ignored (`nohup`, a shell's `&`), until the block is done.
+def handled_signals() -> Iterator[None]:
+    """Raise `Interrupted` on each signal within the block, unless it is ignored (`nohup`, `&` of a shell).
 
-    Only the main thread can hear signals; in others this does nothing.
+    Only the main thread receives signals; in other threads this does nothing.
     """
     if not _is_main_thread():
         yield
@@ -59,22 +59,22 @@ def heard() -> Iterator[None]:
     try:
         for number, handler in before.items():
             if handler is not signal.SIG_IGN:
-                signal.signal(number, _hear)
-        with _ending_what_does_not_return(), _raising_again():
+                signal.signal(number, _handle)
+        with _watchdog(), _raising_again():
             yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        _noticed.clear()
+        _handled.clear()
 
 
 @contextlib.contextmanager
-def held() -> Iterator[None]:
-    """Put off `Interrupted` until the block is done.
+def deferred_interrupts() -> Iterator[None]:
+    """Raise `Interrupted` at the end of the block instead of within it.
 
-    HDF5 calls back into Python for every write, and an exception there would leave half of a file written.
+    HDF5 calls Python for every write; an exception there would leave a file half written.
     """
-    global _depth, _waiting
+    global _depth, _pending
     if not _is_main_thread():
         yield
         return
@@ -83,33 +83,33 @@ def held() -> Iterator[None]:
         yield
     finally:
         _depth -= 1
-        if _depth == 0 and _waiting is not None:
-            number, _waiting = _waiting, None
+        if _depth == 0 and _pending is not None:
+            number, _pending = _pending, None
             raise Interrupted(number)
 
 
-def _hear(number: int, _frame: object) -> None:
-    """Take a signal; what follows a SIGTERM or SIGHUP does not interrupt the cleaning up, but Ctrl-C does."""
-    global _waiting
+def _handle(number: int, _frame: object) -> None:
+    """Handle a signal; a second SIGTERM or SIGHUP does not interrupt the cleanup after the first, Ctrl-C does."""
+    global _pending
     if number in _FINAL:
-        if _noticed.is_set():
+        if _handled.is_set():
             return
-        _noticed.set()
+        _handled.set()
     if _depth:
-        _waiting = number
+        _pending = number
     else:
         raise Interrupted(number)
 
 
 @contextlib.contextmanager
 def _raising_again() -> Iterator[None]:
-    """Raise `Interrupted` again where an FMU's callback, or a finalizer, has swallowed it."""
+    """Raise `Interrupted` again where a callback of an FMU, or a finalizer, swallowed it."""
     before = sys.unraisablehook
 
     def raise_again(unraisable: Any) -> None:
-        """Let the signal come again, or do what is done about other exceptions that nobody can catch."""
+        """Send the signal again; other exceptions that cannot be caught go to the hook before."""
         if isinstance(unraisable.exc_value, Interrupted):
-            _noticed.clear()
+            _handled.clear()
             again = threading.Timer(_AGAIN, _thread.interrupt_main, (unraisable.exc_value.number,))
             again.daemon = True
             again.start()
@@ -124,15 +124,15 @@ def _raising_again() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _ending_what_does_not_return() -> Iterator[None]:
-    """Watch for signals that the main thread, in a call that does not return, cannot take itself."""
+def _watchdog() -> Iterator[None]:
+    """Watch for signals that the main thread cannot handle, being in a call that does not return."""
     if os.name != "posix":
         yield
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    watch = threading.Thread(target=_end_what_does_not_return, args=(reading,), daemon=True)
+    watch = threading.Thread(target=_watch, args=(reading,), daemon=True)
     watch.start()
     try:
         yield
@@ -143,14 +143,14 @@ def _ending_what_does_not_return() -> Iterator[None]:
         os.close(reading)
 
 
-def _end_what_does_not_return(reading: int) -> None:
-    """End the process where a signal is not taken within the grace period; signals come as bytes of their numbers."""
+def _watch(reading: int) -> None:
+    """End the process where a signal is not handled within `GRACE`; each signal arrives as a byte, its number."""
     while numbers := os.read(reading, 64):
         final = [number for number in numbers if number in _FINAL]
-        if final and not _noticed.wait(GRACE):
+        if final and not _handled.wait(GRACE):
             os._exit(128 + final[0])
 
 
 def _is_main_thread() -> bool:
-    """Whether signals are taken in this thread."""
+    """Whether this is the main thread, which receives signals."""
     return threading.current_thread() is threading.main_thread()

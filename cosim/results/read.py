@@ -1,14 +1,14 @@
-"""Reads a results file of either kind: a sweep as `Bode`, a run as `Run`."""
+"""Reader of results files of either kind: a sweep as `Bode`, a run as `Run`."""
 
 from pathlib import Path
 
-from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.files import Bode, read_sweep
 from hfsa.cosim.results.run import Run
+from hfsa.cosim.results.store import open_file
 
 
 def read(path: str | Path) -> Bode | Run:
     """Read a results file, finished or not; `ResultsError` where it holds neither a sweep nor a run."""
-    with hdf5.open_file(Path(path)) as file:
+    with open_file(Path(path)) as file:
         is_run = "time" in file
     return Run.read(path) if is_run else read_sweep(path)

@@ -1,4 +1,4 @@
-"""What goes into a results file: the plan of a sweep, its points, the system, and the error for a file that fails."""
+"""Records of a results file: the plan of a sweep, its points, the system and the choices made for it."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 
 
 class ResultsError(RuntimeError):
-    """A results file that cannot be written, read or continued; the message names the file and the reason."""
+    """Error of a results file that cannot be written, read or resumed; the message names the file and the reason."""
 
     exit_code = 2
 
 
 @dataclass(frozen=True)
 class LevelChoice:
-    """A level of fidelity that a tolerance chose.
+    """Level of fidelity chosen by the tolerance.
 
     Attributes:
-        level: the chosen one.
-        tolerance: largest relative error that was allowed.
+        level: the chosen level.
+        tolerance: largest relative error allowed.
         errors: relative error of every level, cheapest first; NaN where it could not be compared. The last level is
-            what the others are compared with.
-        refusals: why a level cannot take part, by level.
-        together: error of all choices of the scene.
+            the reference of the others.
+        refusals: reason why a level cannot be used, by level.
+        together: relative error of all choices of the scene together.
     """
 
     level: str
@@ -52,13 +52,14 @@ class LevelChoice:
 
 @dataclass(frozen=True)
 class OrderChoice:
-    """An order of steps that was computed (`analysis/order.py`), of the components that step after the sampled ones.
+    """Computed order of steps (`analysis/order.py`) of the components that step after the sampled ones.
 
     Attributes:
-        order, own: the chosen one, and that of the scene.
-        about: what shall err least, `response` or `modes`.
-        error, own_error: relative error of the two; infinite where one is unstable.
-        compared: orders that were compared; `is_complete` where these are all that differ.
+        order, own: the chosen order, and the order of the scene.
+        about: quantity whose error is minimised, `response` or `modes`.
+        error, own_error: relative errors of these two orders; infinite for an unstable one.
+        compared: number of orders compared.
+        is_complete: whether these are all orders with different results.
     """
 
     order: tuple[str, ...]
@@ -71,26 +72,26 @@ class OrderChoice:
 
     @property
     def sentence(self) -> str:
-        """The choice on one line, with both errors."""
-        how = "all that differ" if self.is_complete else "exchanging two components until none is better"
-        compared = f"{self.compared} orders compared, {how}" if self.compared > 1 else "no other makes a difference"
-        own = ", the scene's own" if self.order == self.own else f"; in the scene's own {_erring(self.own_error)}"
-        found = f"order {', '.join(self.order)}: {self.about} {_erring(self.error)}{own}"
+        """The choice in one line, with both errors."""
+        how = "all different ones" if self.is_complete else "by exchanging pairs of components"
+        compared = f"{self.compared} orders compared, {how}" if self.compared > 1 else "all orders are equivalent"
+        own = ", the scene's order" if self.order == self.own else f"; the scene's order {_error_text(self.own_error)}"
+        found = f"order {', '.join(self.order)}: {self.about} {_error_text(self.error)}{own}"
         return f"{found}; {compared}"
 
 
 @dataclass(frozen=True)
 class AlgorithmChoice:
-    """An algorithm that `auto` took (`analysis/algorithm_choice.py`): the cheapest whose error is within the tolerance.
+    """Algorithm chosen by `auto` (`analysis/algorithm_choice.py`): the cheapest with an error within the tolerance.
 
     Attributes:
-        algorithm: the one taken.
-        step_size: at which it was judged [s].
-        tolerance: largest relative error that was allowed.
-        about: what the errors are of, `response` or `modes`.
-        errors: relative error of each that was tried, the cheapest first; infinite where its steps change stability.
-        refusals: why one is not offered, by algorithm.
-        unknown: why no error is known; empty where one is.
+        algorithm: the chosen algorithm.
+        step_size: communication step size of the comparison [s].
+        tolerance: largest relative error allowed.
+        about: quantity that the errors refer to, `response` or `modes`.
+        errors: relative error of each compared algorithm, the cheapest first; infinite where steps change stability.
+        refusals: reason why an algorithm is not offered, by algorithm.
+        unknown: reason why no error is known; empty where one is.
     """
 
     algorithm: str
@@ -103,30 +104,33 @@ class AlgorithmChoice:
 
     @property
     def error(self) -> float:
-        """Relative error of the algorithm taken, NaN where it is not known."""
+        """Relative error of the chosen algorithm, NaN where it is not known."""
         return self.errors.get(self.algorithm, float("nan"))
 
     @property
     def sentence(self) -> str:
-        """The choice on one line, with the errors of all that were tried."""
+        """The choice in one line, with the errors of all compared algorithms."""
         if self.unknown:
             return f"algorithm {self.algorithm}; the error of its steps is not known: {self.unknown}"
-        others = [f"{name} {_erring(error)}" for name, error in self.errors.items() if name != self.algorithm]
+        others = [f"{name} {_error_text(error)}" for name, error in self.errors.items() if name != self.algorithm]
         others += [f"{name} is not offered ({why})" for name, why in self.refusals.items()]
-        found = f"algorithm {self.algorithm}: {self.about} {_erring(self.error)} at steps of {self.step_size:.4g} s"
+        found = f"algorithm {self.algorithm}: {self.about} {_error_text(self.error)} at steps of {self.step_size:.4g} s"
         return "; ".join([f"{found} (tolerance {100 * self.tolerance:.3g} %)", *others])
 
 
-def _erring(error: float) -> str:
-    """Return an error in words."""
+def _error_text(error: float) -> str:
+    """Return an error as text."""
     return f"within {100 * error:.3g} %" if error < float("inf") else "unstable"
 
 
 @dataclass(frozen=True)
 class InstanceRecord:
-    """What a result depends on of one FMU instance; `start` holds the start values that were set, by variable.
+    """FMU instance of a result: its file and hash, level and solver.
 
-    `choice` says how its level was chosen, where the scene did not name one; `is_foreign`: whether another maker's.
+    Attributes:
+        start: start values that were set, by variable.
+        choice: choice of its level; `None` where the scene names the level.
+        is_foreign: whether the FMU is of another maker.
     """
 
     instance: str
@@ -143,9 +147,12 @@ class InstanceRecord:
 
 @dataclass(frozen=True)
 class SystemRecord:
-    """The system of a result: the scene as text, its FMUs, the states at the operating point by full name.
+    """System of a result: the scene as text and its FMU instances.
 
-    `order` says how the order of steps was chosen, where it was computed; `algorithm` which one `auto` took.
+    Attributes:
+        operating_point: states at the operating point by full name.
+        order: computed order of steps; `None` where the order is the scene's.
+        algorithm: choice of `auto`; `None` where the scene names the algorithm.
     """
 
     title: str
@@ -158,14 +165,14 @@ class SystemRecord:
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """How far the communication step sets a recorded variable off: at most, in its unit, and `relative` to its size."""
+    """Largest error of a recorded variable due to the communication step, in its unit and `relative` to its size."""
 
     absolute: float
     relative: float
 
 
 class Status(enum.IntEnum):
-    """What became of a point of a sweep; `LIMITED` was measured while a limit acted, so it is no linear response."""
+    """Status of a point of a sweep; the response of a `LIMITED` point is not linear, as a limit was active."""
 
     PENDING = 0
     DONE = 1
@@ -176,7 +183,7 @@ class Status(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Signal:
-    """A variable that is excited or measured, by full name; `amplitude` is that of an excited one, in its unit."""
+    """Excited or measured variable by full name; `amplitude` is the amplitude of an excited one, in its unit."""
 
     name: str
     unit: str
@@ -185,7 +192,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class Theory:
-    """The linear response that a sweep is expected to find: `response` has shape (frequencies, outputs, inputs)."""
+    """Linear response to compare a sweep with: `response` has shape (frequencies, outputs, inputs)."""
 
     frequency: NDArray[np.float64]
     response: NDArray[np.complex128]
@@ -193,10 +200,13 @@ class Theory:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep measures and expects: the axes of `/bode`, `settings`, the attributes of `/sweep`, and `/theory`.
+    """Plan of a sweep: its axes, settings, and expected response.
 
-    `step_error` is the relative error that its communication steps make, (frequencies, outputs, inputs); `None` where
-    that is not known.
+    Attributes:
+        frequency, outputs, inputs: axes of `/bode`; frequency in Hz.
+        settings: attributes of `/sweep`.
+        theory: linear response for `/theory`, if known.
+        step_error: relative error due to the communication steps, (frequencies, outputs, inputs); `None` if unknown.
     """
 
     frequency: NDArray[np.float64]
@@ -209,9 +219,9 @@ class Plan:
 
 @dataclass(frozen=True)
 class Point:
-    """The result at one input and one frequency, by index; arrays have shape (outputs,).
+    """Result at one input and one frequency, given by their indices; arrays have shape (outputs,).
 
-    `response` is output per input, `remaining_transient` the estimated relative error of each entry.
+    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry.
     """
 
     input: int

@@ -1,4 +1,4 @@
-"""Whether a results file belongs to the sweep that wants to go on with it, and if not, what differs."""
+"""Comparison of a results file with the sweep that resumes it."""
 
 import tomllib
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from hfsa.cosim.results.records import Plan, ResultsError, SystemRecord
 
 
 def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None:
-    """Raise `ResultsError` unless the file was made by this sweep of this system."""
+    """Raise `ResultsError`, with the differences, unless the file has the settings, axes and FMUs of this sweep."""
     if "bode" not in file:
         raise ResultsError(f"{path} holds no sweep to resume; it has {', '.join(file) or 'nothing'}")
     differences = [
@@ -36,7 +36,7 @@ def earlier_version(file: Node) -> str:
 
 
 def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str = "") -> list[str]:
-    """Return in words which values differ."""
+    """Return a sentence for each value that differs."""
     names = dict.fromkeys([*found, *wanted])
     return [
         f"{where}{name} is {found.get(name, 'not set')} there and {wanted.get(name, 'not set')} here"
@@ -46,7 +46,7 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any], where: str
 
 
 def _axis_differences(bode: Node, plan: Plan) -> list[str]:
-    """Return in words in what the axes differ."""
+    """Return a sentence for each axis that differs."""
     found = bode["frequency"][:]
     differences = []
     here = plan.frequency
@@ -68,7 +68,7 @@ def _axis_differences(bode: Node, plan: Plan) -> list[str]:
 
 
 def _system_differences(group: Node, system: SystemRecord, is_earlier: bool) -> list[str]:
-    """Return in words in what the FMUs differ, or else the scene.
+    """Return a sentence for each FMU that differs, or one for the scene.
 
     Another version of hfsa makes other FMUs of the same parts, and its scenes may lack keys: of these files the FMUs of
     other makers and the contents of the scene are compared.

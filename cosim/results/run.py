@@ -1,4 +1,4 @@
-"""A time-domain run, read from its results file."""
+"""Recorded variables of a time-domain run, read from its results file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,10 +21,11 @@ class Run:
 
     Attributes:
         path: results file.
-        time: communication points that were reached [s], (points,).
+        time: communication points reached [s], (points,).
         values: recorded variables by full name, (points,) each, in `units`.
-        errors: error estimates by variable, of a run that was verified.
-        status: `complete`, `failed`, `interrupted` or `running`; `message` says why one failed.
+        errors: error estimates by variable; empty unless the run was verified.
+        status: `complete`, `failed`, `interrupted` or `running`.
+        message: reason of a failure, else empty.
     """
 
     path: Path
@@ -53,7 +54,7 @@ class Run:
         return self.values[name]
 
     def to_xarray(self) -> "Dataset":
-        """Return the variables as an `xarray.Dataset` over `time`, with units; it takes the extra `analysis`."""
+        """Return the variables as an `xarray.Dataset` over `time`, with units; requires the extra `analysis`."""
         import xarray
 
         variables = {name: ("time", v, {"units": self.units[name]}) for name, v in self.values.items()}

@@ -1,1 +1,1 @@
-"""Scenes: which parts, how connected, what is excited and what is recorded; plain data, one file each."""
+"""Scenes as plain data, one file each: components, connections, excited inputs and recorded outputs."""

@@ -1,4 +1,4 @@
-"""The piezo stage at a bias: its stacks at one voltage, their amplifiers, and the stage at rest under them."""
+"""Piezo stage at a bias voltage: stage, stacks and amplifiers at equilibrium."""
 
 from typing import Literal
 
@@ -10,25 +10,25 @@ Level = Literal["constant_jacobian", "exact"]
 Kinematics = Literal["nominal", "calibrated"]
 
 FULL_VOLTAGE = 150.0
-"""Largest voltage of a stack of which nothing else is said [V]."""
+"""Full voltage of a stack by default [V]."""
 
 
 def biased_stage(
     scene: str, stage: Level, kinematics: Kinematics, pzt: Pzt, bias: float, damping_time: float, resistance: float
 ) -> System:
-    """Return the stage, then its three stacks, in the order in which the error of a step is of the second order.
+    """Return the stage and its three stacks, in this order of steps, whose error is of second order in the step.
 
     Args:
-        scene: who asks, the beginning of messages.
+        scene: name of the scene, for messages.
         stage: level of the stage.
         kinematics: parameter set of the stage's links.
         pzt: the stacks.
         bias: voltage of all stacks [V]; 0 to their full voltage.
-        damping_time: of the hinges, beta [s].
-        resistance: of the amplifiers' outputs [Ohm].
+        damping_time: damping time of the hinges, beta [s].
+        resistance: output resistance of the amplifiers [Ohm].
 
     Raises:
-        StructureError: a bias that the stacks cannot have.
+        StructureError: for a bias outside the range of the stacks.
     """
     highest = FULL_VOLTAGE if pzt.full_voltage is None else pzt.full_voltage
     if not 0 <= bias <= highest:
@@ -50,7 +50,7 @@ def biased_stage(
 
 
 def _rest(level: str, kinematics: str, pzt: Pzt, bias: float) -> dict[str, Analysis]:
-    """Return the states of the stage at which it rests under the bias."""
+    """Return the states of the stage at equilibrium under the bias."""
     arguments = {"level": level, "kinematics": kinematics, **pzt.arguments, "voltage": [bias] * 3}
     if level == "exact":
         return {

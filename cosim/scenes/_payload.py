@@ -1,4 +1,4 @@
-"""What a beam module carries, as a scene's argument, handed on to the parts that have the same argument."""
+"""Payload of a beam module, as an argument of scenes that is passed on to parts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Payload:
-    """A rigid body, by default a disc of 0.1 kg and 30 mm radius with its axis along X.
+    """Rigid body; by default a disc of 0.1 kg and 30 mm radius with its axis along X.
 
     Attributes:
-        mass: [kg].
-        inertia: about its mass centre along the module's axes [kg.m2].
-        center: of mass, from the stage's reference point, X from base to stage [m].
+        mass: mass [kg].
+        inertia: moments about the mass centre along the axes of the module [kg.m2].
+        center: mass centre from the reference point of the stage, X from base to stage [m].
     """
 
     mass: float = 0.1
@@ -19,7 +19,7 @@ class Payload:
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def arguments(self, name: str) -> dict[str, Any]:
-        """Return it as the argument `name` of a component."""
+        """Return the payload as the argument `name` of a component."""
         return {f"{name}.mass": self.mass, f"{name}.inertia": self.inertia, f"{name}.center": self.center}
 
 

@@ -1,4 +1,4 @@
-"""The posture of the SDelta as a scene's argument, handed on to every part that has the same argument."""
+"""Posture of the SDelta, as an argument of scenes that is passed on to parts."""
 
 from dataclasses import dataclass
 
@@ -17,4 +17,4 @@ class Posture:
 
 
 SYMMETRIC = Posture()
-"""Level platform in the middle."""
+"""Posture with the platform level and centred."""

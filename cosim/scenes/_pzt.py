@@ -1,8 +1,8 @@
-"""The piezo stacks of a scene by their data sheet, as one argument, handed on to all who know something of them.
+"""Piezo stacks of a scene by their data sheet, as one argument that is passed on to all parts that depend on it.
 
-The stacks take force, elongation and voltage at the maximum, and their clamped capacitance. The stage takes stiffness,
-damping and the mass that moves with the tip, and rests at a voltage where their line says. What makes volts of forces
-takes stiffness and force per volt, what clips volts the full voltage, and no pose is asked for beyond the stroke.
+The stacks have the maximum force, elongation and voltage, and the clamped capacitance. The stage has stiffness, damping
+and tip mass of the stacks, and its equilibrium at a voltage. A converter from force to voltage has stiffness and force
+per volt, a voltage limit the full voltage, and a reference pose stays within the stroke.
 """
 
 from collections.abc import Mapping
@@ -15,19 +15,19 @@ from hfsa.cosim.systems.system import Analysis, Component
 
 @dataclass(frozen=True)
 class Pzt:
-    """One stack; by default the Tokin AE0505D16.
+    """Piezo stack; by default the Tokin AE0505D16.
 
-    What is left out is that of the same ceramic in the size of what is given: another blocking force is another
-    cross-section, with the capacitance, mass and damping of that.
+    Values that are not given are those of the same ceramic in a size that fits the given ones: another blocking force
+    means another cross-section, with its capacitance, mass and damping.
 
     Attributes:
-        blocking_force: at the full voltage [N]; 833, or stiffness by stroke.
-        stroke: of the free stack at the full voltage [m]; 16e-6.
-        stiffness: [N/m]; blocking force by stroke, so that two of the three are enough.
-        full_voltage: [V]; 150.
-        capacitance: of the free stack [F]; 1.4e-6.
-        tip_mass: that moves with the tip [kg]; a third of the stack's.
-        damping: [N.s/m]; of the quality factor 25.
+        blocking_force: force at the full voltage without elongation [N] (default: 833, or stiffness times stroke).
+        stroke: elongation of the free stack at the full voltage [m] (default: 16e-6).
+        stiffness: stiffness [N/m] (default: blocking force per stroke, so that two of the three are enough).
+        full_voltage: full voltage [V] (default: 150).
+        capacitance: capacitance of the free stack [F] (default: 1.4e-6).
+        tip_mass: mass that moves with the tip [kg] (default: a third of the mass of the stack).
+        damping: damping [N.s/m] (default: of the quality factor 25).
     """
 
     blocking_force: float | None = None
@@ -44,7 +44,7 @@ class Pzt:
         return given(self, "stack")
 
     def stacks(self, level: str, start: Mapping[str, float] | None = None) -> list[Component]:
-        """Return three stacks of the causality `source`, with more start values."""
+        """Return three stacks of causality `source`, with further start values."""
         own = {
             "maximum.force": self._of("blocking_force"),
             "maximum.elongation": self._of("free_stroke"),
@@ -56,24 +56,24 @@ class Pzt:
 
     @property
     def on_stage(self) -> dict[str, Analysis]:
-        """Start values of a stage of the causality `source`."""
+        """Start values of a stage of causality `source`."""
         names = {"stiffness": "stiffness", "damping": "damping", "tip_mass": "effective_mass"}
         return {f"stack.{name}": self._of(key) for name, key in names.items()}
 
     @property
     def line(self) -> dict[str, Analysis]:
-        """Start values of what makes volts of forces."""
+        """Start values of a converter from force to voltage."""
         return {"stack.stiffness": self._of("stiffness"), "stack.coupling": self._of("coupling")}
 
     @property
     def highest(self) -> dict[str, Analysis]:
-        """Start values of what clips its volts."""
+        """Start values of a voltage limit."""
         return {"maximum.voltage": self._of("full_voltage")}
 
     def _of(self, key: str) -> Analysis:
-        """Return a number of the stack."""
+        """Return a number of the stack, computed by its analysis."""
         return Analysis("pzt_stack", key, self.arguments)
 
 
 TOKIN = Pzt()
-"""The stack of the source."""
+"""Stack of the published stage."""

@@ -1,31 +1,31 @@
-"""Scales of what scenes record: how large it is in use, and why; a run stops where it is a thousand times as large.
+"""Scales of recorded variables: their typical sizes; a run stops where a variable is a thousand times as large.
 
-Each is the end of a travel, of a force or of a reading, so that no motion a machine can make comes near the limit.
+Each is the end of a travel, a force or a measuring range, so that no possible motion of a machine reaches the limit.
 """
 
 ROTATION, POSITION = 0.1, 10e-3
-"""Of the SDelta's platform [rad], [m]: 6 degrees and 10 mm, more than its linear model is good for."""
+"""Pose of the SDelta's platform [rad], [m]: 6 degrees and 10 mm, beyond the range of its linear model."""
 ACCELERATION = 1e3
-"""Of the SDelta's platform [m/s2]: 10 mm at 50 Hz."""
+"""Acceleration of the SDelta's platform [m/s2]: 10 mm at 50 Hz."""
 
 ELONGATION = 12e-6
-"""Of a stack on the piezo stage, and of what it may err by [m]: the range of the stage."""
+"""Elongation of a stack on the piezo stage, and its tracking error [m]: the range of the stage."""
 FORCE = 833.0
-"""Of a stack [N]: blocked, at full voltage."""
+"""Force of a stack [N]: the blocking force at full voltage."""
 VOLTAGE = 150.0
-"""Of a stack [V]: the full voltage."""
+"""Voltage of a stack [V]: the full voltage."""
 STRESS = 233e6
-"""In the hinges of the piezo stage [Pa]: what is allowed."""
+"""Stress in the hinges of the piezo stage [Pa]: the permissible stress."""
 STAGE_POSITION, STAGE_ROTATION = 30e-6, 2e-3
-"""Of the piezo stage's platform [m], [rad]: one stack at its full voltage, and all three at 12 um."""
+"""Pose of the piezo stage's platform [m], [rad]: one stack at its full voltage, and all three at 12 um."""
 
 READING = 1e4
-"""Of an accelerometer's estimate [m/s2]: the stiffest design reads 6.5e3 m/s2 at its travel."""
+"""Estimate of an accelerometer [m/s2]: the stiffest design shows 6.5e3 m/s2 at the end of its travel."""
 READ_VOLTAGE = 5.0
-"""Of an accelerometer [V]: at its travel."""
+"""Voltage of an accelerometer [V]: at the end of its travel."""
 
 BEAM_POSITION, BEAM_ROTATION = 5e-3, 0.1
-"""Of a platform on beams [m], [rad]: a tenth of the beams' length of 50 mm, and the angle that comes with it."""
+"""Pose of a platform on beams [m], [rad]: a tenth of the beam length of 50 mm, and the corresponding angle."""
 
 
 def robot_pose() -> dict[str, float]:
@@ -47,6 +47,6 @@ def beam_pose(component: str) -> dict[str, float]:
 
 
 def readings() -> dict[str, float]:
-    """Return the scale of what the accelerometers `sensor` and `ideal` show, and of the sensor's voltage."""
+    """Return the scale of the estimates of `sensor` and `ideal`, and of the voltage of `sensor`."""
     estimates = {f"{shown}.acceleration_estimate[1..2]": READING for shown in ("sensor", "ideal")}
     return {**estimates, "sensor.voltage[1..2]": READ_VOLTAGE}

@@ -1,12 +1,12 @@
-"""The SDelta's control laws in a scene: reference and controller, and what joins them to drives and robot.
+"""Control laws of the SDelta in a scene: reference, controller, and their connections to drives and robot.
 
     law             compares                        feedback encoder      feedback pose
     pd              motor angles                    of the motors         of the measured pose, by a second reference
     ctc             motor angles                    of the motors         of the measured pose, by a second reference
     ctc_cartesian   poses                           of the motors         measured
 
-The component `reference` turns a command into motor angles, or, with feed-forward, into torques as well. A measured
-pose becomes motor angles by the same map, T^-1, in a component `estimate`.
+The component `reference` converts a command to motor angles and, with feed-forward, to torques. A component `estimate`
+converts a measured pose to motor angles by the same map, T^-1.
 """
 
 import math
@@ -37,7 +37,7 @@ _AS_COMMAND = {
 
 @dataclass(frozen=True)
 class Control:
-    """A control law as the scene asks for it; its fields are arguments of the scene."""
+    """Control law with its options; the fields are arguments of the scene."""
 
     law: Law
     feedback: Feedback
@@ -57,18 +57,18 @@ class Control:
     def __post_init__(self):
         if (self.feedback, self.feed_forward) == ("pose", "elastic") and self.law != "ctc_cartesian":
             raise StructureError(
-                f"law {self.law} with feedback pose takes the platform's pose for that of its motors, which elastic "
-                "feed-forward sets apart on purpose; take law ctc_cartesian, or feedback encoder"
+                f"law {self.law} with feedback pose takes the platform's pose for that of its motors, but elastic "
+                "feed-forward makes them differ; take law ctc_cartesian, or feedback encoder"
             )
 
     @property
     def components(self) -> list[Component]:
-        """Reference and controller, and an estimate of the motors' angles where the pose is fed back as such."""
+        """Reference and controller, and an estimate of motor angles from a pose that is fed back."""
         return [self._reference(), self._controller(), *([self._converter("estimate")] if self._estimates else [])]
 
     @property
     def connections(self) -> list[Connection]:
-        """From reference, drives and robot to the controller, and from it to the motors."""
+        """Connections from reference, drives and robot to the controller, and from it to the motors."""
         connections = [*self._to_reference(), *self._to_measured()]
         connections += [
             Connection(f"controller.{axes}.command", f"drive[{j}].motor[1..2].torque") for j, axes in _DRIVES
@@ -82,7 +82,7 @@ class Control:
 
     @property
     def _robot(self) -> dict[str, Any]:
-        """What is controlled, as arguments of a component."""
+        """Model of the controlled robot, as arguments of a component."""
         return {**self.posture.arguments, **self.payload.arguments}
 
     @property
@@ -94,11 +94,11 @@ class Control:
         return self.law == "ctc_cartesian"
 
     def _converter(self, name: str) -> Component:
-        """Poses to motor angles."""
+        """Return a component that converts poses to motor angles."""
         return Component(name, "sdelta_reference", "linear", self.posture.arguments)
 
     def _reference(self) -> Component:
-        """Return what makes motions of motors of a pose, with what the law feeds forward."""
+        """Return the reference: motor motions of a commanded pose, with the feed-forward of the law."""
         if self.feed_forward == "none" and not self._is_cartesian:
             return self._converter("reference")
         level = "elastic" if self.feed_forward == "elastic" else "rigid"
@@ -117,7 +117,7 @@ class Control:
             return Component("controller", "pd", self.execution, arguments, {**start, **gains, **holding})
         omega = 2 * math.pi * self.bandwidth
         gains = {"proportional_gain": omega**2, "derivative_gain": 2 * self.control_damping * omega}
-        # the weight is in the torque that is fed forward
+        # the feed-forward torque contains the weight
         gains["gravity"] = self.gravity if self.feed_forward == "none" else 0.0
         pose = {"encoder": "encoder_pose", "pose": "measured_pose"}[self.feedback]
         arguments = {
@@ -128,7 +128,7 @@ class Control:
         return Component("controller", "sdelta_computed_torque", self.execution, arguments, {**start, **gains})
 
     def _to_reference(self) -> list[Connection]:
-        """From the reference: motions of the orders that the law takes, and torques."""
+        """Connections from the reference: motions with the derivatives that the law uses, and torques."""
         own_acceleration = self.law != "pd" and self.feed_forward == "none"
         if self._is_cartesian:
             shown = "platform" if self.feedback == "pose" else "nominal"
@@ -142,7 +142,7 @@ class Control:
         return [Connection(f"reference.{start}", f"controller.{end}") for start, end in pairs]
 
     def _to_measured(self) -> list[Connection]:
-        """What is fed back."""
+        """Connections of the feedback."""
         shown = [f"robot.platform.{name}[1..3]" for name in _POSE]
         if self._estimates:
             ends = [f"estimate.command.{_AS_COMMAND[name]}[1..3]" for name in _POSE]

@@ -1,4 +1,4 @@
-"""What the SDelta's platform carries, as a scene's argument, handed on to every part that has the same argument."""
+"""Payload of the SDelta's platform, as an argument of scenes that is passed on to parts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,12 +10,12 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Payload:
-    """By default the thesis' specimen, a steel cube of 3 kg; with a mass alone, a steel cube of that mass.
+    """Payload; by default the specimen of the thesis, a steel cube of 3 kg; with a mass alone, a cube of that mass.
 
     Attributes:
-        mass: [kg]; 0 for the platform alone.
-        center: centre of mass from S in the platform's axes [m]; the cube's.
-        inertia: about it, along the platform's axes [kg.m2]; the cube's.
+        mass: mass [kg], 0 for no payload.
+        center: mass centre from S along the axes of the platform [m] (default: the cube's).
+        inertia: inertia about the mass centre along the axes of the platform [kg.m2] (default: the cube's).
     """
 
     mass: float | None = None
@@ -29,4 +29,4 @@ class Payload:
 
 
 SPECIMEN = Payload()
-"""The thesis' cube."""
+"""Steel cube of the thesis."""

@@ -1,18 +1,18 @@
-"""The accelerometer on a shaker: what it shows of a base that is shaken in one direction and then across it.
+"""The accelerometer on a shaker: its estimate for a base shaken in one direction and then across it.
 
-The base's acceleration is a sine of 1 m/s2, and the estimate is what the sensor makes of it. It begins at 0 dB and
-meets one resonance, 40 dB high at 5818.9 Hz (mems) and 40 dB at 881 Hz (optimum); the polymer's higher damping leaves
-24 dB at 251.6 Hz (rapid_prototype). Its natural frequency without damping, at which the phase is -90 degrees, is 251.86
-Hz; published beside it are 250.34 Hz by finite elements and 255 Hz from a vibration test, which are marked. A sensor
-that is turned by `angle` on the table shows cos(angle) on one axis and -+ sin(angle) on the other, and the same curve.
+The acceleration of the base is a sine of 1 m/s2, the output the estimate of the sensor. The response begins at 0 dB and
+has one resonance, 40 dB high at 5818.9 Hz (mems) and 40 dB at 881 Hz (optimum); the polymer's higher damping leaves 24
+dB at 251.6 Hz (rapid_prototype). Its natural frequency without damping, at which the phase is -90 degrees, is 251.86
+Hz; published are 250.34 Hz by finite elements and 255 Hz from a vibration test, both marked. A sensor turned by `angle`
+on the table shows cos(angle) on one axis and -+ sin(angle) on the other, and the same curve.
 
 `proof_mass.position[1..3]` can be measured as well, and out of the plane `base.acceleration[3]` can be excited: one
 resonance, 28 dB high at 13063.9 Hz (mems), above the default band.
 
-The acceleration goes straight from the source to the sensor. `auto` lets it move over a step, and 0.001 % is all that
-this costs; held for a step H it costs 180 H f degrees, a
-lead under `gauss_seidel` and a lag under `jacobi`: 0.42 (mems), 0.32 (optimum) and 0.45 degrees (rapid_prototype) at
-the end of the band, twice the natural frequency, and 0.01 dB at most. Nothing is fed back, so that no step is unstable.
+The acceleration is connected directly from the source to the sensor. `auto` extrapolates it over a step, with an error
+of 0.001 %. An input held for a step H has a phase error of 180 H f degrees, a lead under `gauss_seidel` and a lag under
+`jacobi`: 0.42 (mems), 0.32 (optimum) and 0.45 degrees (rapid_prototype) at the end of the band, twice the natural
+frequency, and at most 0.01 dB. There is no feedback, so that every step is stable.
 """
 
 import math
@@ -26,11 +26,11 @@ from hfsa.cosim.systems.system import System
 
 
 class _Test(NamedTuple):
-    """How a design is shaken.
+    """Shaker test of a design.
 
     Attributes:
-        band: lowest frequency and twice the natural one [Hz].
-        step_size: of half a degree at the latter [s].
+        band: lowest frequency and twice the natural frequency [Hz].
+        step_size: communication step size of half a degree at the latter [s].
         marks: published frequencies [Hz].
     """
 
@@ -57,16 +57,16 @@ def accelerometer_shaker(
     damping: float | None = None,
     angle: float = 0.0,
 ) -> Scene:
-    """The estimate's response to acceleration in the sensor's plane.
+    """Return the scene: response of the estimate to acceleration in the plane of the sensor.
 
     Args:
         design: published dimensions and material.
         sensor: level of the sensor.
-        damping: damping ratio in the sensor's plane; the design's own without.
-        angle: of the sensor on the table, from the first direction to its x axis [deg].
+        damping: damping ratio in the plane of the sensor (default: the design's).
+        angle: angle of the sensor on the table, from the first direction to its x axis [deg].
 
     Raises:
-        StructureError: an angle that is no number.
+        StructureError: for an angle that is not finite.
     """
     if not math.isfinite(angle):
         raise StructureError(f"accelerometer_shaker: angle is {angle:g} deg, expected a number")

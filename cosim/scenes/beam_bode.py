@@ -1,15 +1,15 @@
-"""A platform on a compliant beam module: what forces and torques on it do to its pose, from 10 Hz to 5.2 kHz.
+"""A platform on a compliant beam module: its pose under forces and torques, from 10 Hz to 5.2 kHz.
 
 The default is a disc of 0.1 kg on three aluminium beams, 50 mm long and 2 mm thick on a circle of 30 mm, with 1 % of
-damping in every mode. Loads along the axis of the module and about it act alone: 7.69e-8 m/N up to one resonance at
+damping in every mode. Loads along and about the axis of the module are decoupled: 7.69e-8 m/N up to one resonance at
 1815.1 Hz, and 6.06e-2 rad/(N.m) up to one at 96.36 Hz. A force across it shifts the platform by 6.42e-5 m/N and turns
 it by 4.27e-6 rad/N, a torque about the same axis turns it by 1.71e-4 rad/(N.m) and shifts it by 4.27e-6 m/(N.m): both
-meet resonances at 62.82 and 2569.8 Hz. All are 34 dB high where they are alone, and the other entries are zero.
+have resonances at 62.82 and 2569.8 Hz. Single resonances are 34 dB high, and the other entries are zero.
 
-The load goes straight from the source to the stage. `auto` lets it move over a step, which costs 0.002 % of a response;
-held for a step H it costs 180 H f degrees, a lead under
-`gauss_seidel` and a lag under `jacobi`: 0.47 degrees at the end of the band, twice the highest mode, and 1e-4 dB.
-Nothing is fed back, so that no step is unstable: for a lower band `--to 520 --step 5e-6` is as exact.
+The load is connected directly from the source to the stage. `auto` extrapolates it over a step, with an error of 0.002
+%. A load held for a step H has a phase error of 180 H f degrees, a lead under `gauss_seidel` and a lag under `jacobi`:
+0.47 degrees at the end of the band, twice the highest mode, and 1e-4 dB. There is no feedback, so that every step is
+stable: for a lower band `--to 520 --step 5e-6` is as accurate.
 """
 
 from hfsa.cosim.scenes._payload import Payload, module
@@ -27,13 +27,13 @@ def beam_bode(
     platform: Payload = DISC,
     damping_ratio: float = 0.01,
 ) -> Scene:
-    """The pose's six responses to each of the six loads.
+    """Return the scene: six responses of the pose to each of the six loads.
 
     Args:
-        kind: of module, as in `beam_module`.
-        tilt: of the beams, for kinds that have one [deg]; 45.
-        platform: mass, inertia and mass centre.
-        damping_ratio: of every mode.
+        kind: kind of module, as in `beam_module`.
+        tilt: tilt of the beams, for kinds with tilted beams [deg] (default: 45).
+        platform: mass, inertia and mass centre of the platform.
+        damping_ratio: damping ratio of every mode.
     """
     arguments = {**module(kind, tilt), **platform.arguments("platform")}
     return Scene(

@@ -1,20 +1,20 @@
-"""A payload shaken on a double tilted beam module: how far it is displaced from its base, from 10 Hz to 2 kHz.
+"""A payload shaken on a double tilted beam module: its displacement from the base, from 10 Hz to 2 kHz.
 
-The default is a disc of 0.1 kg with its mass centre 30 mm ahead of the stage, where the axes of all beams meet. There a
-force only shifts what the module carries: shaken along the module the payload is displaced by 3.07e-8 m per m/s2 up to
-one resonance, 34 dB high at 908.1 Hz, shaken across it by 6.15e-8 up to one, 34 dB high at 641.9 Hz, and in neither way
-does it turn. Above the resonance it stays behind at rest, displaced by 1 / omega^2. With its mass centre on the stage,
-`-p payload.center=0,0,0`, it is displaced 53 times as far by a shake across the module, 3.27e-6 m per m/s2 at low
+The default is a disc of 0.1 kg with its mass centre 30 mm ahead of the stage, where the axes of all beams meet. A force
+at this point shifts the payload without turning it: shaken along the module it is displaced by 3.07e-8 m per m/s2 up to
+one resonance, 34 dB high at 908.1 Hz, shaken across it by 6.15e-8 up to one resonance, 34 dB high at 641.9 Hz. Above
+the resonance the payload stays at rest, displaced by 1 / omega^2. With its mass centre on the stage, `-p
+payload.center=0,0,0`, it is displaced 53 times as far by a shake across the module, 3.27e-6 m per m/s2 at low
 frequency, turns by 1.07e-4 rad per m/s2 with it, and resonates at 79.0 and 1444.2 Hz.
 
-With `suspension=merged` payload and beams are one part, and the step H only holds the acceleration: 180 H f degrees, a
-lead under `gauss_seidel` and a lag under `jacobi`, 0.36 degrees at 2 kHz with the step of 1 us. No step is unstable.
-Of both suspensions `auto` takes `gauss_seidel_linear`, within 0.001 % (merged) and 0.068 % (massless).
-With `suspension=massless` the beams are a part beside a rigid body, and their wrench, held over a step, acts as a
-negative damper: a mode loses the part H omega / (4 damping_ratio) of its damping. With 1 us that makes the resonances
-1.34 dB (908.1 Hz) and 0.92 dB (641.9 Hz) too high, 4.85 and 3.13 dB under `jacobi_plain`, whose wrench is a step older;
-above 7.01 us (`jacobi_plain`: 2.34 us) it diverges, `-p suspension=massless --step 20e-6` shows how. In one FMU,
-`--fuse suspension,payload`, it is the merged one again.
+With `suspension=merged` payload and beams are one part, and only the acceleration is held over a step H: a phase error
+of 180 H f degrees, a lead under `gauss_seidel` and a lag under `jacobi`, 0.36 degrees at 2 kHz with the step of 1 us.
+Every step is stable. For both suspensions `auto` chooses `gauss_seidel_linear`, within 0.001 % (merged) and 0.068 %
+(massless). With `suspension=massless` the beams are a part beside a rigid body, and their wrench, held over a step,
+acts as a negative damper: a mode loses the fraction H omega / (4 damping_ratio) of its damping. With 1 us that makes
+the resonances 1.34 dB (908.1 Hz) and 0.92 dB (641.9 Hz) too high, 4.85 and 3.13 dB under `jacobi_plain`, whose wrench
+is a step older; above 7.01 us (`jacobi_plain`: 2.34 us) it diverges, `-p suspension=massless --step 20e-6` shows how.
+In one FMU, `--fuse suspension,payload`, the response is that of the merged suspension.
 """
 
 from typing import Literal
@@ -28,7 +28,7 @@ _POSE = ("position", "rotation", "velocity", "angular_velocity")
 _WRENCH = ("force", "torque")
 
 AHEAD = Payload(center=(0.03, 0.0, 0.0))
-"""Its mass centre where the axes of the default module's beams meet."""
+"""Payload with its mass centre where the beam axes of the default module meet."""
 
 
 def beam_payload(
@@ -39,20 +39,21 @@ def beam_payload(
     payload: Payload = AHEAD,
     damping_ratio: float = 0.01,
 ) -> Scene:
-    """The payload's pose, relative to its base, by the base's acceleration.
+    """Return the scene: pose of the payload relative to its base, per acceleration of the base.
 
     Args:
-        suspension: the beams in one part with the payload, or without mass beside it, exchanging poses and wrenches.
-        kind: of module, as in `beam_module`.
-        tilt: of the beams, for kinds that have one [deg]; 45.
-        payload: mass, inertia and mass centre.
-        damping_ratio: of every mode.
+        suspension: `merged`, beams and payload in one part, or `massless`, beams as a part that exchanges poses and
+            wrenches with the payload.
+        kind: kind of module, as in `beam_module`.
+        tilt: tilt of the beams, for kinds with tilted beams [deg] (default: 45).
+        payload: mass, inertia and mass centre of the payload.
+        damping_ratio: damping ratio of every mode.
     """
     beams, start = {**module(kind, tilt), **payload.arguments("platform")}, {"damping_ratio": damping_ratio}
     if suspension == "merged":
         system = System([Component("payload", "beam_stage", None, beams, start)])
     else:
-        # Poses are relative to the base, whose own at the suspension therefore stays 0
+        # poses are relative to the base: the base pose of the suspension stays 0
         system = System(
             [
                 Component("suspension", "beam_suspension", None, beams, start),

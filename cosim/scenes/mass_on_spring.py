@@ -9,7 +9,7 @@ from hfsa.cosim.systems.system import Component, System
 
 
 def mass_on_spring(*, damping: float = 0.5) -> Scene:
-    """The mass's response to its base; `damping` in N.s/m."""
+    """Return the scene: response of the mass to its base; `damping` in N.s/m."""
     return Scene(
         System([Component("mass", "mass_on_spring", start={"damping": damping})]),
         inputs=["mass.base.position"],
@@ -18,5 +18,5 @@ def mass_on_spring(*, damping: float = 0.5) -> Scene:
         amplitude={"m": 1e-3},
         step_size=100e-6,
         stop_time=5.0,
-        scale={"mass.position": 0.2},  # 200 times the amplitude, at the resonance
+        scale={"mass.position": 0.2},  # response at the resonance: 200 times the amplitude
     )

@@ -1,24 +1,25 @@
-"""The accelerometer on the SDelta robot's platform: what it reports of a small commanded motion, from 5 to 50 Hz.
+"""The accelerometer on the SDelta robot's platform: its estimate for a small commanded motion, from 5 to 50 Hz.
 
-The reference turns a pose command into the motion of the tubes, which are moved exactly, and the platform shakes the
-sensor, which sits anywhere on it: a chain, in which nothing is fed back. `ideal` is a sensor without dynamics in the
-same place, so that its estimate is the true acceleration there, along the sensor's axes. The response from true
-acceleration to the sensor is the quotient of two that are recorded; that across the axes stands beside them:
+The reference converts a pose command to the motion of the tubes, which is exact, and the platform shakes the sensor,
+which is mounted anywhere on it: a chain without feedback. `ideal` is a sensor without dynamics at the same place; its
+estimate is the true acceleration there, along the axes of the sensor. The response from true acceleration to the
+sensor is the quotient of two recorded responses:
 
     response.sel(output="sensor.acceleration_estimate[1]") / response.sel(output="ideal.acceleration_estimate[1]")
 
-From a command it is -omega^2 times that of the platform's position. In the symmetric posture a horizontal command
-meets its resonance at 23.6 Hz, 5.2 m/s2 for 10 um, and its antiresonance at 31.8 Hz, and the other axis shows nothing.
-With the platform 20 mm off along x it shows 43 dB less at 10 Hz, 5 dB less at 20 Hz. A rotation about the vertical is
-seen through the lever arm. The quotient is flat: at 50 Hz it is 0.0006 dB above 1 (mems), 0.35 dB (rapid_prototype).
+The response from a command is -omega^2 times that of the platform position. In the symmetric posture a horizontal
+command has its resonance at 23.6 Hz, 5.2 m/s2 for 10 um, and its antiresonance at 31.8 Hz; the other axis shows
+nothing. With the platform 20 mm off along x it shows 43 dB less at 10 Hz, 5 dB less at 20 Hz. A rotation about the
+vertical is measured through the lever arm. The quotient is flat: at 50 Hz it is 0.0006 dB above 1 (mems), 0.35 dB
+(rapid_prototype).
 
-`auto` takes `gauss_seidel_linear`, within 0.0004 %. The figures of held inputs, `gauss_seidel`, are these.
-An acceleration is the force of limbs between tubes and platform, and held inputs put these half a step apart: a mode of
-omega_n is off by H omega_n^2 / (2 omega) radians, ahead under `gauss_seidel`, behind under `jacobi`. At the
-step of 5 us that is 0.9 degrees at 5 Hz and 0.2 at 50 Hz for a horizontal command to its own axis, but 0.8 near
-the antiresonance, and 4.7 degrees at 5 Hz for the rotation about the vertical. The mean of two sweeps, one with each
-algorithm, is of the second order: it is within 0.05 degrees, the lag with which the sensor holds its own input. The
-quotient has but this: the sensor goes first. With `robot=rigid` nothing gives way, and only this lag remains.
+`auto` chooses `gauss_seidel_linear`, within 0.0004 %. With held inputs, `gauss_seidel`, the errors are larger: an
+acceleration is the force of limbs between tubes and platform, and held inputs set these half a step apart. A mode of
+omega_n has a phase error of H omega_n^2 / (2 omega) radians, a lead under `gauss_seidel`, a lag under `jacobi`. At the
+step of 5 us these are 0.9 degrees at 5 Hz and 0.2 at 50 Hz for a horizontal command to its own axis, but 0.8 near the
+antiresonance, and 4.7 degrees at 5 Hz for the rotation about the vertical. The mean of two sweeps, one with each
+algorithm, is of second order: within 0.05 degrees, the lag of the input held by the sensor. The quotient has this lag
+only, as the sensor steps first; so has a `robot=rigid`.
 """
 
 from typing import Literal
@@ -35,7 +36,7 @@ _PLATFORM = ("acceleration", "angular_velocity", "angular_acceleration", "rotati
 
 
 OFF_CENTER = Mounting(lever=(0.03, 0.0, 0.0))
-"""Sensor axes along the world's, 30 mm from the centre of the platform's joints."""
+"""Sensor axes along the world axes, 30 mm from the centre of the platform's joints."""
 
 
 def sdelta_accelerometer(
@@ -50,21 +51,21 @@ def sdelta_accelerometer(
     damping: float | None = None,
     mounting: Mounting = OFF_CENTER,
 ) -> Scene:
-    """Estimates, true acceleration and voltages by command.
+    """Return the scene: estimates, true acceleration and voltages per command.
 
     Args:
-        posture: where the robot stands; rotation in degrees, position of S in metres.
+        posture: posture of the robot; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
-        payload: what the platform carries beside the sensor; given by its mass alone, a steel cube of that mass.
+        payload: payload of the platform beside the sensor; with a mass alone, a steel cube of that mass.
         robot: level of the robot.
         robot_damping: damping ratio of its modes.
-        design: of the sensor, published dimensions and material.
+        design: published dimensions and material of the sensor.
         sensor: level of the sensor.
-        damping: damping ratio in the sensor's plane; the design's own without.
-        mounting: of the sensor on the platform, from S.
+        damping: damping ratio in the plane of the sensor (default: the design's).
+        mounting: mounting of the sensor on the platform, from S.
     """
     components = [
-        accelerometer(sensor, design, mounting, damping),  # in this order
+        accelerometer(sensor, design, mounting, damping),  # in this order of steps
         ideal(mounting),
         Component("reference", "sdelta_reference", "linear", posture.arguments),
         Component(

@@ -1,29 +1,29 @@
-"""The SDelta robot under control: how far its platform follows a small commanded motion through its motors.
+"""The SDelta robot under control: motion of its platform for a small commanded motion.
 
-A command becomes motor angles; a controller, by default PD sampled every 0.25 ms on the motors' encoders, drives the
-six motors of three C-drives; the tubes move the elastic robot, which pushes back. The design is that of the rigid
-robot, 6 Hz with damping 0.7, a quarter of the first natural frequency.
+The reference converts a command to motor angles; a controller, by default PD sampled every 0.25 ms on the motor
+encoders, drives the six motors of three C-drives; the tubes move the elastic robot, whose reaction forces act on them.
+The control is designed on the rigid robot, 6 Hz with damping 0.7, a quarter of the first natural frequency.
 
-    law             pd               each motor has its own loop and none knows of the others: the vertical motion, the
-                                     heaviest, closes at 3.4 Hz with damping 0.40
-                    ctc              computed torque: all motions close at 6 Hz with 0.7
-                    ctc_cartesian    the same on the error of the pose: one law with ctc by encoders
+    law             pd               independent loop of each motor: the vertical motion, the heaviest, has a closed
+                                     loop of 3.4 Hz with damping 0.40
+                    ctc              computed torque: all closed loops have 6 Hz with damping 0.7
+                    ctc_cartesian    the same on the error of the pose; with encoders the same law as ctc
     feedback        pose             not collocated: at 1 % of damping stable up to a bandwidth of 1.34 Hz (ctc) or
                                      0.51 Hz (pd), no more
-    feed_forward    elastic          the inverse of the robot on its springs: what is left is the error of sampling
+    feed_forward    elastic          the inverse of the robot on its springs: only the error of sampling remains
     execution       continuous       the controller acts at every instant; the response is exact and has no hold
 
 Bode plot, command to vertical position: `pd` 4.5 dB high at 3.1 Hz, -9.6 dB at 10 Hz; `ctc` within 0.7 dB up to 60 Hz,
-though 7.5 degrees behind at 10 Hz; `feed_forward=elastic` within 0.05 dB of 1 up to 10 Hz, exactly 1 where the control
+with a lag of 7.5 degrees at 10 Hz; `feed_forward=elastic` within 0.05 dB of 1 up to 10 Hz, exactly 1 where the control
 is continuous. Horizontal position: `ctc` 0.7 dB at 10 Hz and 7.4 dB at 46 Hz, near the first mode of free motors.
 
-Steps of 0.25 ms / n, n = 1, 2, ..., are stable under all three algorithms with the default control. The error is of the
-first order in the step: at 50 us under `gauss_seidel` each motion's response to its own command is off by 0.28 dB and
-0.95 degrees at most at the symmetric posture, a small cross response by 30 % (`pd`) and 223 % (`ctc`), so that `auto`
-takes `gauss_seidel_linear`, 0.014 and 0.035 %; twice the response at half the step less that at the
-whole step is within 0.011 dB and 0.06 degrees everywhere. Without control, the drives free, the flexible modes become
-unstable at steps of 62.8 us (`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`), while the rigid motion
-is neutral under `jacobi` and grows by 0.058 1/s per us of step under the other two.
+Steps of 0.25 ms / n, n = 1, 2, ..., are stable under all three algorithms with the default control. The error is of
+first order in the step: at 50 us under `gauss_seidel` and in the symmetric posture, the error of a motion per its own
+command is at most 0.28 dB and 0.95 degrees, that of a small cross response 30 % (`pd`) and 223 % (`ctc`). Therefore
+`auto` chooses `gauss_seidel_linear`, within 0.014 and 0.035 %; Richardson extrapolation from two steps is within 0.011
+dB and 0.06 degrees. Without control, the drives free, the flexible modes become unstable at steps of 62.8 us
+(`jacobi_plain`), 104.3 us (`jacobi`) and 285 us (`gauss_seidel`), while the rigid motion is neutral under `jacobi` and
+grows by 0.058 1/s per us of step under the other two.
 """
 
 from typing import Literal
@@ -57,27 +57,27 @@ def sdelta_hfsa(
     encoder_resolution: float = 0.0,
     encoder_noise: float = 0.0,
 ) -> Scene:
-    """The robot's six pose responses under control.
+    """Return the scene: six responses of the robot's pose under control.
 
     Args:
-        law: `pd`, each motor by itself; `ctc`, computed torque on the motors' errors; `ctc_cartesian`, on the pose's.
-        feedback: of the motors' `encoder`s, or of the platform's `pose`, as a sensor would show it.
-        execution: of the controller, `sampled` or `continuous`.
-        feed_forward: `none` (what the law itself contains), or the torques of the `rigid` robot, or torques and motor
-            angles of the `elastic` one.
-        posture: where the robot stands; rotation in degrees, position of S in metres.
+        law: `pd`, each motor by itself; `ctc`, computed torque on motor errors; `ctc_cartesian`, on pose errors.
+        feedback: `encoder` of each motor, or `pose` of the platform from an ideal sensor.
+        execution: execution of the controller, `sampled` or `continuous`.
+        feed_forward: `none` (nothing beside the law), torques of the `rigid` robot, or torques and motor angles of the
+            `elastic` one.
+        posture: posture of the robot; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
-        payload: what the platform carries, for the robot, gains, feed-forward and holding torque; given by its mass
-            alone, a steel cube of that mass.
-        damping: damping ratio of the robot's modes.
-        bandwidth: of the rigid closed loop [Hz].
+        payload: payload of the platform, for the robot, gains, feed-forward and holding torque; with a mass alone, a
+            steel cube of that mass.
+        damping: damping ratio of the modes of the robot.
+        bandwidth: bandwidth of the rigid closed loop [Hz].
         control_damping: damping ratio of the rigid closed loop.
-        sample_time: of the controller [s].
-        delay: whether the torque is put out one sample time late.
-        torque_limit: of each motor [N.m]; the peak torque of the motor that the thesis names.
-        gravity: gravitational acceleration along -Z [m/s2]; the controller then feeds the holding torque forward.
-        encoder_resolution: step of the motors' encoders [rad], 0 for none.
-        encoder_noise: standard deviation of their noise [rad], a new value at each tick.
+        sample_time: sample time of the controller [s].
+        delay: whether the torque is delayed by one sample time.
+        torque_limit: torque limit of each motor [N.m]; the default is the peak torque of the motor in the thesis.
+        gravity: gravitational acceleration along -Z [m/s2]; the controller feeds the holding torque forward.
+        encoder_resolution: resolution of the motor encoders [rad], 0 for none.
+        encoder_noise: standard deviation of the encoder noise [rad], a new value at each tick.
     """
     control = Control(
         law=law,

@@ -1,20 +1,20 @@
-"""The accelerometer on the piezo stage: what it reports of volts on a stack, or of a stack's elongation.
+"""The accelerometer on the piezo stage: its estimate per voltage on a stack, or per elongation of a stack.
 
-The stage, its stacks and their bias are those of `stage_bode`, and its platform shakes the sensor: a chain behind them.
-`ideal` is a sensor without dynamics in the same place, so that its estimate is the true acceleration there: the
-response from true acceleration to the sensor is the quotient of two that are recorded, `sensor` by `ideal`.
+The stage, its stacks and their bias are those of `stage_bode`; the platform shakes the sensor, without feedback.
+`ideal` is a sensor without dynamics at the same place; its estimate is the true acceleration there. The response from
+true acceleration to the sensor is the quotient of two recorded responses, `sensor` by `ideal`.
 
 A volt on the first stack gives 0.053 m/s2 along x and 0.073 along y at 100 Hz, 40 dB more per decade, up to the
-resonance of the shifts, 37 and 51 m/s2 at 919 Hz; from 2 kHz on it is 5 and 7 m/s2. The turn is not seen from the
+resonance of the shifts, 37 and 51 m/s2 at 919 Hz; from 2 kHz on it is 5 and 7 m/s2. The turn has no effect at the
 centre, but 20 mm off along x the y axis shows its resonance, 77 m/s2 at 2384 Hz. With `stage=jacobian` the elongations
-are excited themselves, and the estimate is -omega^2 times the Jacobian's entry.
+are excited directly, and the estimate is -omega^2 times the entry of the Jacobian.
 
-`auto` takes `gauss_seidel_linear`, within 0.013 %. The figures of held inputs, `gauss_seidel`, are these.
-An acceleration is the difference of the stacks' force and the stage's, and held inputs put these half a step apart: a
-mode of omega_n is off by H omega_n^2 / (2 omega) radians, 1.5 degrees at 100 Hz, 0.7 at 200 Hz and 0.3 at 500
-Hz with the step of 1 us. The sensor goes first and holds what it gets, a lag of 180 H f degrees, 0.54 at 3 kHz, which
-is all that the quotient has and there undoes a lead: from 500 Hz on the sensor's response is within 0.3 degrees. The
-error is of the first order: twice the response at half the step less that at the whole step is within 0.01 degrees.
+`auto` chooses `gauss_seidel_linear`, within 0.013 %. With held inputs, `gauss_seidel`, the errors are larger: an
+acceleration is the difference of the forces of stacks and stage, and held inputs set these half a step apart. A mode of
+omega_n has a phase error of H omega_n^2 / (2 omega) radians, 1.5 degrees at 100 Hz, 0.7 at 200 Hz and 0.3 at 500 Hz
+with the step of 1 us. The sensor steps first and holds its input, a lag of 180 H f degrees, 0.54 at 3 kHz: the only
+error of the quotient, and opposite to the lead, so that from 500 Hz on the response of the sensor is within 0.3
+degrees. The error is of first order: Richardson extrapolation from two steps is within 0.01 degrees.
 """
 
 from typing import Literal
@@ -32,7 +32,7 @@ _MOTIONS = (
     ("angular_acceleration", "angular_acceleration[3]"),
     ("rotation", "rotation[3]"),
 )
-"""What the platform does in its plane, and where it enters the sensor."""
+"""Outputs of the platform's planar motion, and the corresponding inputs of the sensor."""
 
 
 def stage_accelerometer(
@@ -48,23 +48,23 @@ def stage_accelerometer(
     damping: float | None = None,
     mounting: Mounting = UPRIGHT,
 ) -> Scene:
-    """Estimates, true acceleration and voltages by volts, or at level `jacobian` by elongation.
+    """Return the scene: estimates, true acceleration and voltages per volt, or per elongation at level `jacobian`.
 
     Args:
-        stage: level of the stage; at `jacobian` there are no stacks, and pzt, bias, damping_time and resistance do
-            nothing.
+        stage: level of the stage; at `jacobian` there are no stacks, and pzt, bias, damping_time and resistance have
+            no effect.
         kinematics: parameter set of the stage's links.
-        pzt: the stacks by their data sheet.
-        bias: voltage of all stacks, about which one of them swings [V]; 0 to their full voltage.
-        damping_time: of the hinges, beta [s].
-        resistance: of the amplifiers' outputs [Ohm].
-        design: of the sensor, published dimensions and material.
+        pzt: data sheet of the stacks.
+        bias: voltage of all stacks, about which one of them is excited [V]; 0 to their full voltage.
+        damping_time: damping time of the hinges, beta [s].
+        resistance: output resistance of the amplifiers [Ohm].
+        design: published dimensions and material of the sensor.
         sensor: level of the sensor.
-        damping: damping ratio in the sensor's plane; the design's own without.
-        mounting: of the sensor on the platform, from its centre.
+        damping: damping ratio in the plane of the sensor (default: the design's).
+        mounting: mounting of the sensor on the platform, from its centre.
 
     Raises:
-        StructureError: a bias that the stacks cannot have.
+        StructureError: for a bias outside the range of the stacks.
     """
     if stage == "jacobian":
         moved = System([Component("stage", "rrr_stage", stage, {"kinematics": kinematics})])

@@ -3,24 +3,24 @@
     ctc   Kp = 5e16 1/s2, Kv = 6e8 1/s         poles at 16 and 80 MHz, on a stage of 0.5 kHz
     pd    Kp = 1e17 N/m,  Kv = 1e7 N.s/m       the most damped of table 5.1, at 32 and 78 MHz
 
-The ramp begins at full speed: each stack is hit by 745 N (`ctc`), 30 N (`pd`), and errs by femtometres. Held between
-two ticks a command is stable below
+The ramp begins at full speed: the initial force on each stack is 745 N (`ctc`), 30 N (`pd`), and its tracking error is
+of the order of femtometres. A command held between ticks is stable below
 
     ctc   T < min(2 / Kv, 2 Kv / Kp)           3.33 ns
     pd    T < min(2 m / Kv, 2 Kv / Kp)         0.2 ns, m = 0.414 kg of the yaw, which the ramp moves
 
-and a sample time that is not given is 0.3 of that. The other gains of table 5.1 have a limit of 2 Kv / Kp = 2e-16 s and
-up, or none with Kv = 0: a second of them takes more than 1e12 steps, so they are refused. `hfsa analyze
-stage_closed_loop` says what becomes of them without a step: where Kv > 0, they settle.
+and the default sample time is 0.3 of that. The other gains of table 5.1 have limits from 2 Kv / Kp = 2e-16 s, or none
+with Kv = 0: one second takes more than 1e12 steps, so that they are refused. `hfsa analyze stage_closed_loop` computes
+their closed loop in continuous time: with Kv > 0, it settles.
 
-The communication step is the sample time and alone decides on accuracy: the error is 4e-15 m, and the stage's solver is
-content with 1e-14 m. It takes each step whole, and as the force is held, it is wrong by what the stage's own motion
-does of sixth order within a nanosecond, (1e-5)^6, far below rounding. The error r - l keeps nine digits: it is the
-difference of numbers up to 3e-11 m, which double precision knows to 4e-27 m. The level `exact` finds l from places on
-links of a centimetre, which it knows to 1e-18 m: there the error keeps four digits, and Kp turns the rest into noise.
+The communication step equals the sample time and alone determines the accuracy: the error is 4e-15 m, and the tolerance
+of the stage's solver 1e-14 m. The solver takes each step at once; as the force is constant, its error is of sixth order
+in the motion of the stage within a nanosecond, (1e-5)^6, far below rounding. The error r - l has nine digits: it is the
+difference of numbers up to 3e-11 m, which double precision resolves to 4e-27 m. The level `exact` computes l from
+positions on links of a centimetre, resolved to 1e-18 m: its error has four digits, and Kp amplifies the rest as noise.
 
-With `execution` `continuous` the controller acts at every instant, and the stage integrates what it answers
-(`linearized_feedback`): any gains, in steps of 1 us, behind the first of which nothing is left of the impact.
+With `execution` `continuous` the controller acts at every instant, and the stage integrates its linearised response
+(`linearized_feedback`): any gains are possible with steps of 1 us, and the impact has decayed after the first step.
 """
 
 import math
@@ -34,15 +34,15 @@ from hfsa.cosim.systems.system import Component, Connection, System
 
 _AXES, _STACKS = "axis[1..3]", "stack[1..3]"
 _YAW_MASS = {"nominal": 0.41401, "calibrated": 0.23113}
-"""Modal mass of the yaw [kg], the least of the stage's, by the parameter set of its links."""
+"""Modal mass of the yaw [kg], the smallest of the stage, by parameter set of its links."""
 _SHARE = 0.3
-"""Sample time, relative to the limit, where none is given."""
+"""Default sample time relative to the stable limit."""
 _SHORTEST = 1e-12
 """Shortest sample time of a part [s]."""
 _STEP = 1e-6
 """Communication step under a continuous controller [s]."""
 _LONG = 10e-6
-"""What a run lasts [s], to the nearest step."""
+"""Stop time [s], rounded to steps."""
 _GAINS = {"ctc": (5e16, 6e8), "pd": (1e17, 1e7)}
 _ORDERS = {"ctc": ("", "_rate", "_acceleration"), "pd": ("", "_rate")}
 
@@ -59,22 +59,22 @@ def stage_extremes(
     kinematics: Kinematics = "nominal",
     damping_time: float = 0.0,
 ) -> Scene:
-    """Tracking errors and forces of the stage on a ramp.
+    """Return the scene: tracking errors and forces of the stage on a ramp.
 
     Args:
-        law: of control; `ctc` is built on the stage itself.
-        proportional_gain: Kp [1/s2] (ctc), [N/m] (pd); the law's own without.
-        derivative_gain: Kv [1/s] (ctc), [N.s/m] (pd); the law's own without.
-        sample_time: of the controller, and communication step [s]; 0.3 of the stable limit without.
-        execution: of the controller, `sampled` or `continuous`.
-        rate: of the ramp [m/s].
-        stage: level of the stage, and of what computed torque takes it for.
-        kinematics: parameter set of the stage's links, for both as well.
-        damping_time: damping of the stage by its stiffness [s], for both as well; the source's stage has none.
+        law: control law; the model of `ctc` is the stage itself.
+        proportional_gain: Kp [1/s2] (ctc), [N/m] (pd) (default: that of the law).
+        derivative_gain: Kv [1/s] (ctc), [N.s/m] (pd) (default: that of the law).
+        sample_time: sample time of the controller, and communication step [s] (default: 0.3 of the stable limit).
+        execution: execution of the controller, `sampled` or `continuous`.
+        rate: rate of the ramp [m/s].
+        stage: level of the stage, and of the model of computed torque.
+        kinematics: parameter set of the stage's links, also in the model.
+        damping_time: damping of the stage per stiffness [s], also in the model; the published stage has none.
 
     Raises:
-        StructureError: gains below 0; without a sample time, gains that no part can tick fast enough for; a sample time
-            of a controller that is not sampled.
+        StructureError: for negative gains; without a sample time, for gains that need a shorter one than any part
+            supports; for a sample time of a continuous controller.
     """
     kp, kv = (
         own if given is None else given
@@ -121,21 +121,21 @@ def stage_extremes(
 
 
 def _sample_time(law: str, kp: float, kv: float, kinematics: str) -> float:
-    """A round sample time well below the limit; `StructureError` where that is too short for a part."""
+    """Return a round sample time well below the limit; `StructureError` where it is too short for a part."""
     mass = 1.0 if law == "ctc" else _YAW_MASS[kinematics]
     limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
     if kv == 0 or _SHARE * limit < _SHORTEST:
-        reason = f"is stable below {limit:g} s only" if kv else "rings for ever, and grows at any sample time"
+        reason = f"is stable below {limit:g} s only" if kv else "is undamped, and unstable at any sample time"
         raise StructureError(
-            f"stage_extremes: {law} with gains of {kp:g} and {kv:g} {reason}, and no part ticks faster than every "
-            f"{_SHORTEST:g} s. `hfsa analyze stage_closed_loop` tells what becomes of these gains; to see them fail, "
-            "give a sample_time"
+            f"stage_extremes: {law} with gains of {kp:g} and {kv:g} {reason}, and no part has a sample time below "
+            f"{_SHORTEST:g} s. `hfsa analyze stage_closed_loop` computes their closed loop; to simulate them, give a "
+            "sample_time"
         )
     return float(f"{_SHARE * limit:.0e}")
 
 
 def _connections(law: str) -> list[Connection]:
-    """Reference and measured elongations to the controller and to their difference, forces to the stage."""
+    """Return the connections: elongations to controller and tracking error, forces to the stage."""
     return [
         *(Connection(f"reference.{_STACKS}.elongation{o}", f"controller.{_AXES}.reference{o}") for o in _ORDERS[law]),
         *(Connection(f"stage.{_STACKS}.elongation{o}", f"controller.{_AXES}.measured{o}") for o in ("", "_rate")),

@@ -1,24 +1,24 @@
-"""The 3-RRR stage on a motion of its own under five control laws: an honest comparison of PD and computed torque.
+"""The 3-RRR stage on a motion of its own under five control laws: a comparison of PD and computed torque.
 
-    pd            Kp e + Kv e'                              leaves H(r) / Kp of the hinges' force H
-    pd_ff         the same and H(r)                         leaves what the model of H gets wrong
+    pd            Kp e + Kv e'                              error H(r) / Kp due to the hinges' force H
+    pd_ff         the same and H(r)                         error due to the model of H
     ctc           computed torque on a model of the stage   the same; errors decay as e'' + Kv e' + Kp e = 0
-    integral      volts by the integral of e                lags a ramp by its rate over the crossover
-    integral_ff   the same and the static volts             lags by what the model gets wrong
+    integral      voltage by the integral of e              lag on a ramp: its rate over the crossover
+    integral_ff   the same and the static voltage           lag due to the model
 
-With the actuator `pzt` the forces that a law wants become volts, 0 to 150 V, of three stacks; `force` makes any force
-at once. The ramp of 3 um/s asks for 12 um, and the stacks give 10.265 um at 150 V, from 3.42 s on: with them every law
-ends 1.735 um short (1.745 um on the exact stage; it would be 1.739 um if the hinges' force were linear).
+With the actuator `pzt` the force of a law is converted to a voltage, 0 to 150 V, of three stacks; `force` is an ideal
+force. The ramp of 3 um/s ends at 12 um, but the stacks reach 10.265 um at 150 V, from 3.42 s on: with them every law
+ends 1.735 um short (1.745 um on the exact stage; with linear hinges it would be 1.739 um).
 
-PD is stable, whatever the source says: where it is not, the sample time is too long for its gains, as it would be for
-computed torque. Its price is the bias H(r) / Kp, which feed-forward or an integral removes. On a stage with the
-calibrated links, whose yaw has 0.231 kg in place of 0.414 kg, its default gains take a sample time below 9.2 us. There
-`three_axis` asks a stack now and then to pull, with 12 N when the first one alone is at 8 um: its volts rest at 0, and
-computed torque stays up to 0.3 um behind.
+PD is stable, in contrast to the claim of the source: where it is unstable, the sample time is too long for its gains,
+as it would be for computed torque. Its drawback is the bias H(r) / Kp, which feed-forward or an integral removes. On a
+stage with the calibrated links, whose yaw has 0.231 kg instead of 0.414 kg, its default gains need a sample time below
+9.2 us. On this stage `three_axis` requires a pulling force of a stack at times, 12 N when the first one alone is at
+8 um: its voltage saturates at 0, and the error of computed torque is up to 0.3 um.
 
-A communication step is a sample time, or where stacks have dynamics a fifth of one, as their force bends at every
-tick. With such stacks PD at its default gains is unstable by itself at the default sample time of 10 us: its limit is
-3.92 us, and a run says so. The first three outputs are the errors of the elongations.
+A communication step is a sample time, or a fifth of one for stacks with dynamics, as their force has a kink at every
+tick. With such stacks PD at its default gains is unstable at the default sample time of 10 us: its limit is 3.92 us,
+and a run warns of it. The first three outputs are the errors of the elongations.
 """
 
 import math
@@ -36,16 +36,16 @@ _DRIVEN = {
     "pzt": {f"stage.{_STACKS}.force": FORCE, f"{_STACKS}.stack.voltage": VOLTAGE},
     "force": {f"controller.{_AXES}.command": FORCE},
 }
-"""What drives the stage, and its scale."""
+"""Driving variables by actuator, with their scales."""
 _CONTROLLERS = {"pd": "pd", "ctc": "stage_computed_torque", "integral": "stage_integral"}
 _ORDERS = {"pd": ("", "_rate"), "ctc": ("", "_rate", "_acceleration"), "integral": ("",)}
 _FINER = 5
-"""Communication steps in a sample time where stacks have dynamics: their force bends at every tick."""
+"""Communication steps per sample time for stacks with dynamics, whose force has a kink at every tick."""
 _STOP_TIMES = {"ramp": 4.0, "three_axis": 0.4, "step": 0.02}
 
 
 class _Piece(NamedTuple):
-    """Components, and the connections that come with them."""
+    """Components with their connections."""
 
     components: list[Component]
     connections: list[Connection]
@@ -71,30 +71,30 @@ def stage_tracking(
     delay: bool = False,
     damping_time: float = 6.02e-6,
 ) -> Scene:
-    """Tracking errors, forces, voltages and stress of the stage on a ramp, a motion of all axes, or a step.
+    """Return the scene: tracking errors, forces, voltages and stress on a ramp, a motion of all axes, or a step.
 
     Args:
-        law: of control; `integral` and `integral_ff` command volts, so they need `pzt`.
+        law: control law; `integral` and `integral_ff` command voltages and need `pzt`.
         actuator: `pzt` stacks, or an ideal `force`.
         motion: `ramp` turns the platform, `three_axis` moves all its axes, `step` jumps to `pose`.
-        rate: of the ramp [m/s]; 2.5e-6 stays within 150 V.
-        pose: where the step ends, x, y [m] and yaw [rad] from rest.
+        rate: rate of the ramp [m/s]; 2.5e-6 stays within 150 V.
+        pose: final pose of the step, x, y [m] and yaw [rad] from rest.
         stage: level of the stage.
-        model: of the stage that feed-forward and computed torque are built on.
-        kinematics: parameter set of the stage's links, for the stage and all that is built on it.
-        pzt: the stacks by their data sheet, for the stacks, the stage and all that is built on them.
+        model: level of the model in feed-forward and computed torque.
+        kinematics: parameter set of the stage's links, also in models of the stage.
+        pzt: data sheet of the stacks, also in models of the stacks.
         stack: level of the stacks.
-        proportional_gain: of PD [N/m].
-        derivative_gain: of PD [N.s/m].
-        bandwidth: of computed torque, critically damped [Hz].
-        integral_gain: of the integral laws [V/(m.s)].
-        sample_time: of the controller [s].
-        delay: whether PD and computed torque put out their command one sample time late.
-        damping_time: damping of the stage by its stiffness [s], for the stage and computed torque.
+        proportional_gain: proportional gain of PD [N/m].
+        derivative_gain: derivative gain of PD [N.s/m].
+        bandwidth: bandwidth of computed torque, critically damped [Hz].
+        integral_gain: gain of the integral laws [V/(m.s)].
+        sample_time: sample time of the controller [s].
+        delay: whether the command of PD and computed torque is delayed by one sample time.
+        damping_time: damping of the stage per stiffness [s], for the stage and computed torque.
     """
     base = law.removesuffix("_ff")
     if base == "integral" and actuator == "force":
-        raise StructureError(f"law {law} commands volts, not a force: take actuator pzt, or one of pd, pd_ff, ctc")
+        raise StructureError(f"law {law} commands a voltage, not a force: take actuator pzt, or one of pd, pd_ff, ctc")
     omega = 2 * math.pi * bandwidth
     gains = {
         "pd": {"proportional_gain": proportional_gain, "derivative_gain": derivative_gain},
@@ -141,7 +141,7 @@ def stage_tracking(
 
 
 def _reference(motion: str, rate: float, pose: tuple[float, float, float], kinematics: str, pzt: Pzt) -> _Piece:
-    """The motion, and the errors against it."""
+    """Return the reference motion and the tracking errors."""
     start: dict[str, Any] = {}
     if motion == "ramp":
         start["rate"] = rate
@@ -161,7 +161,7 @@ def _reference(motion: str, rate: float, pose: tuple[float, float, float], kinem
 
 
 def _feed_forward(base: str, model: str, kinematics: str, pzt: Pzt) -> _Piece:
-    """What holds the stage at the reference, in the controller's effort."""
+    """Return the feed-forward: force or voltage that holds the stage at the reference."""
     return _Piece(
         [Component("feed_forward", "stage_feed_forward", None, {"model": model, "kinematics": kinematics}, pzt.line)],
         [
@@ -175,7 +175,7 @@ def _feed_forward(base: str, model: str, kinematics: str, pzt: Pzt) -> _Piece:
 
 
 def _controller(base: str, arguments: dict[str, Any], start: dict[str, Any]) -> _Piece:
-    """The control law between reference and measured elongations, with the derivatives that it takes."""
+    """Return the controller with its reference and measured elongations and their derivatives."""
     connections = [
         Connection(f"reference.{_STACKS}.elongation{order}", f"controller.{_AXES}.reference{order}")
         for order in _ORDERS[base]
@@ -188,12 +188,12 @@ def _controller(base: str, arguments: dict[str, Any], start: dict[str, Any]) -> 
 
 
 def _forces() -> _Piece:
-    """The controller's forces act as they are."""
+    """Return the direct connection of the controller's forces to the stage."""
     return _Piece([], [Connection(f"controller.{_AXES}.command", f"stage.{_STACKS}.force")])
 
 
 def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piece:
-    """Three stacks on the stage, driven by volts, or by forces through their conversion into volts."""
+    """Return three stacks on the stage, driven by voltages, or by forces converted to voltages."""
     stacks = pzt.stacks(level)
     coupled = [
         Connection(f"{_STACKS}.stack.blocking_force", f"stage.{_STACKS}.blocking_force"),
@@ -214,7 +214,7 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piec
 
 
 def _stage(level: str, kinematics: str, damping_time: float, pzt: Pzt | None) -> _Piece:
-    """Return the stage alone, with the stacks' stiffness where there are stacks."""
+    """Return the stage, with the stiffness of the stacks if there are any."""
     arguments = {"causality": "force" if pzt is None else "source", "kinematics": kinematics}
     start = {"damping_time": damping_time, **({} if pzt is None else pzt.on_stage)}
     return _Piece([Component("stage", "rrr_stage", level, arguments, start)], [])

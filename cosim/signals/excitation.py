@@ -1,7 +1,7 @@
-"""Excitation of a frequency sweep: which frequencies, which amplitude, how long a ramp and a measurement window.
+"""Excitation of a frequency sweep: frequencies, amplitude, ramp time and measurement window.
 
-frequency = logarithmic(1.0, 50.0, 40)            # evenly spaced on a Bode plot's axis
-frequency = along_response(dense, response, 40)   # evenly spaced along its curve: close together at a resonance
+frequency = logarithmic(1.0, 50.0, 40)            # evenly spaced on a logarithmic axis
+frequency = along_response(dense, response, 40)   # evenly spaced along the curve: denser at a resonance
 """
 
 import math
@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from hfsa.cosim.signals.frequency_response import resonances
 
 FEWEST_SAMPLES = 10
-"""Samples in a period below which a third harmonic and a held input are no longer resolved."""
+"""Least number of samples in a period that resolves a third harmonic and a held input."""
 
 
 def logarithmic(low: float, high: float, points: int) -> NDArray[np.float64]:
-    """Return `points` frequencies [Hz], the ratio of neighbours constant, first `low` and last `high` exactly.
+    """Return `points` frequencies [Hz] with a constant ratio of neighbours, from `low` to `high` exactly.
 
-    One point is `low`; where `high` is `low`, there is only one.
+    A single point is `low`; where `high` equals `low`, there is one point.
     """
     _check_points(points)
     if not 0 < low <= high < math.inf:
@@ -28,12 +28,12 @@ def logarithmic(low: float, high: float, points: int) -> NDArray[np.float64]:
 
 
 def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> NDArray[np.float64]:
-    """Return `points` of the frequencies [Hz], evenly spaced along the curves of a response, its peaks included.
+    """Return `points` of the frequencies [Hz], evenly spaced along the curves of a response, with its peaks.
 
     `frequency`, shape (n,), is a dense ascending grid and `response`, shape (n,) or (n, ...), a complex response on it.
-    A curve's length is measured on a Bode plot where half a decade, 20 dB and 45 degrees are equally long; of several
-    curves the one that moves most decides. Every local maximum of a magnitude that stands 3 dB above its surroundings
-    is a point, so that a sweep of few points still hits the resonances. One point is the lowest frequency.
+    The length of a curve is measured on a Bode plot where half a decade, 20 dB and 45 degrees have equal lengths; of
+    several curves the longest step counts. Every local maximum of a magnitude 3 dB above its surroundings is a point,
+    so that a sweep of few points contains the resonances. A single point is the lowest frequency.
     """
     _check_points(points)
     f = np.asarray(frequency, dtype=float)
@@ -43,7 +43,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     curves = curves[:, np.abs(curves).max(axis=0) > 0]
     if curves.shape[1] == 0:
         return logarithmic(f[0], f[-1], points)
-    # an antiresonance that is zero exactly would be infinitely deep
+    # an antiresonance of exactly zero would be infinitely deep
     level = np.log10(np.maximum(np.abs(curves), 1e-6 * np.abs(curves).max(axis=0)))
     turn = np.unwrap(np.angle(curves), axis=0) / (np.pi / 4)
     step = np.hypot(np.hypot(np.diff(level, axis=0), np.diff(turn, axis=0)).max(axis=1), 2 * np.diff(np.log10(f)))
@@ -59,7 +59,7 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
 
 
 def amplitude_of(name: str, unit: str | None, amplitudes: Mapping[str, float]) -> float:
-    """Return the amplitude for an input of that unit; `ValueError` names the input and the units that have one."""
+    """Return the amplitude for an input by its unit; `ValueError` names the input and the units with an amplitude."""
     if unit is None or unit not in amplitudes:
         known = ", ".join(f"{value:g} {key}" for key, value in amplitudes.items()) or "none"
         raise ValueError(f"input {name} is in {unit or 'no unit'}, for which no amplitude is given; there is {known}")
@@ -67,12 +67,12 @@ def amplitude_of(name: str, unit: str | None, amplitudes: Mapping[str, float]) -
 
 
 def ramp_time(frequency: float) -> float:
-    """Return the time [s] over which the sine source brings its amplitude up: two periods, at least half a second."""
+    """Return the time [s] in which the sine source ramps up its amplitude: two periods, at least half a second."""
     return max(2 / frequency, 0.5)
 
 
 def window_steps(frequency: float, step_size: float, measurement_periods: int = 1) -> int:
-    """Return the number of steps in a measurement window of so many periods; `ValueError` if the step is too long."""
+    """Return the number of steps in a measurement window; `ValueError` if the step is too long."""
     samples = 1 / (frequency * step_size)
     if samples < FEWEST_SAMPLES:
         raise ValueError(
@@ -83,7 +83,7 @@ def window_steps(frequency: float, step_size: float, measurement_periods: int = 
 
 
 def _rounded_down(value: float) -> float:
-    """Return a positive number with three digits that is no larger."""
+    """Return a positive number rounded down to three digits."""
     near = float(f"{value:.3g}")
     return near if near <= value else float(f"{near - 10 ** (math.floor(math.log10(value)) - 2):.3g}")
 

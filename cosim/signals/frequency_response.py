@@ -1,29 +1,29 @@
-"""Frequency response of a settling system: from complex gains, window after window, to a settled one with its error.
+"""Frequency response of a settling system: complex gains per window, and an estimate of the transient left in them.
 
     settling = Settling(tolerance=1e-3, floor=1e-9)
     while not settling.settled:
-        settling.add(gain)                    # complex gain of every output over the next window
-    settling.gain, settling.remaining         # the last gain, and what its transient still adds
+        settling.add(gain)                    # complex gains of all outputs over the next window
+    settling.gain, settling.remaining         # the last gain, and the transient left in it
 
 The transient of a linear system is a sum of decaying exponentials, and so is its trace in the gains: g[k] = g_inf +
-sum a_j lambda_j^k, where |lambda_j| is what mode j keeps per window. Waiting until g stops changing is not enough:
-near a lightly damped resonance |lambda| is 0.99 or more, and a change c leaves c |lambda| / (1 - |lambda|) to come, a
-hundred times the change. So the remaining transient itself is estimated and compared with the tolerance.
+sum a_j lambda_j^k, where |lambda_j| is the decay factor of mode j per window. A small change of g is not enough: near
+a lightly damped resonance |lambda| is 0.99 or more, and a change c is followed by c |lambda| / (1 - |lambda|), a
+hundred times the change. Therefore the remaining transient is estimated and compared with the tolerance.
 
-Two close modes beat, an oscillation shows lambda and its conjugate, a weak slow mode hides below a strong fast one:
-one decay rate read off successive changes is wrong for each of them. The changes d[k] = g[k + 1] - g[k] therefore are
+Two close modes beat, an oscillation has lambda and its conjugate, and a strong fast mode masks a weak slow one: a
+single decay rate from successive changes is wrong in all these cases. The changes d[k] = g[k + 1] - g[k] are therefore
 fitted by a linear prediction of higher order p, common to all outputs because they share the modes,
 
     d[k] = c_1 d[k - 1] + ... + c_p d[k - p],    c complex,
 
-and summing it over all windows to come gives what remains in closed form, with p = 1 the rule above:
+and its sum over all later windows gives the remaining transient in closed form; p = 1 is the rule above:
 
     g_inf - g[k] = (c_1 (g[k] - g[k - 1]) + ... + c_p (g[k] - g[k - p])) / (1 - c_1 - ... - c_p)
 
 A run that has started on the predicted steady state needs no such fit while it stays there: after two windows, what
 remains is at most their change over 1 - |lambda|, lambda being that of the slowest predicted transient.
 
-The method is Prony's; the limit it finds is that of minimal polynomial extrapolation (Cabay and Jackson, SIAM J. Numer.
+The method is Prony's; its limit is that of minimal polynomial extrapolation (Cabay and Jackson, SIAM J. Numer.
 Anal. 13, 1976, 734).
 """
 
@@ -33,10 +33,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FEWEST_WINDOWS = 5
-"""Windows before a decay is believed: four changes, to fit one decay three times over."""
+"""Least number of windows for an estimate: four changes, three equations for one decay."""
 
 NEGLIGIBLE = 1e-6
-"""Part of the largest response below which one in the same unit is zero by symmetry."""
+"""Relative size of a response, to the largest in the same unit, below which it is zero by symmetry."""
 
 _ROUNDING = 1e-9
 _HIGHEST_ORDER = 8
@@ -46,14 +46,14 @@ _RESIDUAL_WEIGHT = 4.0
 
 
 class Settling:
-    """Judge of one run at one frequency: gains of all wanted outputs go in, window by window.
+    """Settling of one run at one frequency, from the gains of all measured outputs, window by window.
 
     Attributes:
-        tolerance: largest remaining transient relative to the gain.
+        tolerance: largest remaining transient, relative to the gain.
         expected: predicted gains, (outputs,), where the run has started on the steady state.
         keeps: part of the slowest transient that a window leaves, with `expected`.
-        floor: gain below which an output is judged relative to `floor` instead of its own gain, one number or shape
-            (outputs,): an entry that is zero by symmetry is rounding noise, which never settles relative to itself.
+        floor: smallest scale of a gain, one number or shape (outputs,): an entry that is zero by symmetry is rounding
+            noise, which never settles relative to itself.
         remaining: estimated magnitude of the remaining transient in the last gain, shape (outputs,); infinite before
             `FEWEST_WINDOWS` windows.
     """
@@ -65,13 +65,14 @@ class Settling:
         expected: ArrayLike | None = None,
         keeps: float = 1.0,
     ):
-        self.tolerance, self.expected, self.keeps = tolerance, expected, keeps
+        self.tolerance, self.keeps = tolerance, keeps
+        self.expected = None if expected is None else np.asarray(expected, dtype=complex)
         self.floor = np.asarray(floor, dtype=float)
         self.remaining: NDArray[np.float64] = np.array([np.inf])
         self._gains: list[NDArray[np.complex128]] = []
 
     def add(self, gain: ArrayLike) -> None:
-        """Take the complex gains of the next window, shape (outputs,)."""
+        """Add the complex gains of the next window, shape (outputs,)."""
         self._gains = [*self._gains[1 - _LONGEST_MEMORY :], np.array(gain, dtype=complex)]
         self.remaining = remaining_transient(np.array(self._gains), self.scale)
         if 2 <= len(self._gains) < FEWEST_WINDOWS and self._is_as_expected:
@@ -93,7 +94,7 @@ class Settling:
 
     @property
     def scale(self) -> NDArray[np.float64]:
-        """What the tolerance is relative to: |gain|, or `floor` where that is larger, shape (outputs,)."""
+        """Scale of the tolerance: |gain|, or `floor` where that is larger, shape (outputs,)."""
         return np.maximum(np.abs(self.gain), self.floor)
 
     @property
@@ -103,12 +104,12 @@ class Settling:
 
 
 def remaining_transient(gains: ArrayLike, scale: ArrayLike = 1.0) -> NDArray[np.float64]:
-    """Return the estimated magnitude of what the transient still adds to the last gain, shape (outputs,).
+    """Return the estimated magnitude of the transient left in the last gain, shape (outputs,).
 
     `gains` has shape (windows, outputs), successive windows of equal length; `scale`, shape (outputs,) or one number,
-    weighs the outputs against each other in the fit. The estimate is the largest over the last few windows and over
-    two orders of prediction, and includes what the misfit of the prediction may hide. It is infinite while there are
-    too few windows, and where a gain is not finite.
+    weights the outputs in the fit. The estimate is the largest over the last few windows and over two orders of
+    prediction, and includes a bound for the misfit of the prediction. It is infinite for too few windows, and where a
+    gain is not finite.
     """
     g = np.asarray(gains, dtype=np.complex128)
     windows, outputs = g.shape
@@ -127,12 +128,12 @@ def _bound(g: np.ndarray, order: int) -> NDArray[np.float64]:
     d = np.diff(g, axis=0)
     lags = np.arange(order, len(d))[:, None] - 1 - np.arange(order)
     past, present = d[lags], d[order:]  # (equations, order, outputs), (equations, outputs)
-    # late changes are small but tell most about the slow modes: every equation weighs the same
+    # late changes are small but determine the slow modes: every equation has the same weight
     size = np.sqrt(np.sum(np.abs(past) ** 2, axis=(1, 2)) + np.sum(np.abs(present) ** 2, axis=1))
     weight = 1 / np.where(size > 0, size, 1.0)
     matrix = (past * weight[:, None, None]).transpose(0, 2, 1).reshape(-1, order)
     c = np.linalg.lstsq(matrix, (present * weight[:, None]).ravel(), rcond=1e-10)[0]
-    # where the changes do not decay there is no limit: 1 - sum(c) near 0 lets the estimate grow as it should
+    # changes that do not decay have no limit: 1 - sum(c) is near 0 then, and the estimate is large
     gap = 1 - np.sum(c)
     gap = gap if abs(gap) > 1e-12 else 1e-12
     limit = g[-1] + np.tensordot(c, g[-1] - g[-2::-1][:order], axes=1) / gap
@@ -154,9 +155,9 @@ def harmonic_distortion(gain: ArrayLike, second: ArrayLike, third: ArrayLike) ->
 
 
 def resonances(decibels: ArrayLike, height: float = 3.0) -> NDArray[np.int64]:
-    """Return the indices of maxima that stand `height` dB above their surroundings, shape (resonances,).
+    """Return the indices of maxima at least `height` dB above their surroundings, shape (resonances,).
 
-    The surroundings of a maximum reach, on each side, to where the curve is higher again, or to its end.
+    The surroundings of a maximum extend on each side to where the curve is higher, or to its end.
     """
     level = np.asarray(decibels, dtype=float)
     found = []
@@ -169,22 +170,22 @@ def resonances(decibels: ArrayLike, height: float = 3.0) -> NDArray[np.int64]:
 
 
 def noise_floor(gain: ArrayLike, units: Sequence[str], nominal: ArrayLike) -> NDArray[np.float64]:
-    """Return the gain below which an output says nothing in one run, shape (outputs,).
+    """Return the noise floor of each output in one run, shape (outputs,): smaller gains are rounding noise.
 
-    `gain` are the outputs' complex amplitudes in their units, `nominal` the sizes their FMUs expect. An output is
-    nothing below 1e-6 of the largest in its unit; where all of a unit are nothing, below the smaller of 1e-6 of its
-    nominal and 1e-9 of the largest number of all.
+    `gain` are the complex amplitudes of the outputs in their units, `nominal` the nominal values of their FMUs. The
+    floor is 1e-6 of the largest gain in the same unit, and at least the smaller of 1e-6 of the nominal value and 1e-9
+    of the largest gain of all.
     """
     size = np.abs(np.asarray(gain, dtype=complex))
-    nothing = np.minimum(NEGLIGIBLE * np.abs(nominal), _ROUNDING * size.max())
-    return np.maximum(NEGLIGIBLE * _largest_of_unit(size, units), nothing)
+    least = np.minimum(NEGLIGIBLE * np.abs(nominal), _ROUNDING * size.max())
+    return np.maximum(NEGLIGIBLE * _largest_of_unit(size, units), least)
 
 
 def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) -> NDArray[np.bool_]:
-    """Return which entries of a sweep are zero by symmetry, shape (outputs, inputs): rounding noise at all frequencies.
+    """Return whether each entry of a sweep is zero by symmetry, shape (outputs, inputs): noise at all frequencies.
 
-    `response` has shape (frequencies, outputs, inputs), NaN where it is missing; `units` are the outputs', `amplitude`,
-    shape (inputs,), makes the inputs comparable. Judged as in `noise_floor`, by the largest over the sweep.
+    `response` has shape (frequencies, outputs, inputs), NaN where it is missing; `units` are the units of the outputs;
+    `amplitude`, shape (inputs,), makes the inputs comparable. The floor is that of `noise_floor` over the whole sweep.
     """
     size = np.nan_to_num(np.abs(response)).max(axis=0) * np.nan_to_num(amplitude, nan=1.0)
     largest = _largest_of_unit(size.max(axis=1), units)
@@ -192,5 +193,5 @@ def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) 
 
 
 def _largest_of_unit(size: NDArray[np.float64], units: Sequence[str]) -> NDArray[np.float64]:
-    """Return the largest of the sizes in the same unit, for each."""
+    """Return the largest size in the same unit, for each entry."""
     return np.array([max(s for s, u in zip(size, units, strict=True) if u == unit) for unit in units])

@@ -1,15 +1,15 @@
-"""Numbers for reading: SI values behind a prefix, 3.39e-7 m as `339 nm`; where a unit takes none, as they are."""
+"""SI prefixes of numbers in texts and figures: 3.39e-7 m is `339 nm`; units without prefix stay as they are."""
 
 import math
 import re
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
-# what stands before anything else and not in a power: m2 and kg take no prefix, m/s2 and N.m do
+# a first unit that is not a power: m2 and kg take no prefix, m/s2 and N.m do
 _TAKES_PREFIX = re.compile(r"(m|s|rad|V|A|N|Pa|J|W|C|F|H|T|Hz|Ohm|K)(?![A-Za-z0-9])")
 
 
 def prefixed(size: float, unit: str) -> tuple[float, str]:
-    """Return the factor by which SI values of about that size are multiplied, and the unit they then have."""
+    """Return the factor and the prefixed unit for SI values of a size."""
     if not _TAKES_PREFIX.match(unit) or not math.isfinite(size) or size == 0:
         return 1.0, unit
     exponent = 3 * math.floor(math.log10(float(f"{abs(size):.3e}")) / 3)
@@ -19,6 +19,6 @@ def prefixed(size: float, unit: str) -> tuple[float, str]:
 
 
 def readable(value: float, unit: str, digits: str = ".4g") -> str:
-    """Return a value in SI as text, `339.2 nm`; without a unit for the unit 1."""
+    """Return an SI value as text, `339.2 nm`; a value of unit 1 has no unit in the text."""
     factor, shown = prefixed(value, unit)
     return f"{factor * value:{digits}} {shown}".removesuffix(" 1")

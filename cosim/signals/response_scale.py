@@ -1,11 +1,11 @@
-"""What an error of a response counts relative to, and at which frequencies it is looked for.
+"""Scale of the relative error of a response, and the frequencies at which the error is evaluated.
 
     scale = Scale(grid, np.abs(exact_on_grid))
     error = np.abs(found - exact) / scale.at(frequency, exact)
 
-Pointwise an anti-resonance would count for infinitely much, because a zero that moves by a hair changes nothing but
-itself: so valleys of |H| that are narrower than an octave are filled up to their lower edge (a morphological closing),
-and there an error is measured by what surrounds it. Slopes and resonances stay as they are.
+A pointwise relative error is infinite at an antiresonance, although a small shift of a zero is harmless. Therefore
+valleys of |H| narrower than an octave are filled up to their lower edge (a morphological closing), so that an error
+there is relative to the surroundings. Slopes and resonances are unchanged.
 """
 
 import numpy as np
@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 _AROUND = np.array([-4, -2, -1, -0.5, 0, 0.5, 1, 2, 4])
-"""Frequencies around a mode, in half-widths of its resonance."""
+"""Frequencies about a mode, in half-widths of its resonance."""
 
 
 class Scale:
-    """Magnitudes of a response, its notches filled.
+    """Magnitudes of a response with its valleys filled.
 
-    `grid` [Hz] is (n,) with a constant ratio of neighbours, `size` are the magnitudes there, (n, outputs, inputs).
+    `grid` [Hz] is (n,) with a constant ratio of neighbours, `size` the magnitudes there, (n, outputs, inputs).
     """
 
     def __init__(self, grid: NDArray[np.float64], size: NDArray[np.float64]):
-        self._grid, self._filled = np.log(grid), filled(size, grid)
+        self._grid, self._filled = np.log(grid), fill_valleys(size, grid)
 
     def at(self, frequency: NDArray[np.float64], response: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Return the scale at frequencies [Hz], of the shape of the response there, which counts where it is larger."""
+        """Return the larger of scale and |response| at frequencies [Hz], in the shape of the response there."""
         place = np.interp(np.log(frequency), self._grid, np.arange(len(self._grid)))
         below = np.minimum(place.astype(int), len(self._grid) - 2)
         part = (place - below)[:, None, None]
@@ -35,17 +35,17 @@ class Scale:
 
 
 def near_modes(poles: NDArray[np.complex128], band: tuple[float, float]) -> NDArray[np.float64]:
-    """Return frequencies [Hz] within a band at and around the resonance of every mode; `poles` in 1/s."""
+    """Return frequencies [Hz] within a band at and about the resonance of every mode; `poles` in 1/s."""
     poles = poles[poles.imag > 0]
     around = (poles.imag[:, None] + np.abs(poles.real)[:, None] * _AROUND).ravel() / (2 * np.pi)
     return around[(around > band[0]) & (around < band[1])]
 
 
-def filled(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return magnitudes with valleys that are narrower than an octave filled up to their lower edge.
+def fill_valleys(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return magnitudes with valleys narrower than an octave filled up to their lower edge.
 
-    `size` has shape (n, ...), `frequency` [Hz] is (n,) with a constant ratio of neighbours. At each frequency it is the
-    least that a window of an octave which holds it can have for its largest; a window ends with the band.
+    `size` has shape (n, ...), `frequency` [Hz] is (n,) with a constant ratio of neighbours. At a frequency the result
+    is the smallest of the maxima over all octave-wide windows that contain it; windows end with the band.
     """
     n = len(frequency)
     window = min(max(round((n - 1) * np.log(2) / np.log(frequency[-1] / frequency[0])), 1), 2 * n)

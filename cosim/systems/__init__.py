@@ -1,4 +1,4 @@
-"""Systems and scenes as plain data: components, connections, names, the files they are kept in.
+"""Systems and scenes as plain data: components, connections, names and scene files.
 
 Read `system.py`, then `scene.py`. It imports nothing of the other rooms.
 """

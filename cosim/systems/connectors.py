@@ -1,4 +1,4 @@
-"""Connectors: the variables of FMUs, and the check of a wiring against them, before anything runs.
+"""Connectors: the variables of FMUs, and the check of the connections against them before anything runs.
 
 check(system, connectors)
 """
@@ -15,12 +15,12 @@ from hfsa.cosim.systems.system import System
 
 @dataclass(frozen=True)
 class Connector:
-    """One variable of an FMU, as its description tells it.
+    """Variable of an FMU, from its model description.
 
-    `base_unit` holds what the description says of the unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and
-    offset; `None` where it says nothing. `nominal` is 1 as well where it states none, `has_nominal` whether it does.
-    `dependencies` names the inputs that an output follows without a step between;
-    `None` means that it may follow every input.
+    Attributes:
+        base_unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset of the unit; `None` if undeclared.
+        nominal: nominal value, 1 where the description declares none; `has_nominal` is whether it declares one.
+        dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
     """
 
     name: str
@@ -39,12 +39,12 @@ class Connector:
 
     @property
     def is_real(self) -> bool:
-        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only kind a connection carries."""
+        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only types that connections carry."""
         return self.type in ("Real", "Float64")
 
     @property
     def changes_at_events(self) -> bool:
-        """Whether it changes at events only, as numbers that are not real do at best."""
+        """Whether it changes at events only: it is discrete, or not a real number."""
         is_smooth = self.type.startswith(("Real", "Float"))
         return self.variability == "discrete" or (self.variability == "continuous" and not is_smooth)
 
@@ -76,7 +76,7 @@ def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> 
 
 
 def _check_start(variable: Connector, name: str, value: Any) -> None:
-    """Raise `StructureError` for a start value that is no number, or outside its variable's bounds."""
+    """Raise `StructureError` for a start value that is no number or outside the bounds of its variable."""
     low = -math.inf if variable.min is None else variable.min
     high = math.inf if variable.max is None else variable.max
     if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
@@ -85,7 +85,7 @@ def _check_start(variable: Connector, name: str, value: Any) -> None:
 
 
 def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]], name: str) -> Connector:
-    """Return the variable of a full name; `StructureError` with the nearest names if there is none."""
+    """Return the variable with a full name; `StructureError` with the nearest names if there is none."""
     component, variable = system.split(name)
     if variable not in connectors[component]:
         raise StructureError(
@@ -96,7 +96,7 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
 
 
 def _same_unit(start: Connector, end: Connector) -> bool:
-    """Whether no conversion lies between two units; a foreign FMU may spell a unit differently or not state it."""
+    """Whether two units need no conversion; foreign FMUs may spell a unit differently or declare none."""
     if start.unit is None or end.unit is None or start.unit == end.unit:
         return True
     return start.base_unit is not None and start.base_unit == end.base_unit

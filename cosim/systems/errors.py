@@ -1,7 +1,7 @@
-"""The error for what cannot be run as it is wired."""
+"""Error of a system that cannot run."""
 
 
 class StructureError(ValueError):
-    """A system, scene or FMU that cannot be run as it is wired; the message names the component or connection."""
+    """Error of a system, scene or FMU that cannot run as described; the message names the component or connection."""
 
     exit_code = 2

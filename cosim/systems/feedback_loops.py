@@ -1,9 +1,9 @@
-"""Loops that linearised feedback closes: what a plant puts out comes back to it without a state between.
+"""Feedback loops that linearised feedback closes: a plant and a controller whose command has direct feedthrough.
 
     plant.output -> controller.measured -> controller.command -> plant.input
 
-They are found from the connections and the FMUs' ModelStructure. A controller that is sampled closes none: its command
-is held from tick to tick.
+The loops follow from the connections and the FMUs' ModelStructure. A sampled controller closes none: its command is
+constant between ticks.
 """
 
 from collections.abc import Mapping
@@ -14,8 +14,8 @@ from hfsa.cosim.systems.system import System
 
 
 @dataclass(frozen=True)
-class Loop:
-    """One way around: names of the plant with its input and output, and of the controller with those that they join."""
+class FeedbackLoop:
+    """Feedback loop: the plant with its input and output, the controller with its measured input and its command."""
 
     plant: str
     input: str
@@ -26,20 +26,19 @@ class Loop:
 
     @property
     def gain(self) -> str:
-        """Name of the plant's parameter for d command / d measured."""
+        """Name of the plant's parameter for the controller gain, d command / d measured."""
         return f"feedback.gain.{self.input}.{self.output}"
 
     @property
     def at(self) -> str:
-        """Name of the plant's input for the output at the communication point."""
+        """Name of the plant's input for the value of its output at the communication point."""
         return f"feedback.at.{self.output}"
 
 
-def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> list[Loop]:
-    """Return the loops of a system; `connectors` holds the variables of each component's FMU by name.
+def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> list[FeedbackLoop]:
+    """Return the feedback loops of a system; `connectors` holds the variables of each component's FMU by name.
 
-    An output that follows one of the plant's inputs on a loop without a state between is none to feed back: that is an
-    algebraic loop.
+    A plant output with direct feedthrough from an input on a loop is left out: that is an algebraic loop.
     """
     feeder = {system.split(connection.end): system.split(connection.start) for connection in system.connections}
     found = []
@@ -50,11 +49,11 @@ def feedback_loops(system: System, connectors: Mapping[str, Mapping[str, Connect
         for (target, measured), (source, y) in feeder.items():
             closes = target == controller and source == plant and (followed is None or measured in followed)
             if closes and connectors[plant][y].variability != "discrete":
-                found.append(Loop(plant, u, y, controller, measured, command))
+                found.append(FeedbackLoop(plant, u, y, controller, measured, command))
     inputs = {(loop.plant, loop.input) for loop in found}
 
-    def has_state_between(loop: Loop) -> bool:
-        """Whether the plant's output follows none of its inputs on a loop at once."""
+    def has_state_between(loop: FeedbackLoop) -> bool:
+        """Whether the plant's output has no direct feedthrough from its inputs on loops."""
         direct = connectors[loop.plant][loop.output].dependencies
         return direct is not None and not any((loop.plant, name) in inputs for name in direct)
 

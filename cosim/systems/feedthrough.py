@@ -1,12 +1,12 @@
-"""Direct feedthrough: in which order outputs are fetched and passed on, and where that order closes on itself.
+"""Direct feedthrough between components: the order of exchange, and the algebraic loops that have none.
 
     found = feedthrough(system, connectors)
-    found.levels["robot.drive[1].force"]     # after all that it follows without a step between
+    found.levels["robot.drive[1].force"]     # higher than the levels of its direct dependencies
     found.loops                              # algebraic loops, each as the connections that close it
 
-An output follows some inputs of its component directly, each input follows the output that feeds it. Fetched level by
-level, each passed on at once, every output is fetched after the inputs it depends on were set. Outputs that follow
-themselves have no such order: they are an algebraic loop, which has a level of its own and is solved there as a whole
+An output depends directly on some inputs of its component, and each input equals the output connected to it. When
+outputs are read level by level and passed on at once, each is read after its inputs were set. Outputs that depend on
+themselves have no such order: they form an algebraic loop, which has a level of its own and is solved there
 (`actions/algebraic_loop.py`).
 """
 
@@ -25,12 +25,12 @@ Connectors = Mapping[str, Mapping[str, Connector]]
 
 @dataclass(frozen=True)
 class Feedthrough:
-    """The order of exchange of a system.
+    """Order of exchange of a system.
 
     Attributes:
-        levels: of each connected output (full name), from 0. Outputs of one component share a level where nothing waits
-            for the earlier one; an algebraic loop shares its level with nothing else.
-        loops: the connections of each algebraic loop, lowest level first.
+        levels: level of each connected output (full name), from 0. Outputs of one component share a level where no
+            other output depends on the lower one; an algebraic loop has its level alone.
+        loops: connections of each algebraic loop, lowest level first.
     """
 
     levels: Mapping[str, int]
@@ -39,19 +39,19 @@ class Feedthrough:
 
 def feedthrough(system: System, connectors: Connectors) -> Feedthrough:
     """Return the order of exchange; `connectors` holds the variables of each component's FMU by name."""
-    followed = _followed(system, connectors)
-    loop_of = _loops(followed)
-    waiting = {name: {loop_of[other] for other in others} - {loop_of[name]} for name, others in followed.items()}
+    dependencies = _dependencies(system, connectors)
+    loop_of = _representatives(dependencies)
+    outside = {name: {loop_of[other] for other in others} - {loop_of[name]} for name, others in dependencies.items()}
     members: dict[str, list[str]] = {}
     for name, loop in loop_of.items():
         members.setdefault(loop, []).append(name)
-    before = {loop: {other for name in names for other in waiting[name]} for loop, names in members.items()}
+    before = {loop: {other for name in names for other in outside[name]} for loop, names in members.items()}
     depth: dict[str, int] = {}
     for loop in TopologicalSorter(before).static_order():
         depth[loop] = 1 + max((depth[other] for other in before[loop]), default=-1)
-    closed = [loop for loop, names in members.items() if len(names) > 1 or names[0] in followed[names[0]]]
+    closed = [loop for loop, names in members.items() if len(names) > 1 or names[0] in dependencies[names[0]]]
     levels = {name: depth[loop] for name, loop in loop_of.items()}
-    _share(system, followed, levels, {name for loop in closed for name in members[loop]})
+    _merge_levels(system, dependencies, levels, {name for loop in closed for name in members[loop]})
     places = {name: (levels[name], 1 + closed.index(loop) if loop in closed else 0) for name, loop in loop_of.items()}
     ranks = {place: rank for rank, place in enumerate(sorted(set(places.values())))}
     loops = [_connections(system, connectors, members[loop]) for loop in sorted(closed, key=depth.__getitem__)]
@@ -59,17 +59,17 @@ def feedthrough(system: System, connectors: Connectors) -> Feedthrough:
 
 
 def refuse_loops(system: System, connectors: Connectors) -> None:
-    """Raise `StructureError` that spells out an algebraic loop of the system, if there is one."""
+    """Raise `StructureError` with the path of an algebraic loop, if the system has one."""
     for loop in feedthrough(system, connectors).loops:
         raise StructureError(
-            f"algebraic loop: {spelt(system, connectors, loop)}; each follows the one before it without a step "
-            "between, so no order of exchange gives consistent values. Break it with a state or a sampled part, or let "
-            "it be solved"
+            f"algebraic loop: {loop_path(system, connectors, loop)}; each depends on the "
+            "one before it without a step between, so no order of exchange gives consistent values. Break it with a "
+            "state or a sampled part, or let it be solved"
         )
 
 
-def spelt(system: System, connectors: Connectors, loop: tuple[Connection, ...]) -> str:
-    """Return an algebraic loop in words: `a.y -> b.u -> b.y -> a.u -> a.y`, one way around it."""
+def loop_path(system: System, connectors: Connectors, loop: tuple[Connection, ...]) -> str:
+    """Return the path around an algebraic loop as text: `a.y -> b.u -> b.y -> a.u -> a.y`."""
     graph = {connection.end: {connection.start} for connection in loop}
     for connection in loop:
         graph[connection.start] = _inputs_of(system, connectors, connection.start) & set(graph)
@@ -80,8 +80,8 @@ def spelt(system: System, connectors: Connectors, loop: tuple[Connection, ...]) 
     return ", ".join(map(str, loop))
 
 
-def _followed(system: System, connectors: Connectors) -> dict[str, set[str]]:
-    """Return for each connected output the outputs (full names) that it follows without a step between."""
+def _dependencies(system: System, connectors: Connectors) -> dict[str, set[str]]:
+    """Return the direct dependencies of each connected output: outputs by full name."""
     feeder = {connection.end: connection.start for connection in system.connections}
     return {
         name: {feeder[end] for end in _inputs_of(system, connectors, name) if end in feeder} for name in feeder.values()
@@ -89,7 +89,7 @@ def _followed(system: System, connectors: Connectors) -> dict[str, set[str]]:
 
 
 def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
-    """Return the inputs (full names) of its component that an output follows directly."""
+    """Return the inputs (full names) of its component with direct feedthrough to an output."""
     component, variable = system.split(output)
     dependencies = connectors[component][variable].dependencies
     if dependencies is None:
@@ -97,14 +97,14 @@ def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
     return {f"{component}.{name}" for name in dependencies}
 
 
-def _loops(followed: Mapping[str, set[str]]) -> dict[str, str]:
-    """Return for each output one that stands for all that follow each other both ways; mostly itself."""
-    from scipy.sparse import csr_matrix  # a third of a second that no other command should wait for
+def _representatives(dependencies: Mapping[str, set[str]]) -> dict[str, str]:
+    """Return a representative of the strongly connected component of each output; mostly the output itself."""
+    from scipy.sparse import csr_matrix  # imported here, as it takes a third of a second
     from scipy.sparse.csgraph import connected_components
 
-    names = list(followed)
+    names = list(dependencies)
     places = {name: i for i, name in enumerate(names)}
-    pairs = [(places[name], places[other]) for name, others in followed.items() for other in others]
+    pairs = [(places[name], places[other]) for name, others in dependencies.items() for other in others]
     rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
     graph = csr_matrix((np.ones(len(pairs)), (rows, columns)), shape=(len(names), len(names)))
     _, labels = connected_components(graph, directed=True, connection="strong") if names else (0, [])
@@ -112,10 +112,12 @@ def _loops(followed: Mapping[str, set[str]]) -> dict[str, str]:
     return {name: first.setdefault(int(label), name) for name, label in zip(names, labels, strict=True)}
 
 
-def _share(system: System, followed: Mapping[str, set[str]], levels: dict[str, int], in_loops: set[str]) -> None:
-    """Lift outputs to the highest level of their component where nothing waits for them, in place."""
-    followers: dict[str, list[str]] = {name: [] for name in followed}
-    for name, others in followed.items():
+def _merge_levels(
+    system: System, dependencies: Mapping[str, set[str]], levels: dict[str, int], in_loops: set[str]
+) -> None:
+    """Raise outputs to the highest level of their component where no other output depends on them, in place."""
+    followers: dict[str, list[str]] = {name: [] for name in dependencies}
+    for name, others in dependencies.items():
         for other in others:
             followers[other].append(name)
     plain = [name for name in levels if name not in in_loops]
@@ -130,6 +132,6 @@ def _share(system: System, followed: Mapping[str, set[str]], levels: dict[str, i
 
 
 def _connections(system: System, connectors: Connectors, outputs: list[str]) -> tuple[Connection, ...]:
-    """Return the connections of a loop: from its outputs to inputs that they follow."""
-    followed = {end for name in outputs for end in _inputs_of(system, connectors, name)}
-    return tuple(c for c in system.connections if c.start in outputs and c.end in followed)
+    """Return the connections of a loop: from its outputs to the inputs that they depend on."""
+    dependencies = {end for name in outputs for end in _inputs_of(system, connectors, name)}
+    return tuple(c for c in system.connections if c.start in outputs and c.end in dependencies)

@@ -1,6 +1,6 @@
-"""Names of variables and components: ranges, members, and the nearest names to a misspelt one.
+"""Names of variables and components: ranges, members, and suggestions for a misspelt name.
 
-A full name is `component.variable`. A range in it, `drive[1..3]`, stands for its members in order.
+A full name is `component.variable`. A range in a name, `drive[1..3]`, stands for its members in order.
 """
 
 import difflib
@@ -12,7 +12,7 @@ from pathlib import Path
 from hfsa.cosim.systems.errors import StructureError
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
-"""First to third derivative of a signal: outputs of a sine source, and inputs beside that of the signal."""
+"""First to third time derivative of a signal: outputs of a sine source, and inputs beside the input of the signal."""
 
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
 
@@ -20,7 +20,7 @@ _NUMBERED = re.compile(r"^([^[]*)\[(\d+)\](.*)$")
 
 
 def expand(name: str) -> list[str]:
-    """Return the members of a name with ranges, `drive[1..3].slide` -> `drive[1].slide`, ...; other names alone."""
+    """Return the members of a name with ranges, `drive[1..3].slide` -> `drive[1].slide`, ...; else the name alone."""
     parts = _RANGE.split(name)
     literals, bounds = parts[::3], list(zip(parts[1::3], parts[2::3], strict=True))
     for low, high in bounds:
@@ -35,7 +35,7 @@ def expand(name: str) -> list[str]:
 
 
 def compact(names: Iterable[str]) -> list[str]:
-    """Return names with members in a row joined: `position[1]`, `position[2]` -> `position[1..2]`."""
+    """Return names with consecutive members joined to ranges: `position[1]`, `position[2]` -> `position[1..2]`."""
     groups: dict[str, list[int]] = {}
     for name in names:
         match = _NUMBERED.match(name)
@@ -50,16 +50,16 @@ def compact(names: Iterable[str]) -> list[str]:
     return joined
 
 
-def named(name: str, known: Iterable[str]) -> list[str]:
-    """Return the full names that a name means, of those known: itself, or all that are called so in their component."""
+def matching_names(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known full names that match a name: the name itself, or every variable of that name."""
     known = list(known)
     return [name] if name in known else [full for full in known if full.partition(".")[2] == name]
 
 
-def meant(word: str, known: Sequence[str]) -> list[str]:
-    """Return the components that a word means: one, a range, or by their common name all that are numbered.
+def resolve_names(word: str, known: Sequence[str]) -> list[str]:
+    """Return the components of a name as typed: one component, a range, or all numbered components of that name.
 
-    `drive[1..3]`, `drive` and `drives` are three of them. `StructureError` with the nearest names for other words.
+    `drive[1..3]`, `drive` and `drives` give the same three. `StructureError` with the nearest names for other words.
     """
     names = expand(word)
     if all(name in known for name in names):
@@ -71,10 +71,10 @@ def meant(word: str, known: Sequence[str]) -> list[str]:
     raise StructureError(f"no component is called {missing!r}{nearest(missing, known)}")
 
 
-def permuted(known: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Return components of which these take, in this order, the places that they had; the others stay where they are.
+def reorder(known: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return the known components with some of them permuted among their places: `names` gives their new order.
 
-    `StructureError` for a name that does not exist or is given twice.
+    The others keep their places. `StructureError` for a name that does not exist or is given twice.
     """
     for name in names:
         if name not in known:
@@ -92,7 +92,7 @@ def companions(name: str) -> tuple[str, ...]:
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """Return `; did you mean a, b?` with the names most like `name`, or the first few where none is like it."""
+    """Return `; did you mean a, b?` with the most similar names, or the first few names where none is similar."""
     names = list(names)
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     if near:
@@ -101,10 +101,10 @@ def nearest(name: str, names: Iterable[str]) -> str:
 
 
 def refuse_signal(file: Path, known: Iterable[str]) -> None:
-    """Raise `StructureError` for a file with the name of a signal, as `--signal` takes it; known are full names."""
+    """Raise `StructureError` for an output file named like a signal; `known` holds full names of signals."""
     known = list(known)
     for name in expand(str(file)):
-        if found := named(name, known):
+        if found := matching_names(name, known):
             raise StructureError(
                 f"-o {file}: {found[0]} is a signal, which --signal takes; -o and --output take a file"
             )

@@ -1,4 +1,4 @@
-"""The scene: a system with a question to it."""
+"""Scene: a system with its excitation, outputs, and settings of a measurement."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,28 +9,31 @@ from hfsa.cosim.systems.names import expand
 from hfsa.cosim.systems.system import Component, System
 
 AUTO = "auto"
-"""In place of an algorithm: the cheapest whose error is within the tolerance (`analysis/algorithm_choice.py`)."""
+"""Algorithm name for the cheapest one with an error within the tolerance (`analysis/algorithm_choice.py`)."""
+
+SINE_SOURCE, LOCK_IN = "sine_source", "lock_in"
+"""Names of the parts that are the instruments of a measurement."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A system with a question to it: the response of `outputs` to small sines at `inputs`, or to a motion of its own.
+    """System, and the response to measure: of `outputs` to small sines at `inputs`, or to its own motion.
 
     Attributes:
-        system: the wiring, without the measuring instruments.
-        inputs: full names of the inputs that are excited, one at a time; none where a component gives the motion.
-        outputs: full names of the outputs that are measured.
+        system: components and connections, without the measuring instruments.
+        inputs: full names of the excited inputs, one at a time; empty where a component generates the motion.
+        outputs: full names of the measured outputs.
         band: lowest and highest frequency [Hz].
-        amplitude: of the excitation, by unit of the input: `{"m": 1e-5, "rad": 1e-4}`; needed where there are inputs.
+        amplitude: amplitude of the excitation by unit of the input, `{"m": 1e-5, "rad": 1e-4}`; required with inputs.
         step_size: communication step size [s].
         stop_time: end of a time-domain run [s].
-        tolerance: relative error of a response that levels, algorithm and communication step may make.
+        tolerance: largest relative error of a response due to levels, algorithm and communication step.
         algorithm: name of a co-simulation algorithm, or `AUTO`.
-        source: the sine source; it is given the excited input's unit as argument `unit`.
-        marks: frequencies [Hz] that others have found, by who or how; a Bode plot shows them.
-        fuse: groups of components that become one FMU each (`assembly/fuse.py`), by name.
-        scale: sizes that variables (full names) have in use, from travel, bounds, force and torque limits, in their
-            units; a run stops where one is a thousand times as large (`actions/divergence.py`).
+        source: sine source; its argument `unit` is set to the unit of the excited input.
+        marks: published frequencies [Hz] by source, shown in Bode plots.
+        fuse: groups of components, by name, each compiled into one FMU (`assembly/fuse.py`).
+        scale: typical sizes of variables (full names), from travel, bounds, force and torque limits, in their units;
+            a run stops where a variable is a thousand times as large (`actions/divergence.py`).
     """
 
     system: System
@@ -43,7 +46,7 @@ class Scene:
     amplitude: Mapping[str, float] = field(default_factory=dict)
     tolerance: float = 1e-3
     algorithm: str = AUTO
-    source: Component = field(default_factory=lambda: Component("source", "sine_source"))
+    source: Component = field(default_factory=lambda: Component("source", SINE_SOURCE))
     marks: Mapping[str, float] = field(default_factory=dict)
     fuse: Sequence[Sequence[str]] = ()
     scale: Mapping[str, float] = field(default_factory=dict)

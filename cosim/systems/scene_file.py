@@ -1,4 +1,4 @@
-"""A scene as text: a TOML document that is stored with the results, hashed, and read back as a user's own scene.
+"""Scene as a TOML document: stored with results, hashed, and read back.
 
 The keys are those of `Scene`, with `components`, in the order in which they step, and `connections` as arrays of
 tables; ranges may be written:
@@ -32,7 +32,7 @@ _NUMBERS = ("step_size", "stop_time", "tolerance")
 
 
 def scene_text(scene: Scene) -> str:
-    """Return the scene as TOML; `read_scene_text` gives an equal scene back, and equal scenes give equal text."""
+    """Return the scene as TOML; `read_scene_text` returns an equal scene, and equal scenes have equal text."""
     lines = [f"{key} = {_value(getattr(scene, key))}" for key in ("inputs", "outputs", "band", *_NUMBERS, "algorithm")]
     lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
     lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
@@ -46,9 +46,9 @@ def scene_text(scene: Scene) -> str:
 
 
 def read_scene(file: Path) -> Scene:
-    """Return the scene of a `.toml` file; `StructureError` names the file and the key that is wrong.
+    """Return the scene of a `.toml` file; `StructureError` names the file and the wrong key.
 
-    The path of a foreign `.fmu` counts from the scene's folder.
+    The path of a foreign `.fmu` is relative to the folder of the scene.
     """
     file = Path(file)
     scene = read_scene_text(file.read_text(encoding="utf-8"), str(file))
@@ -60,7 +60,7 @@ def read_scene(file: Path) -> Scene:
 
 
 def read_scene_text(text: str, where: str = "scene") -> Scene:
-    """Return the scene that a TOML document describes."""
+    """Return the scene of a TOML document; `where` names the document in messages."""
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -93,21 +93,21 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
 
 
 def _component(where: str, table: Any) -> Component:
-    """Return a component of its table."""
+    """Return the component of a table."""
     fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections", "computed")]
     _check_keys(f"{where}: component", table, fields, ("name", "part"))
     return Component(**table)
 
 
 def _tables(where: str, value: Any, key: str) -> list[dict[str, Any]]:
-    """Return a list of tables; `StructureError` where it is none."""
+    """Return the value if it is a list of tables, else raise `StructureError`."""
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise StructureError(f"{where}: {key} must be tables, written [[{key}]]")
     return value
 
 
 def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable[str]) -> None:
-    """Raise `StructureError` for a key that is not known, or one that is lacking."""
+    """Raise `StructureError` for an unknown or missing key."""
     if not isinstance(table, dict):
         raise StructureError(f"{where} is {table!r}, expected a table")
     for key in table:
@@ -119,7 +119,7 @@ def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable
 
 
 def _table(component: Component) -> dict[str, Any]:
-    """Return the fields that say something: neither `None` nor empty."""
+    """Return the fields of a component that are neither `None` nor empty."""
     fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.name != "computed"}
     return {key: value for key, value in fields.items() if value not in (None, {}, ())}
 
@@ -138,4 +138,4 @@ def _value(value: Any) -> str:
         return "{ " + ", ".join(f"{json.dumps(key)} = {_value(item)}" for key, item in value.items()) + " }"
     if isinstance(value, Sequence):
         return "[" + ", ".join(_value(item) for item in value) + "]"
-    raise StructureError(f"{value!r} cannot be written as text; arguments are numbers, texts, lists and tables")
+    raise StructureError(f"{value!r} cannot be written as TOML; expected numbers, strings, lists and tables")

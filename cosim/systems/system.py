@@ -1,12 +1,12 @@
-"""The system: which FMUs, and which signal feeds which, in the words of SSP.
+"""System of FMU components and connections, in the terms of SSP (System Structure and Parameterization).
 
     system = System(
         components=[Component("reference", "sdelta_reference"), Component("robot", "sdelta", "cartesian")],
         connections=[Connection("reference.drive[1..3].slide", "robot.drive[1..3].slide")],
     )
 
-Everything here is plain frozen data. A connection between two ranges joins their members pairwise. The order of the
-components is the order in which a co-simulation algorithm steps them.
+All classes are frozen. A connection between two ranges joins their members pairwise. The order of the components is
+the order in which a co-simulation algorithm steps them.
 """
 
 import re
@@ -16,17 +16,17 @@ from functools import cached_property
 from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import expand, nearest, permuted
+from hfsa.cosim.systems.names import expand, nearest, reorder
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 
 
 @dataclass(frozen=True)
 class Analysis:
-    """A start value that a part's analysis gives: `Analysis("sdelta_tuning", "motor_angles[3..4]")`.
+    """Start value computed by the analysis of a part: `Analysis("sdelta_tuning", "motor_angles[3..4]")`.
 
-    `key` is one of the analysis' results, a number or, with a range, members of an array counted from 1; `arguments`
-    are the analysis' own. `build.load_scene` puts the numbers in its place.
+    `key` is a result of the analysis, a number or, with a range, members of an array counted from 1; `arguments` are
+    arguments of the analysis. `assembly.load_scene` replaces it by the numbers.
     """
 
     part: str
@@ -36,14 +36,14 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU of a system: `part` is the name of a part, or the path of a foreign `.fmu` file.
+    """FMU of a system: `part` is the name or path of a part, or the path of a foreign `.fmu` file.
 
-    `arguments` are structural (they choose the FMU), `start` are values of its variables at the start of a run, in the
-    variables' units. A name with a range takes one value for all members, or a list, or an `Analysis`; `computed` are
-    the analyses that start values have come from, by name.
+    `arguments` are structural (they select the FMU), `start` are start values of its variables in their units. A name
+    with a range has one value for all members, or a list, or an `Analysis`; `computed` holds the analyses that gave
+    start values, by name.
 
-    One FMU may be made of several parts (`assembly/fuse.py`): it has `members` then, and `connections` between them,
-    its variables are named `member.variable`, and `part` only says what it is made of.
+    An FMU fused from several parts (`assembly/fuse.py`) has `members` and `connections` between them; its variables
+    are named `member.variable`, and `part` is a description only.
     """
 
     name: str
@@ -63,13 +63,13 @@ class Component:
         object.__setattr__(self, "start", _members(self.name, self.start))
 
     def variable(self, member: str, name: str) -> str:
-        """Return what the variable `name` of a member is called in the FMU; the clock and the solver are common."""
+        """Return the name of a member's variable in the fused FMU; all members share sample time and solver."""
         return name if name == "sample_time" or name.startswith("solver.") else f"{member}.{name}"
 
 
 @dataclass(frozen=True)
 class Connection:
-    """The output `start` feeds the input `end`; both are full names."""
+    """Connection of the output `start` to the input `end`, both full names."""
 
     start: str
     end: str
@@ -80,7 +80,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class System:
-    """Components and the connections between them; ranges in connections are expanded."""
+    """Components and connections; ranges in connections are expanded."""
 
     components: Sequence[Component]
     connections: Sequence[Connection] = ()
@@ -103,7 +103,7 @@ class System:
             fed[connection.end] = connection
 
     def __getitem__(self, name: str) -> Component:
-        """Return the component of that name; `StructureError` with the nearest names if there is none."""
+        """Return the component with a name; `StructureError` with the nearest names if there is none."""
         if name not in self._named:
             raise StructureError(f"no component is called {name!r}{nearest(name, self._named)}")
         return self._named[name]
@@ -115,13 +115,13 @@ class System:
 
     @cached_property
     def _wholes(self) -> dict[str, Component]:
-        """Components that members are fused into, by the member's name."""
+        """Fused components by the name of each member."""
         return {member.name: whole for whole in self.components for member in whole.members}
 
     def split(self, name: str) -> tuple[str, str]:
         """Return (component, variable) of a full name; `StructureError` if there is no such component.
 
-        `member.variable` is a full name as well, of a variable of the component that the member is fused into.
+        `member.variable` is a full name as well: that of a variable of the fused component.
         """
         component, dot, variable = name.partition(".")
         if not dot:
@@ -132,26 +132,26 @@ class System:
 
     @property
     def unfused(self) -> "System":
-        """The system with members in the place of the component that they are fused into."""
+        """The system with every fused component replaced by its members."""
         inside = [connection for whole in self.components for connection in whole.connections]
         between = [Connection(*map(self.own_name, (c.start, c.end))) for c in self.connections]
         return System([part for whole in self.components for part in whole.members or (whole,)], [*inside, *between])
 
     def own_name(self, name: str) -> str:
-        """Return a full name as it was before components were fused: `fused.robot.angle` -> `robot.angle`."""
+        """Return a full name as in the system before fusing: `fused.robot.angle` -> `robot.angle`."""
         component, variable = self.split(name)
         is_of_member = any(variable.startswith(f"{member.name}.") for member in self[component].members)
         return variable if is_of_member else name
 
 
 def in_order(system: System, names: Sequence[str]) -> System:
-    """Return the system whose components of these names stand in this order; errors and places as `permuted`."""
-    order = permuted([component.name for component in system.components], names)
+    """Return the system with its components in another order; `names` and errors as of `reorder`."""
+    order = reorder([component.name for component in system.components], names)
     return System([system[name] for name in order], system.connections)
 
 
 def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
-    """Return start values member by member; those of an `Analysis` still under the name with its range."""
+    """Return start values by member; an `Analysis` keeps its name with the range."""
     members: dict[str, Any] = {}
     for name, value in start.items():
         if isinstance(value, Analysis | Mapping):
@@ -166,7 +166,7 @@ def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _pairwise(connection: Connection) -> list[Connection]:
-    """Return the connections between the members of two ranges, or of two names."""
+    """Return the connections between the members of two ranges, or between two names."""
     starts, ends = expand(connection.start), expand(connection.end)
     if len(starts) != len(ends):
         raise StructureError(

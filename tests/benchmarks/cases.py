@@ -1,4 +1,4 @@
-"""What is stepped: a loop of two small FMUs, where the master is everything, and the robot under sampled control."""
+"""Cases of the benchmarks: a loop of two small FMUs, dominated by the master, and the robot under sampled control."""
 
 from dataclasses import dataclass
 from pathlib import Path

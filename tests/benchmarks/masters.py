@@ -1,4 +1,4 @@
-"""How fast masters step the same FMUs, side by side, with one algorithm: get all, set all, step all.
+"""Speed of several masters on the same FMUs with one algorithm: get all, set all, step all.
 
     make bench        # or: python tests/benchmarks/masters.py [ROUNDS]
 

@@ -1,4 +1,4 @@
-"""What the solvers of Co-Simulation FMUs cost and how far they are off, on the robot and on the stage.
+"""Cost and error of the solvers in Co-Simulation FMUs, on the robot and on the stage.
 
     python tests/benchmarks/solvers.py
 

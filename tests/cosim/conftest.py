@@ -1,4 +1,4 @@
-"""FMUs for the right wing's tests: three small models of ours, one of another maker, and one cache of built scenes."""
+"""Fixtures of the right wing's tests: FMUs of three small models, a foreign FMU, and a cache of built scenes."""
 
 import textwrap
 import zipfile
@@ -54,7 +54,7 @@ def opened() -> Iterator[Callable[[dict[str, Path]], dict[str, Instance]]]:
 
 @pytest.fixture(scope="session")
 def foreign(tmp_path_factory) -> dict[int, Path]:
-    """An FMU that another maker might have written, by FMI version: see foreign.c."""
+    """Foreign FMU by FMI version: see foreign.c."""
     return {version: _foreign(tmp_path_factory.mktemp(f"foreign{version}"), version) for version in (2, 3)}
 
 
@@ -75,7 +75,7 @@ def library(scene_cache) -> Path:
 
 @pytest.fixture
 def both(opened, library):
-    """What a run leaves behind with the loop in Python and with the one in C."""
+    """Return the outcomes of a run with the loop in Python and with the one in C."""
 
     def outcomes(system, files, run, algorithm="gauss_seidel", step_size=0.01):
         ways = (None, library)
@@ -85,7 +85,7 @@ def both(opened, library):
 
 
 def _outcome(master, run):
-    """Everything that can be seen of a run after it, numbers as bytes."""
+    """Return all observable results of a run, numbers as bytes."""
     failure = None
     try:
         recording = run(master)
@@ -98,7 +98,7 @@ def _outcome(master, run):
 
 @pytest.fixture
 def rewritten(tmp_path) -> Callable[[Path, str, str], Path]:
-    """Copy an FMU with some words of its description replaced."""
+    """Copy an FMU with some text of its description replaced."""
 
     def copy(file: Path, old: str, new: str) -> Path:
         other = tmp_path / f"{file.parent.name}_{file.name}"
@@ -112,7 +112,7 @@ def rewritten(tmp_path) -> Callable[[Path, str, str], Path]:
 
 @pytest.fixture(scope="session")
 def deadly(tmp_path_factory) -> dict[str, Path]:
-    """The foreign FMU, but it ends any process that loads it, by how it does so."""
+    """Foreign FMUs that end any process that loads them, by the way of the end."""
     return {
         how: _foreign(tmp_path_factory.mktemp(how), 2, f"-DDEADLY={i}") for i, how in enumerate(("crash", "exit"), 1)
     }
@@ -134,7 +134,7 @@ def hfsa(capsys, tmp_path, monkeypatch):
 
 @pytest.fixture
 def box(tmp_path):
-    """A scene of the user's own: one foreign FMU with start values."""
+    """A user's scene: one foreign FMU with start values."""
 
     def write(file: Path, stop_time: float = 0.5, **start: float) -> Path:
         path = tmp_path / "box.toml"
@@ -161,7 +161,7 @@ def box(tmp_path):
 
 @pytest.fixture
 def failing_scene(box, foreign) -> Path:
-    """A scene of the user's own, in which an FMU turns NaN after 1.5 s."""
+    """A user's scene with an FMU whose output is NaN after 1.5 s."""
     return box(foreign[2], stop_time=2.0, behaviour=6, at=1.5)
 
 

@@ -1,4 +1,4 @@
-"""Models that between them use all of the runtime, compiled once per session, behind fmpy's thin classes."""
+"""Models that together use the whole runtime, compiled once per session, with the classes of fmpy."""
 
 import contextlib
 from collections.abc import Callable, Iterator

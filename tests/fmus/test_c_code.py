@@ -1,4 +1,4 @@
-"""The generated part of an FMU's C: what it holds, what it is a function of, what is refused."""
+"""Generated C code of an FMU: contents, dependencies, refusals."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""The check finds nothing in our FMUs and every fault that is seeded into them, and it survives any binary."""
+"""The check finds no problem in FMUs of hfsa, finds every seeded fault, and accepts any binary file."""
 
 import random
 import re

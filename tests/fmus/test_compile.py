@@ -1,4 +1,4 @@
-"""From C to a shared library: which compiler, which symbols, what is said where it fails."""
+"""Compilation of C to a shared library: compiler, symbols, and messages of failures."""
 
 import ctypes
 import re

@@ -1,4 +1,4 @@
-"""From a model to files: the archive's contents, its bytes, and what is left when something fails."""
+"""Export of a model: contents and bytes of the archive, and files left after a failure."""
 
 import errno
 import os

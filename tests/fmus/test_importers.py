@@ -1,4 +1,4 @@
-"""Our FMUs in other people's tools: read, checked, stepped unchanged, with the right numbers.
+"""FMUs of hfsa in foreign tools: read, checked, and stepped with the right numbers.
 
 Four readers of the description that share no code: fmpy and fmutool (two XML stacks), FMI Library (inside libcosim) and
 CasADi. Three that run it: fmpy (both interfaces), ecos (FMI 2 and 3), libcosim (FMI 2).

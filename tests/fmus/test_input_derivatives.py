@@ -1,4 +1,4 @@
-"""Inputs that move within a Co-Simulation step: how accurate that makes it, what sees them, when they act."""
+"""Inputs extrapolated within a Co-Simulation step: accuracy, and the time at which they act."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What an instance shows and takes: values, modes, messages; both versions, both interfaces."""
+"""Values, modes and messages of an instance; both versions, both interface types."""
 
 import math
 

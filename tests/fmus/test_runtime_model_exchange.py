@@ -1,4 +1,4 @@
-"""An instance in Model Exchange: what an integrator sets and fetches."""
+"""Model Exchange instance: values that an integrator sets and reads."""
 
 import ctypes
 import math

@@ -1,4 +1,4 @@
-"""States of an instance: kept, restored, serialised, and refused where they are another's."""
+"""FMU states of an instance: saved, restored, serialised, and refused by another FMU."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Steps and ticks of an instance, and what stops them; both versions."""
+"""Steps and ticks of an instance, and their failures; both versions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Numbers that a source states and no part's `analyze` returns: each from the parts' own functions, by name.
+"""Published numbers that no `analyze` returns, each a function by name, computed from the functions of the parts.
 
 `published_sources` names them, a module for each source; every result is in SI units.
 """

@@ -1,7 +1,7 @@
-"""SUNDIALS' CVODE: the joint equation as an ordinary one, the connections closed at every evaluation.
+"""SUNDIALS' CVODE: the joint equation as an ordinary one, with the connections closed at every evaluation.
 
-The method is that of Adams, of order up to 12: on vibration with little damping its error is a hundredth of BDF's, at a
-third of the cost. Where a fast and well damped mode would keep its step short, it is BDF, of order up to 5.
+The method is that of Adams, of order up to 12: on lightly damped vibration its error is a hundredth of BDF's, at a
+third of the cost. Where a fast and well damped mode would keep its steps short, the method is BDF, of order up to 5.
 """
 
 from typing import Any, ClassVar, Literal
@@ -15,17 +15,17 @@ from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import REFUSALS
 
 STIFF = 30.0
-"""Ratio of the fastest damped pole to what is to be followed from which on BDF takes fewer steps."""
+"""Ratio of the fastest damped pole to the fastest pole to be resolved, above which BDF takes fewer steps."""
 
 _NEGLIGIBLE = 1e-9
 """Poles below this part of the fastest one are rounding."""
 
 
 class Cvode(Integrator):
-    """Integrates x' = f(t, x), with an error of 1e-10 over a hundred periods of a vibration.
+    """Integrator of x' = f(t, x), with an error of 1e-10 over a hundred periods of a vibration.
 
     Attributes:
-        method: of Adams, or backward differentiation (BDF).
+        method: that of Adams, or backward differentiation (BDF).
     """
 
     name: ClassVar[str] = "CVODE"
@@ -38,7 +38,7 @@ class Cvode(Integrator):
         kind = sundials("cvode", "CVODE")
 
         def indicate(time: float, z: np.ndarray, indicators: np.ndarray) -> None:
-            """Write the event indicators; no method, as the solver keeps what it finds on the function."""
+            """Write the event indicators; a function, because the solver stores attributes on it."""
             ode.evaluate(time, z * self._unit)
             indicators[:] = ode.indicate()
 
@@ -63,7 +63,7 @@ class Cvode(Integrator):
         self._solver.init_step(time, x / self._unit)
 
     def _rhs(self, time: float, z: np.ndarray, rates: np.ndarray) -> None:
-        """What CVODE integrates; it tries a smaller step where an FMU refuses a state."""
+        """Write the right-hand side; NaN, where an FMU refuses a state, makes CVODE try a smaller step."""
         try:
             rates[:] = self._ode.evaluate(time, z * self._unit) / self._unit
         except StepError as error:
@@ -83,11 +83,11 @@ class Cvode(Integrator):
     def _choose(self, poles: NDArray[np.float64] | NDArray[np.complex128], step: float, horizon: float) -> None:
         """Choose the method by poles [rad/s].
 
-        What is to be followed is the fastest vibration; where there is none, the slowest pole, or what can be seen.
+        The steps must resolve the fastest vibration, or without one the slowest pole, or the rate of recording.
         """
         poles = poles[np.abs(poles) > _NEGLIGIBLE * np.abs(poles).max(initial=0.0)]
         is_damped = -poles.real > np.abs(poles.imag)
         damped, others = np.abs(poles[is_damped]), np.abs(poles[~is_damped])
-        followed = others.max() if len(others) else damped.min(initial=1 / step)
-        is_stiff = damped.max(initial=0.0) > STIFF * max(followed, 1 / horizon)
+        resolved = others.max() if len(others) else damped.min(initial=1 / step)
+        is_stiff = damped.max(initial=0.0) > STIFF * max(resolved, 1 / horizon)
         self.method = "BDF" if is_stiff else "Adams"

@@ -1,13 +1,14 @@
-"""SUNDIALS' IDA: the joint equation as a differential-algebraic one, the connections among its unknowns.
+"""SUNDIALS' IDA: the joint equation as a differential-algebraic one, with the coupling values among its unknowns.
 
     x' - f(t, x, w) = 0,     w - g(t, x, w) = 0
 
-with the states x and the values w that flow between the FMUs. No FMU waits for another within an evaluation, and no
-algebraic loop is solved on its own: Newton's method on the whole, with the FMUs' partial derivatives, closes them.
+with the states x and the values w that flow between the FMUs. All FMUs are evaluated independently of each other, and
+Newton's method on the whole equation, with the FMUs' partial derivatives, closes the connections and algebraic loops.
 
-At the start, and behind every event, w are those of an exchange, algebraic loops solved, and w' are differences along
-the solution. A value counts as much as its error moves the states: within the shortest time 1 / r in which anything
-happens, it may move none by more than the tolerance; noise of it is not resolved. The method is BDF, of order up to 5.
+At the start, and after every event, w are the values of an exchange with algebraic loops solved, and w' are finite
+differences along the solution. The unit of a value follows from its effect on the states: within the shortest time
+constant 1 / r an error of the value within the tolerance moves no state by more than the tolerance. Noise of a value is
+not resolved. The method is BDF, of order up to 5.
 """
 
 from typing import Any, ClassVar
@@ -20,14 +21,14 @@ from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import REFUSALS
 
 _AHEAD = 1e-6
-"""Part of the shortest time in which anything happens, over which w' is a difference."""
+"""Interval of the difference for w', relative to the shortest time constant."""
 
 _UNIMPORTANT = 1e12
-"""Largest unit of a value that moves no state, relative to its size."""
+"""Largest unit of a value without effect on the states, relative to its size."""
 
 
 class Ida(Integrator):
-    """Integrates F(t, [x; w], [x'; w']) = 0."""
+    """Integrator of F(t, [x; w], [x'; w']) = 0."""
 
     name: ClassVar[str] = "IDA"
     tolerance: ClassVar[float] = 1e-11
@@ -40,7 +41,7 @@ class Ida(Integrator):
         self._units, self._longest = np.ones(n + m), 1.0
 
         def indicate(time: float, z: np.ndarray, _slopes: np.ndarray, indicators: np.ndarray) -> None:
-            """Write the event indicators; no method, as the solver keeps what it finds on the function."""
+            """Write the event indicators; a function, because the solver stores attributes on it."""
             self._evaluate(time, z)
             indicators[:] = ode.indicate()
 
@@ -58,11 +59,11 @@ class Ida(Integrator):
         return self._ida
 
     def _prepare(self, step: float, horizon: float) -> None:
-        """Remember the longest time [s] over which w' may be a difference."""
+        """Set the longest interval [s] of the difference for w'."""
         self._longest = min(step, horizon)
 
     def _start(self, time: float, x: np.ndarray) -> None:
-        """Begin with values and slopes that fulfil the equations."""
+        """Start the solver with values and slopes that satisfy the equations."""
         rates, w = self._ode.evaluate(time, x).copy(), self._ode.values
         ahead = _AHEAD * min(1 / self._fastest if self._fastest else np.inf, self._longest)
         self._ode.evaluate(time + ahead, x + ahead * rates)
@@ -72,7 +73,7 @@ class Ida(Integrator):
         self._ida.init_step(time, np.concatenate([x, w]) / self._units, np.concatenate([rates, slopes]) / self._units)
 
     def _value_units(self, x: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return what the values w, (m,), are measured by, at the point of the last evaluation, which was at x."""
+        """Return the units of the values w, (m,), at the point of the last evaluation, which was at x."""
         joint, n = self._ode.partials(), len(self._unit)
         closing = np.linalg.inv(np.eye(len(w)) - joint[n:, n:])
         followed = np.abs(closing @ joint[n:, :n]) @ self._unit
@@ -83,7 +84,7 @@ class Ida(Integrator):
         own = np.maximum(np.abs(w), followed)
         size = np.maximum(own, self._ode.value_nominals)
         unit = np.maximum(own, np.minimum(harmless, _UNIMPORTANT * size))
-        # a motion below the last digit of what it is added to comes in jumps, which smooth lines may not show
+        # a motion smaller than the last digit of its sum comes in jumps, which smooth lines may not show
         jumps = np.abs(closing) @ np.spacing(np.abs(w)) + np.abs(closing @ joint[n:, :n]) @ np.spacing(np.abs(x))
         jumps *= GROWTH / self.noise_share
         unit = np.maximum(unit, np.maximum(self._value_noise, jumps) / self.tolerance)
@@ -95,7 +96,7 @@ class Ida(Integrator):
         return self._ode.evaluate_open(time, y[:n], y[n:])
 
     def _residual(self, time: float, z: np.ndarray, slopes: np.ndarray, residual: np.ndarray) -> None:
-        """What IDA brings to zero; it tries a smaller step where an FMU refuses a state."""
+        """Write the residual; NaN, where an FMU refuses a state, makes IDA try a smaller step."""
         n = len(self._unit)
         try:
             rates, found = self._evaluate(time, z)

@@ -1,15 +1,15 @@
-"""A solver of SUNDIALS on the joint equation of a system, each state in a unit of its own size.
+"""Integration of the joint equation of a system by a solver of SUNDIALS, each state in a unit of its own size.
 
     integrator = Cvode(ode)                            # `cvode.py`, or `ida.py`
     integrator.begin(t, x, step, stop)                 # at the start of a run
-    x = integrator.advance(to, stop)                   # x(to); no FMU is asked for anything beyond stop
+    x = integrator.advance(to, stop)                   # x(to); no FMU is evaluated beyond stop
     integrator.restart(t, x, stop)                     # after an event
 
-Tolerances are relative to the size of each state: the largest value that it has had so far, or what the others are
-about to bring it to, or what rounding moves it by (`noise.py`), whichever is more. So a machine that moves by 1 nm is
-integrated as accurately as one that moves by 1 mm, and nobody resolves noise. When a state outgrows its unit, the
-solver goes on with a larger one; units are powers of two, so that nothing is rounded. Where noise comes only later, and
-keeps the steps short, it is measured again; what else keeps them short ends the run after `MOST_SHORT_STEPS`.
+Tolerances are relative to the size of each state: its largest value so far, its expected motion by other states, or its
+motion by rounding (`noise.py`), whichever is largest. So a machine that moves by 1 nm is integrated as accurately as
+one that moves by 1 mm, and noise is not resolved. When a state outgrows its unit, the solver restarts with a larger
+one; units are powers of two, so that scaling causes no rounding. Where noise appears later and keeps the steps short,
+it is measured again; a run with short steps for another reason ends after `MOST_SHORT_STEPS`.
 """
 
 from abc import ABC, abstractmethod
@@ -25,37 +25,38 @@ from hfsa.cosim.masters.monolithic.noise import pushes, rounding_noise
 from hfsa.cosim.systems.errors import StructureError
 
 SMALLEST = 2.0**-40
-"""Size of a state, relative to its nominal, below which it is taken for zero."""
+"""Size of a state, relative to its nominal, below which it counts as zero."""
 
 GROWTH = 8.0
-"""How much a state may outgrow its unit."""
+"""Largest ratio of a state to its unit."""
 
 MOST_STEPS = 10**6
-"""Steps from one point to the next after which there is no going on."""
+"""Largest number of steps from one point to the next."""
 
 MOST_SHORT_STEPS = 30_000
-"""The same of steps that are short."""
+"""Largest number of short steps from one point to the next."""
 
 _SHORT = 1e-3
-"""Steps relative to that time, on average, that something keeps short."""
+"""Average step, relative to the shortest time constant, below which steps are short."""
 
 _WINDOW = 500
 """Steps over which the average is taken."""
 
 _ROOT = 2
-"""Status of a step that ends where an event indicator changes its sign."""
+"""Status of a solver step that ends at a sign change of an event indicator."""
 
 
 class Integrator(ABC):
-    """Integrates a joint equation; `StructureError` where SUNDIALS is not installed.
+    """Integrator of a joint equation; `StructureError` where SUNDIALS is not installed.
 
     Attributes:
-        name: of the solver.
+        name: name of the solver.
         tolerance: local error of a step, relative to the size of a state.
-        noise_share: how much of that error noise may be at most.
-        usual_step: longest usual step, relative to the shortest time in which anything happens.
-        time: to which the solver has come [s].
-        wants_event: whether an FMU wants an event there; `deciding` names it where its indicators tell so, else None.
+        noise_share: largest share of noise in that error.
+        usual_step: longest usual step, relative to the shortest time constant.
+        time: time reached by the solver [s].
+        wants_event: whether an FMU requires an event there; `deciding` names the FMU whose indicator changed its sign,
+            `None` where another condition requires the event.
     """
 
     name: ClassVar[str]
@@ -70,12 +71,12 @@ class Integrator(ABC):
         self._stop = 0.0
         n = len(ode.x)
         self._x, self._unit, self._peak = np.zeros(n), np.ones(n), np.zeros(n)
-        self._limit = np.zeros(n)  # above which a state has outgrown its unit
+        self._limit = np.zeros(n)  # a larger state has outgrown its unit
         self._fastest, self._value_noise = 0.0, np.zeros(len(ode.places))
         self._refusal: StepError | None = None
 
     def begin(self, time: float, x: np.ndarray, step: float, stop: float) -> None:
-        """Begin a run at x, (n,), that is looked at every `step` [s] and comes to its next event, or end, at `stop`."""
+        """Begin a run at x, (n,), recorded every `step` [s], with the next event or the end at `stop` [s]."""
         self._peak[:] = 0.0
         self._ode.evaluate(time, x)
         self._prepare(step, stop - time)
@@ -83,7 +84,7 @@ class Integrator(ABC):
         self.restart(time, x, stop)
 
     def restart(self, time: float, x: np.ndarray, stop: float) -> None:
-        """Go on from x, (n,), at a time [s] from which on, as far as `stop`, the equation may be another."""
+        """Restart from x, (n,), at a time [s] after which the equation may differ; it holds up to `stop` [s]."""
         self.time, self._x, self.wants_event, self.deciding, self._stop = time, x, False, None, stop
         if not len(x):
             return
@@ -94,9 +95,9 @@ class Integrator(ABC):
         self._start(time, x)
 
     def advance(self, to: float, stop: float) -> np.ndarray:
-        """Return x at `to`, or at `time` where an FMU wants an event; the solver looks ahead as far as `stop`.
+        """Return x at `to`, or at `time` where an FMU requires an event; the solver evaluates up to `stop`.
 
-        `StepError` where an FMU fails, or the solver cannot go on.
+        Raises `StepError` where an FMU or the solver fails.
         """
         if not len(self._x):
             self.time = to
@@ -118,23 +119,23 @@ class Integrator(ABC):
                 return self._x
         return self._x if self.time == to else self._states(self._solver.step(to, "normal", stop))
 
-    # Frame ------------------------------------------------------------------------------------------------------------
+    # Solver -----------------------------------------------------------------------------------------------------------
 
     @property
     @abstractmethod
     def _solver(self) -> Any:
-        """The solver of scikit-sundae that is at work."""
+        """The active solver of scikit-sundae."""
 
     @abstractmethod
     def _prepare(self, step: float, horizon: float) -> None:
-        """Make what suits a run from the point of the last evaluation on; as `begin`."""
+        """Prepare a run from the point of the last evaluation on; arguments as of `begin`."""
 
     @abstractmethod
     def _start(self, time: float, x: np.ndarray) -> None:
-        """Let the solver begin anew at x, (n,), in the present units."""
+        """Initialise the solver at x, (n,), in the present units."""
 
     def _events(self, indicate: Callable[..., None]) -> dict[str, Any]:
-        """Return what a solver of scikit-sundae takes to look for state events, by what writes the indicators."""
+        """Return the options of a scikit-sundae solver for state events; `indicate` writes the indicators."""
         n = len(self._ode.deciding)
         return {"eventsfn": indicate, "num_events": n} if n else {}
 
@@ -143,7 +144,7 @@ class Integrator(ABC):
         return bool((self._peak >= self._limit).any())
 
     def _states(self, result: Any) -> np.ndarray:
-        """Return x, (n,), of what the solver has found."""
+        """Return x, (n,), of a solver result."""
         return self._unit * result.y[: len(self._unit)]
 
     def _step(self, to: float, stop: float) -> None:
@@ -159,9 +160,9 @@ class Integrator(ABC):
     def _measure(self, time: float, x: np.ndarray) -> None:
         """Choose units by the sizes of the states.
 
-        Within the shortest time 1 / r in which anything happens, a state of size s moves another by |J| s / r, and
-        within a step rounding, which makes noise in der(x), moves it by a part of noise / r. With r the spectral radius
-        of |J| no chain of states goes round and grows.
+        Within the shortest time constant 1 / r a state of size s moves another state by |J| s / r; within a step noise
+        in der(x) by rounding moves a state by a fraction of noise / r. r is the spectral radius of |J|, so that sizes
+        stay bounded along every cycle of states.
         """
         size = np.maximum(self._peak, SMALLEST * self._ode.nominals())  # an event may change them
         rates, jacobian = np.abs(self._ode.evaluate(time, x)), np.abs(self._ode.jacobian())
@@ -170,7 +171,7 @@ class Integrator(ABC):
             size = np.maximum(size, rates / self._fastest)
             size = _spread(size, jacobian / self._fastest)
             noise = rounding_noise(self._ode, time, x, size, self._fastest, self._stop)
-            # until it is measured again what moves may have grown, and its noise with it
+            # states, and noise with them, may grow until the next measurement
             noise, self._value_noise = np.split(GROWTH / self.noise_share * noise, [len(x)])
             noise *= self.usual_step / self._fastest
             size = _spread(np.maximum(size, noise / self.tolerance), jacobian / self._fastest)
@@ -178,11 +179,11 @@ class Integrator(ABC):
         self._limit = GROWTH * self._unit
 
     def _are_short(self, steps: int, time: float) -> bool:
-        """Whether steps that lead over a time [s] are short beside what the equation has to show."""
+        """Whether steps over a time [s] are short compared with the shortest time constant."""
         return time * self._fastest < _SHORT * steps
 
     def _ease(self, stop: float) -> None:
-        """Measure the noise where the solver has come to; where it is more than before, go on in larger units."""
+        """Measure the noise at the present point; where it is larger than before, continue in larger units."""
         unit, self._stop = self._unit, stop
         self._measure(self.time, self._x)
         self._unit, is_more = np.maximum(self._unit, unit), (self._unit > unit).any()
@@ -191,7 +192,7 @@ class Integrator(ABC):
             self._start(self.time, self._x)
 
     def _give_up(self, steps: int, begin: float, to: float) -> None:
-        """Raise that there is no going on from a point to the next [s], and what keeps the steps short."""
+        """Raise `StepError` for too many steps from a point to the next [s], with the reason for short steps."""
         message = f"{steps} steps do not lead to {to:.9g} s, as noise or a fast mode keeps them short"
         if self._fastest:
             mean = (self.time - begin) / steps
@@ -199,7 +200,7 @@ class Integrator(ABC):
         self._fail(f"{message}.{self._coarsest()}")
 
     def _coarsest(self) -> str:
-        """Return a sentence on the value whose last digit moves a state most, beside the state's size; else nothing."""
+        """Return a sentence on the value whose last digit moves a state most, relative to its size; else empty."""
         self._ode.evaluate(self.time, self._x)
         values = np.abs(self._ode.values)
         moved = (pushes(self._ode) * np.spacing(values) / self._unit[:, None]).max(axis=0, initial=0.0)
@@ -207,13 +208,13 @@ class Integrator(ABC):
             return ""
         worst = int(np.argmax(moved))
         return (
-            f" Of what passes between them {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
-            f"of {np.spacing(values[worst]):.2g}. A port that counts from where the machine rests, zero there, has no "
-            "such steps; a larger amplitude makes them matter less, and no algorithm of co-simulation resolves them."
+            f" Of the coupling values {self._ode.carried[worst]} is the coarsest: {values[worst]:.3g}, in steps "
+            f"of {np.spacing(values[worst]):.2g}. A port that is zero where the machine rests has no such steps; a "
+            "larger amplitude reduces their effect, and no algorithm of co-simulation resolves them."
         )
 
     def _fail(self, message: str) -> None:
-        """Raise what kept the solver from going on."""
+        """Raise the refusal of an FMU, else the failure of the solver."""
         if self._refusal is not None:
             raise self._refusal
         worst = self._ode.states[int(np.argmax(np.abs(self._ode.evaluate(self.time, self._x)) / self._unit))]
@@ -227,7 +228,7 @@ class Integrator(ABC):
 
 
 def _spread(size: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Return sizes, (n,), none of which is smaller than another one times its gain, (n, n)."""
+    """Return sizes, (n,), increased so that none is smaller than another one times its gain, (n, n)."""
     for _ in range(len(size)):
         size = np.maximum(size, (gain * size).max(axis=1))
     return size
@@ -241,5 +242,5 @@ def sundials(module: str, name: str) -> Any:
         raise StructureError(
             f"algorithms monolithic and monolithic_dae integrate by SUNDIALS, but its package scikit-sundae cannot be "
             f"loaded ({error}). There are wheels of it for x86-64 and macOS; elsewhere it is built where SUNDIALS is "
-            "installed. The algorithms of co-simulation do without"
+            "installed. The co-simulation algorithms do not need it"
         ) from None

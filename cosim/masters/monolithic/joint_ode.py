@@ -1,18 +1,19 @@
-"""The FMUs of a system in Model Exchange, joined into one differential equation.
+"""Joint differential equation of the FMUs of a system in Model Exchange.
 
     ode = JointOde(instances, wiring, exchange, report)
-    ode.evaluate(t, x)                                 # -> der(x); inputs then agree with outputs
+    ode.evaluate(t, x)                                 # -> der(x), with inputs equal to outputs
     ode.evaluate_open(t, x, w)                         # -> der(x), and the outputs where the inputs are w
     ode.partials()                                     # [[A, B], [C, D]] at the point of the last evaluation
     ode.jacobian()                                     # d der(x) / d x there
 
 x are the continuous states of all instances, in the system's order; w are the connected outputs that flow between
-ticks, and the inputs that they feed. The FMUs' own derivatives are closed by the connections:
+ticks, and the inputs that they feed. The connections close the FMUs' partial derivatives:
 
     der(x) = A x + B w,     w = C x + D w     =>     d der(x) / d x = A + B (1 - D)^-1 C
 
-An instance without continuous states whose connected outputs change at ticks only is at rest in between: its outputs
-are set where they go, and it is left alone. Event indicators change sign where an FMU wants an event.
+An instance without continuous states whose connected outputs change only at ticks is at rest between them: its outputs
+stay set at the inputs they feed, and it is not evaluated. An event indicator changes sign where an FMU requires an
+event.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping
@@ -29,16 +30,16 @@ from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
 from hfsa.cosim.systems.system import Connection
 
 _DIFFERENCE = 1e-7
-"""Relative size of the differences that stand in for directional derivatives."""
+"""Relative step of the finite differences that replace directional derivatives."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Derivatives:
-    """One FMU's partial derivatives: `call` differentiates along the array of `knowns` into that of `unknowns`.
+    """Partial derivatives of one FMU: `call` differentiates along the array of `knowns` into that of `unknowns`.
 
     Attributes:
-        rows: for each of its rows in the matrix of [rates; w], from which unknown; `places` are those rows.
-        columns: place of each known among [x; w].
+        places: its rows in the matrix of [rates; w]; `rows` are the indices of the unknowns for these rows.
+        columns: index of each known among [x; w].
     """
 
     call: Call
@@ -50,14 +51,14 @@ class _Derivatives:
 
 
 class JointOde:
-    """der(x) = f(t, x) of instances in continuous-time mode; `report` raises or notes what a status says of a call.
+    """der(x) = f(t, x) of instances in continuous-time mode; `report` handles a status that is not ok.
 
     Attributes:
         states: full names of x.
-        x, rates: the arrays that the instances read and write, (n,).
-        places: of w on the bus, (m,).
-        indicators: of state events, (k,), as of the last `indicate`; `deciding` names the instance of each.
-        looks_ahead: whether an integrator may go beyond where it is asked to: no FMU wants to be told of each of its
+        x, rates: arrays that the instances read and write, (n,).
+        places: indices of w on the bus, (m,).
+        indicators: indicators of state events, (k,), of the last `indicate`; `deciding` names the instance of each.
+        looks_ahead: whether an integrator may evaluate beyond its target: no FMU requires a call after each of its
             steps, and none has state events.
     """
 
@@ -89,7 +90,7 @@ class JointOde:
         self.places = np.array([i for i, c in enumerate(wiring.connections) if self._flows(c, set(moving))], dtype=int)
         has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
         self._derivatives = self._prepared(moving) if has_derivatives else None
-        self._waiting = [i for i in instances.values() if i.fmu.description.awaits_steps]
+        self._waiting = [i for i in instances.values() if i.fmu.description.needs_completed_steps]
         self.deciding = [name for name, instance in instances.items() for _ in range(instance.indicators)]
         self.indicators = np.zeros(len(self.deciding))
         self._indicator_calls, first = [], 0
@@ -111,12 +112,12 @@ class JointOde:
 
     @property
     def value_nominals(self) -> np.ndarray:
-        """Sizes of w as the FMUs state them, (m,)."""
+        """Nominals of w, (m,)."""
         starts = [self._wiring.split(self._wiring.connections[i].start) for i in self.places]
         return np.array([abs(self._wiring.connectors[component][name].nominal) for component, name in starts])
 
     def evaluate(self, time: float, x: np.ndarray) -> np.ndarray:
-        """Return der(x), the same array at every call; `StepError` where an FMU has none."""
+        """Return der(x), (n,), the same array at every call; `StepError` where an FMU fails."""
         self._wiring.time.value = time
         self.x[:] = x
         self._run(self._calls)
@@ -131,18 +132,21 @@ class JointOde:
         return self.rates, self.values
 
     def partials(self) -> np.ndarray:
-        """Return [[A, B], [C, D]], (n + m, n + m), at the last evaluation, by differences where an FMU has none."""
+        """Return [[A, B], [C, D]], (n + m, n + m), at the last evaluation.
+
+        Finite differences replace all derivatives where an FMU has no directional derivatives.
+        """
         if self._derivatives is None:
             return self._differences()
         joint = np.zeros((len(self.x) + len(self.places),) * 2)
         for part in self._derivatives:
-            seed, answer = part.knowns.values, part.unknowns.values
-            own = np.zeros((len(answer), len(seed)))
+            seed, column = part.knowns.values, part.unknowns.values
+            own = np.zeros((len(column), len(seed)))
             for j in range(len(seed)):
                 seed[:] = 0.0
                 seed[j] = 1.0
                 self._run([part.call])
-                own[:, j] = answer
+                own[:, j] = column
             joint[np.ix_(part.places, part.columns)] = own[part.rows]
         return joint
 
@@ -158,19 +162,19 @@ class JointOde:
         return self.indicators
 
     def complete_step(self, time: float, x: np.ndarray) -> bool:
-        """Tell the FMUs that want to know of a completed step of the integrator; whether one wants an event now."""
+        """Report a completed integrator step to the FMUs that require it; return whether one requires an event now."""
         if not self._waiting:
             return False
         self.evaluate(time, x)
-        answers = [instance.complete_step() for instance in self._waiting]  # all are to be told
-        return any(answers)
+        requests = [instance.complete_step() for instance in self._waiting]  # a list: every FMU must be called
+        return any(requests)
 
     def gather(self) -> np.ndarray:
-        """Return x as the instances have it, (n,): after initialization, or an event."""
+        """Return the states x of the instances, (n,), after initialization or an event."""
         return np.concatenate([np.zeros(0), *(instance.states() for instance in self._instances.values())])
 
     def nominals(self) -> np.ndarray:
-        """Return the sizes of x as the instances state them, (n,), 1 for a state without one."""
+        """Return the nominals of x, (n,), 1 for a state without one."""
         found = np.concatenate([np.zeros(0), *(instance.nominals() for instance in self._instances.values())])
         return np.where(found > 0, found, 1.0)
 
@@ -181,7 +185,7 @@ class JointOde:
                 self._report(call, status)
 
     def _differences(self) -> np.ndarray:
-        """Return what `partials` does, by differences."""
+        """Return the matrix of `partials`, by finite differences."""
         time, n = self._wiring.time.value, len(self.x)
         start, sizes = np.concatenate([self.x, self.values]), np.concatenate([self.nominals(), self.value_nominals])
         before = np.concatenate(self.evaluate_open(time, start[:n], start[n:]))
@@ -201,7 +205,7 @@ class JointOde:
         return description.has_sample_time and description.variables[variable].variability == "discrete"
 
     def _flows(self, connection: Connection, moving: Container[str]) -> bool:
-        """Whether what a connection carries changes between ticks, and moves an instance that is not at rest."""
+        """Whether the value of a connection changes between ticks and feeds an instance that is not at rest."""
         return connection.end.partition(".")[0] in moving and not self._is_held(connection.start)
 
     def _rests(self, name: str) -> bool:
@@ -210,7 +214,7 @@ class JointOde:
         return instance.size == 0 and not instance.indicators and all(map(self._is_held, connected))
 
     def _flowing(self, exchange: Iterable[Any], moving: set[str]) -> list[Any]:
-        """Return the actions of an exchange that matter between ticks."""
+        """Return the actions of an exchange that have an effect between ticks."""
         held = {
             id(transfer)
             for group in self._wiring.groups
@@ -227,7 +231,7 @@ class JointOde:
         return kept
 
     def _prepared(self, moving: Mapping[str, ModelExchangeInstance]) -> list[_Derivatives]:
-        """Return what differentiates each FMU between the connections that flow."""
+        """Return the partial derivatives of each FMU with respect to its states and flowing inputs."""
         n, flowing = len(self.x), [self._wiring.connections[i] for i in self.places]
         ends = [(n + i, c.start.partition("."), c.end.partition(".")) for i, c in enumerate(flowing)]
         found = []
@@ -256,7 +260,7 @@ class JointOde:
 
 
 def _opened(flowing: Iterable[Any]) -> list[Call]:
-    """Return an exchange cut open at every connection: all inputs are set before any output is fetched."""
+    """Return an exchange opened at every connection: all inputs are set before any output is fetched."""
     groups: list[Group] = []
     transfers: list[Transfer] = []
     for action in flowing:

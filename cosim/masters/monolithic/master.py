@@ -1,23 +1,23 @@
-"""The same FMUs as one ordinary differential equation: the reference that co-simulation is judged by.
+"""Monolithic integration: all FMUs as one differential equation, the reference for co-simulation.
 
     instances = open_instances(files, ModelExchangeInstance)
-    master = make_master(instances, system, "monolithic", 1e-3)    # step: between two points that are recorded
+    master = make_master(instances, system, "monolithic", 1e-3)    # step: time between two recorded points
     recording = master.record(["robot.platform.position[3]"], rows=1001)
     master.initialize()
     master.advance(1000)
 
 All FMUs run in Model Exchange: their continuous states are one vector, and SUNDIALS integrates it with the FMUs' own
-derivatives (`_monolithic/`), `monolithic` by CVODE, `monolithic_dae` by IDA, with the values that flow between the FMUs
-among the unknowns. There is no communication step: inputs agree with outputs at every instant. What is recorded at a
-point is the solver's interpolation there.
+derivatives, `monolithic` by CVODE, `monolithic_dae` by IDA with the coupling values among the unknowns. There is no
+communication step: inputs equal outputs at every instant. The values recorded at a point are interpolated by the
+solver.
 
-The solver stops exactly where an FMU wants an event, at each tick of a sampled one, and begins anew behind it. Ticks at
-one instant are in the order of co-simulation: sampled instances first, in the system's order, each with what those
-before it have put out. A tick at a point belongs to the step that begins there: recorded is what was before it.
+The solver stops exactly at each event of an FMU and at each tick of a sampled one, and restarts after it. Ticks at one
+instant are in the order of co-simulation: sampled instances first, in the system's order, each with the newest outputs
+of those before it. A tick at a point belongs to the step that begins there, so the recorded values are those before it.
 
-State events are where an event indicator of an FMU changes its sign. The solver finds that instant to rounding; behind
-it FMUs with indicators are updated until nothing that they put out changes. Where such events come without any time
-between them (a ball that bounces to rest, a switch that chatters), the run ends with a message.
+A state event occurs where an event indicator of an FMU changes its sign. The solver finds that instant to rounding;
+then all FMUs with indicators are updated until their outputs no longer change. Where such events accumulate without
+time between them (a ball that bounces to rest, a switch that chatters), the run ends with an error.
 """
 
 import math
@@ -40,17 +40,17 @@ from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.systems.system import System
 
 _SAME = 1e-9
-"""Part of a step within which an event and a point are the same instant."""
+"""Fraction of a step within which an event and a point are the same instant."""
 
 MOST_EVENTS = 100
-"""State events, one within `_SAME` of another, after which there is no going on."""
+"""Largest number of successive state events, each within `_SAME` of the last."""
 
 
 class Monolithic(Master):
-    """Integrates the instances of a system together; `step_size` [s] lies between two points.
+    """Master that integrates the instances of a system together; `step_size` [s] is the time between two points.
 
-    `integrator` solves the joint equation. `StructureError` as `Master`, or where SUNDIALS is not installed;
-    `StepError` where an FMU or the solver cannot go on.
+    `integrator` solves the joint equation. Raises `StructureError` as `Master`, or where SUNDIALS is not installed;
+    `StepError` where an FMU or the solver fails.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Monolithic(Master):
     ):
         super().__init__(instances, system, algorithm, step_size)
         members = {component.name: instances[component.name] for component in system.components}
-        self._ordered = [members[stepper.instance] for stepper in (*self.wiring.sampled, *self.wiring.others)]
+        self._ordered = [members[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._clocks = [instance.time_setter(self.wiring.time) for instance in self._ordered]
         self._ode = JointOde(members, self.wiring, self.point, self._exchange.report)
         self._integrator = integrator(self._ode)
@@ -73,13 +73,13 @@ class Monolithic(Master):
 
     @property
     def time(self) -> float:
-        """Time [s] that the instances were told last: between two calls, the current point."""
+        """Time [s] last set in the instances: between two calls, the current point."""
         return self.wiring.time.value
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Bring all instances to `start_time`, as `Master.initialize`; ticks there are for the first step."""
+        """Initialize all instances at `start_time`, as `Master.initialize`; ticks there belong to the first step."""
         self._stop_time = math.inf if stop_time is None else stop_time
         self._is_in_event, self._is_new = True, True
         self._last_event, self._crowd = -math.inf, 0
@@ -102,20 +102,20 @@ class Monolithic(Master):
             if every and count % every == 0:
                 self._record()
 
-    # Frame ------------------------------------------------------------------------------------------------------------
+    # Events -----------------------------------------------------------------------------------------------------------
 
     @property
     def _next_event(self) -> float:
-        """When the next event is due [s], infinite if never."""
+        """Time of the next time event [s], infinite if there is none."""
         return min((instance.next_event for instance in self._ordered), default=math.inf)
 
     @property
     def _horizon(self) -> float:
-        """Time [s] beyond which no FMU is asked for anything, infinite if there is none."""
+        """Time [s] beyond which no FMU may be evaluated, infinite if there is none."""
         return min(self._next_event, self._stop_time)
 
     def _move(self, to: float) -> None:
-        """Go on to a point, through all events before it."""
+        """Integrate to a point [s], through all events before it."""
         same = _SAME * self.step_size + 8 * np.spacing(to)
         while True:
             if self._next_event <= self.time + same:
@@ -136,13 +136,13 @@ class Monolithic(Master):
                 return
 
     def _arrive(self, time: float, x: np.ndarray) -> None:
-        """Bring all instances, those at rest as well, to a time with values that agree."""
+        """Set all instances, those at rest as well, to a time [s] with values that agree."""
         self._ode.evaluate(time, x)
         self._exchange.run_calls(self._clocks)
         self._exchange.run(self.point)
 
     def _enter_event(self, time: float) -> None:
-        """Bring all instances into event mode."""
+        """Set all instances to event mode at a time [s]."""
         if self._is_in_event:
             return
         self.wiring.time.value = time
@@ -165,11 +165,11 @@ class Monolithic(Master):
                 "does not settle",
                 time,
                 f"{MOST_EVENTS} state events, each within {same:.2g} s of the last: it chatters, or comes to rest in "
-                "ever shorter steps; a model that ends that by itself (by a hysteresis, a least speed) can go on",
+                "ever shorter intervals; a model with a hysteresis or a smallest speed avoids this",
             )
 
     def _pass_event(self) -> None:
-        """Let one instance after the other act, each with what those before it have put out; then integrate anew."""
+        """Update all instances at an event, one after the other, until outputs settle; then restart the integrator."""
         self._update(self._ordered)
         for _ in range(MOST_UPDATES):
             before = self.wiring.bus.copy()
@@ -177,11 +177,11 @@ class Monolithic(Master):
             if np.array_equal(before, self.wiring.bus):
                 break
         else:
-            message = f"after {MOST_UPDATES} updates in turn, what FMUs with state events put out still changes"
+            message = f"after {MOST_UPDATES} updates in turn, outputs of FMUs with state events still change"
             raise StepError(self._hybrid[0].name, "event", "does not settle", self.time, message)
         for instance in self._ordered:
             if instance.next_event <= self.time:
-                message = f"after an event it wants another at {instance.next_event:.9g} s, which is past"
+                message = f"after an event it requires another at {instance.next_event:.9g} s, which is in the past"
                 raise StepError(instance.name, "event", "does not settle", self.time, message)
             instance.continuous_time_mode()
         self._is_in_event = False
@@ -192,14 +192,14 @@ class Monolithic(Master):
         self._is_new = False
 
     def _update(self, instances: Iterable[ModelExchangeInstance]) -> None:
-        """Update instances in turn, each with what those before it have put out."""
+        """Update instances one after the other, each with the newest outputs of those before it."""
         for instance in instances:
             instance.update()
             self._exchange.run(self.point)
 
 
 def scheme(instances: Mapping[str, Any], system: System) -> Scheme:
-    """Return the exchange of values on one system: there are no steps."""
+    """Return the scheme on one system: an exchange without steps."""
     wiring = Wiring(system, instances)
     return Scheme(wiring, [], list(wiring.exchange()))
 

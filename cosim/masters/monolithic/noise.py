@@ -1,17 +1,18 @@
-"""Noise that rounding makes in a joint equation; a solver that resolves it gains nothing and comes to rest.
+"""Rounding noise of a joint equation; a solver that tries to resolve it gains nothing and stalls.
 
     noise = rounding_noise(ode, t, x, size, fastest, stop)     # of [der(x); w], (n + m,), at states of that size
 
-It comes in three ways, of which the largest counts:
+There are three sources of noise, of which the largest counts:
 
     along the states    sums of large forces that are almost in balance
-    along time          what an FMU makes of time itself: a motion that is added to a constant inside it, say
-    of last digits      a connected output w has steps of 2^-52 of its size, however it moves: 2e-16 rad at 1 rad
+    along time          functions of time inside an FMU, for example a motion that is added to a constant
+    last digits         a connected output w has steps of 2^-52 of its size, however it moves: 2e-16 rad at 1 rad
 
-Sixth differences along a line leave nothing of a smooth function, and amplify noise by a known factor (Moré and Wild,
-Estimating computational noise, 2011). Along the states the least of several lines counts, because one may cross a kink.
-Along time lines have several lengths: what is smooth, though fast, is so on the shortest, and what comes in steps has
-none of them there. So the least counts again, but of lines on which there is a change from most points to the next.
+Sixth differences along a line eliminate a smooth function and amplify noise by a known factor (Moré and Wild,
+Estimating computational noise, 2011). Along the states the smallest result of several lines counts, because a line may
+cross a kink. Along time the lines have several lengths: a fast smooth function is resolved on the shortest, while a
+function with steps shows none of its steps there. So the smallest result counts again, among the lines on which the
+function changes between most neighbouring points.
 """
 
 import math
@@ -23,20 +24,20 @@ from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 
 REFUSALS = ("discard", "does not converge")
-"""What an FMU, or an algebraic loop, may say of a state that a shorter step does not come to."""
+"""Statuses of an FMU or an algebraic loop at a state that a shorter step may avoid."""
 
 _ORDER = 6
 _AMPLIFIED = math.sqrt(math.comb(2 * _ORDER, _ORDER))
-"""Standard deviation of differences of that order of noise of standard deviation 1."""
+"""Standard deviation of differences of that order, for noise of standard deviation 1."""
 _POINTS = 9
 _LINES = 3
-"""Lines along which the states are moved."""
+"""Number of lines along the states."""
 _SPACING = 1e-3
-"""From one point to the next, relative to the size of a state, or to the shortest time in which anything happens."""
+"""Spacing of the points, relative to the size of a state or to the shortest time constant."""
 _SHORTER = tuple(16**k for k in range(6))
-"""Lines along time, by how many times shorter their spacing is."""
+"""Divisors of the spacing, one for each line along time."""
 _CHANGES = 4
-"""Points of a line along time, of eight, that differ from the one before where that line counts."""
+"""Smallest number of changes between the nine points of a line along time that counts."""
 _UNIFORM = math.sqrt(12.0)
 """Width of a uniform distribution by its standard deviation."""
 
@@ -44,10 +45,10 @@ _UNIFORM = math.sqrt(12.0)
 def rounding_noise(
     ode: JointOde, time: float, x: np.ndarray, size: np.ndarray, fastest: float, stop: float
 ) -> np.ndarray:
-    """Return the standard deviation of the noise in [der(x); w], (n + m,), at x, (n,), and about it by `size`, (n,).
+    """Return the standard deviation of the noise in [der(x); w], (n + m,), within `size`, (n,), around x, (n,).
 
-    `fastest` [rad/s] is the inverse of the shortest time in which anything happens; no FMU is asked for anything beyond
-    `stop` [s]. `StepError` where an FMU fails.
+    `fastest` [rad/s] is the inverse of the shortest time constant; no FMU is evaluated beyond `stop` [s]. Raises
+    `StepError` where an FMU fails.
     """
     states, last_digits = _along_states(ode, time, x, size), np.zeros(len(x) + len(ode.places))
     ode.evaluate(time, x)
@@ -59,13 +60,13 @@ def rounding_noise(
 
 
 def pushes(ode: JointOde) -> np.ndarray:
-    """Return by how much der(x) moves with each value w, all connections closed, (n, m), at the last evaluation."""
+    """Return the derivative of der(x) by each value w, (n, m), with all connections closed, at the last evaluation."""
     joint, n, m = ode.partials(), len(ode.x), len(ode.places)
     return joint[:n, n:] @ np.linalg.inv(np.eye(m) - joint[n:, n:])
 
 
 def _along_states(ode: JointOde, time: float, x: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Return the noise on lines of states at one time."""
+    """Return the noise along lines of states at one time, (n + m,)."""
     found = []
     for direction in np.random.default_rng(0).uniform(-1, 1, (_LINES, len(x))):
         line = _line(ode, [(time, x + (1 + _SPACING * k) * size * direction) for k in range(_POINTS)])
@@ -75,7 +76,7 @@ def _along_states(ode: JointOde, time: float, x: np.ndarray, size: np.ndarray) -
 
 
 def _along_time(ode: JointOde, time: float, x: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the noise on lines of time at one state, the longest with that spacing [s]; none where nothing changes."""
+    """Return the noise along time at one state, (n + m,); `spacing` [s] is that of the longest line."""
     found = []
     for shorter in _SHORTER:
         line = _line(ode, [(time + k * spacing / shorter, x) for k in range(_POINTS)])
@@ -87,7 +88,7 @@ def _along_time(ode: JointOde, time: float, x: np.ndarray, spacing: float) -> np
 
 
 def _line(ode: JointOde, points: Iterable[tuple[float, np.ndarray]]) -> np.ndarray | None:
-    """Return [der(x); w] at times and states, (points, n + m); `None` where an FMU refuses one."""
+    """Return [der(x); w] at times and states, (points, n + m); `None` where an FMU refuses a point."""
     try:
         return np.array([np.concatenate([ode.evaluate(*point), ode.values]) for point in points])
     except StepError as error:

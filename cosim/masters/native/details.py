@@ -1,8 +1,8 @@
 """What each action hands to its twin in C: the function that performs it there, and the fields of its structure.
 
     @detail.register
-    def _(action: Remember) -> Detail:
-        return Detail("hfsa_remember", "Remember", {"bus": action.bus, "points": action.points, "n": len(action.bus)})
+    def _(action: History) -> Detail:
+        return Detail("hfsa_remember", "History", {"bus": action.bus, "points": action.points, "n": len(action.bus)})
 
 Fields have the names of the header. Arrays are those that Python's loop uses as well; a header that asks for places
 (size_t) is given a copy of them.
@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hfsa.cosim.actions import algebraic_loop, iterated
-from hfsa.cosim.actions.action import Work
+from hfsa.cosim.actions.action import CompositeAction
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.extrapolation import Extrapolate, Remember
+from hfsa.cosim.actions.extrapolation import Extrapolate, History
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Runnable
 
@@ -39,20 +39,20 @@ class Detail(NamedTuple):
 
 
 @singledispatch
-def detail(action: Work) -> Detail:
+def detail(action: CompositeAction) -> Detail:
     """Return how C performs an action."""
     raise TypeError(f"{type(action).__name__} has no twin in C")
 
 
 @detail.register
-def _(action: Remember) -> Detail:
-    return Detail("hfsa_remember", "Remember", {"bus": action.bus, "points": action.points, "n": len(action.bus)})
+def _(action: History) -> Detail:
+    return Detail("hfsa_remember", "History", {"bus": action.bus, "points": action.points, "n": len(action.bus)})
 
 
 @detail.register
 def _(action: Extrapolate) -> Detail:
     fields = {
-        "remember": action.remember,
+        "history": action.history,
         "places": action.places,
         "weights": np.ascontiguousarray(action.weights),
         "derivatives": action.derivatives,
@@ -75,7 +75,7 @@ def _(action: AlgebraicLoop) -> Detail:
 
 
 @detail.register
-def _(action: Converge) -> Detail:
+def _(action: IteratedStep) -> Detail:
     past = action.past
     fields = {
         "progress": action.progress,
@@ -92,7 +92,7 @@ def _(action: Converge) -> Detail:
         "passes": iterated.PASSES[action.method],
         **(_named(action, "inverse") if action.method == "quasi_newton" else {}),
     }
-    return Detail("hfsa_converge", "Converge", fields, [*action.savers, *action.restorers, *action.tries])
+    return Detail("hfsa_converge", "IteratedStep", fields, [*action.savers, *action.restorers, *action.tries])
 
 
 @detail.register

@@ -3,7 +3,7 @@
 #include <string.h>
 
 int hfsa_remember(const Call* call, double time, double step_size) {
-  const Remember* r = call->detail;
+  const History* r = call->detail;
   (void)time, (void)step_size;
   memmove(r->points + r->n, r->points, 2 * r->n * sizeof(double));
   memcpy(r->points, r->bus, r->n * sizeof(double));
@@ -13,7 +13,7 @@ int hfsa_remember(const Call* call, double time, double step_size) {
 int hfsa_extrapolate(const Call* call, double time, double step_size) {
   Extrapolate* e = call->detail;
   (void)time;
-  const Remember* r = e->remember;
+  const History* r = e->history;
   double divisor = step_size;
   for (size_t order = 0; order < 2; order++, divisor *= step_size) {
     const double* weights = e->weights + order * 4 * e->n;

@@ -10,11 +10,11 @@ typedef struct {
   const double* bus;
   double* points;
   size_t n;
-} Remember;
+} History;
 
 /* Derivatives (2, n) of n inputs, by weights (2, 4, n), and the calls that hand them over. */
 typedef struct {
-  const Remember* remember;
+  const History* history;
   const size_t* places;
   const double* weights;
   double* derivatives;

@@ -26,7 +26,7 @@ static void predict(const Past* past, double time, double* bus) {
 }
 
 /* Lay the lines from the last point to the guess. */
-static void aim(const Converge* c, double step_size) {
+static void aim(const IteratedStep* c, double step_size) {
   for (const Line* line = c->lines; line < c->lines + c->n_lines; line++) {
     for (size_t i = 0; i < line->n; i++) {
       double first = c->past.points[line->places[i]], last = c->guess[line->places[i]];
@@ -36,7 +36,7 @@ static void aim(const Converge* c, double step_size) {
 }
 
 /* Make the calls of a pass that are still to be made. */
-static int go_on(Converge* c, double time, double step_size) {
+static int go_on(IteratedStep* c, double time, double step_size) {
   Progress* p = c->progress;
   size_t before = 2 * c->n_instances;
   for (; before + p->next < c->n_calls; p->next++) {
@@ -51,7 +51,7 @@ static int go_on(Converge* c, double time, double step_size) {
 }
 
 /* Find by how much the guess is to change; returns the largest change relative to its size, or not a number. */
-static double correct(const Converge* c) {
+static double correct(const IteratedStep* c) {
   double largest = 0.0;
   for (size_t i = 0; i < c->n; i++) c->change[i] = 0.0;
   for (size_t j = 0; j < c->n; j++) {
@@ -68,7 +68,7 @@ static double correct(const Converge* c) {
 }
 
 /* Try steps until the guess is good enough. */
-static int iterate(Converge* c, double time, double step_size) {
+static int iterate(IteratedStep* c, double time, double step_size) {
   Progress* p = c->progress;
   for (;;) {
     if (p->next == 0) aim(c, step_size);
@@ -90,7 +90,7 @@ static int iterate(Converge* c, double time, double step_size) {
 }
 
 int hfsa_converge(const Call* call, double time, double step_size) {
-  Converge* c = call->detail;
+  IteratedStep* c = call->detail;
   Progress* p = c->progress;
   take(&c->past, time, c->bus);
   p->warning = make_all(c->calls, 0, c->n_instances, &c->failing);

@@ -46,7 +46,7 @@ typedef struct {
   size_t n_instances, n_calls, failing;
   double tolerance, rounding, reuse;
   int passes;
-} Converge;
+} IteratedStep;
 
 /* Step to the next communication point. STALE where a loop is to be solved anew, where an inverse is to be made, or
    where the passes do not suffice. */

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim.actions.action import Work, blamed
+from hfsa.cosim.actions.action import CompositeAction, failing_call
 from hfsa.cosim.actions.iterated import Progress
 from hfsa.cosim.actions.schedule import Runnable
 from hfsa.cosim.fmi.co_simulation import Call
@@ -79,7 +79,7 @@ class Program:
         structure, calls = self._inner[id(call)]
         failing = calls[structure.failing]
         self._tell(failing)
-        call.failing = blamed(failing)
+        call.failing = failing_call(failing)
 
     # Calls ------------------------------------------------------------------------------------------------------------
 
@@ -93,7 +93,7 @@ class Program:
                 made.perform, made.detail = self._work(call)
         return array
 
-    def _work(self, action: Work) -> tuple[Any, Any]:
+    def _work(self, action: CompositeAction) -> tuple[Any, Any]:
         """Return what performs an action and the structure that it takes; several others may share it."""
         if id(action) not in self._work_of:
             performer, name, fields, calls = detail(action)
@@ -151,7 +151,7 @@ class Program:
             return value
         if isinstance(value, np.ndarray):
             return self._numbers(value, kind)
-        if isinstance(value, Work):
+        if isinstance(value, CompositeAction):
             return self._work(value)[1]
         if isinstance(value, Progress):
             self._progress.append((value, self.structure(kind.item.cname, {})))

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from time import perf_counter
 
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.masters.algorithm import Algorithm
@@ -27,7 +27,7 @@ _SPELL = 0.05
 """Time [s] after which the loop in C comes back to see whether anybody wants something else."""
 
 
-def step_in_c(action: Converge, library: Path) -> None:
+def step_in_c(action: IteratedStep, library: Path) -> None:
     """Let an iterated step be made in C wherever it is run; it stays what it is, bit for bit."""
     program, wiring = Program([action], Library.load(library)), action.wiring
     call = program.calls[0]

@@ -1,11 +1,11 @@
-"""Algebraic loops: solved at the start and at every point whatever their gain, with either stepping loop, or told."""
+"""Algebraic loops: solved at the start and at every point for every gain, by either stepping loop, else an error."""
 
 import numpy as np
 import pytest
 from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
@@ -18,7 +18,7 @@ each_algorithm = pytest.mark.parametrize("algorithm", [*HELD, *EXTRAPOLATED, *IT
 
 
 def gain() -> Model:
-    """Feeds its input through, without a state."""
+    """A gain without a state."""
     m = Model("Gain", "y = g u + h u^2 + 1")
     g = m.parameter("g", 0.5, "1", "Gain")
     h = m.parameter("h", 0.0, "1", "Curvature")
@@ -28,7 +28,7 @@ def gain() -> Model:
 
 
 def body() -> Model:
-    """A mass whose acceleration follows the force directly."""
+    """A mass with direct feedthrough from force to acceleration."""
     m = Model("Body", "Mass on a spring")
     force = m.input("force", "N", "Force")
     x = m.state("x", "m", "Position", start=1.0)
@@ -40,7 +40,7 @@ def body() -> Model:
 
 
 def accelerating() -> Model:
-    """A force that follows the acceleration directly, like a further mass."""
+    """A force with direct feedthrough from the acceleration, like a further mass."""
     m = Model("Added", "Added mass")
     mass = m.parameter("mass", 3.0, "kg", "Added mass")
     a = m.input("acceleration", "m/s2", "Acceleration")
@@ -84,12 +84,12 @@ def test_a_curved_ring_is_solved_by_as_many_inverses_as_it_takes(ring):
     assert master.read(["a.y"])[0] == pytest.approx(min(np.roots([0.5, -3.0, 1.0])), rel=1e-12)
 
 
-def test_a_ring_without_a_solution_is_told(ring):
+def test_a_ring_without_a_solution_is_an_error(ring):
     with pytest.raises(StepError, match=r"a\.y|b\.y.*not solved after \d+ passes.*residual"):
         ring({"g": 1.0, "h": 1.0}).initialize()  # y = y + y^2 + 1
 
 
-def test_a_gain_of_one_is_told(ring):
+def test_a_gain_of_one_is_an_error(ring):
     with pytest.raises(StepError, match="loop gain 1"):
         ring({"g": 1.0}).initialize()
 
@@ -97,7 +97,7 @@ def test_a_gain_of_one_is_told(ring):
 @each_algorithm
 @pytest.mark.parametrize("way", ["python", "c"])
 def test_a_mass_added_through_a_loop_is_a_mass(parts, opened, library, way, algorithm):
-    """X'' = -100 x + f, f = -3 x'': oscillates at 5 rad/s, as the step gets small; a = -25 x at every point."""
+    """X'' = -100 x + f, f = -3 x'': oscillates at 5 rad/s for small steps; a = -25 x at every point."""
     system = System(
         [Component("body", "x"), Component("added", "x")],
         [Connection("body.acceleration", "added.acceleration"), Connection("added.force", "body.force")],
@@ -113,7 +113,7 @@ def test_a_mass_added_through_a_loop_is_a_mass(parts, opened, library, way, algo
         errors.append(abs(recording["body.position"][-1] - np.cos(5 * 0.2)))
     order = 1 if algorithm in HELD else 3 if algorithm.endswith("quadratic") else 2
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
-    modes = Cycle(system, opened(found), algorithm).over(1e-3).modes
+    modes = CoupledStep(system, opened(found), algorithm).over(1e-3).modes
     assert min(abs(2 * np.pi * mode.frequency - 5.0) for mode in modes) < 0.05
 
 
@@ -131,7 +131,7 @@ FOLLOW = 7.0
 @pytest.mark.parametrize("way", ["python", "c"])
 @pytest.mark.parametrize("g", [0.5, -2.0])
 def test_an_fmu_without_derivatives_is_asked_by_differences(opened, foreign, library, rewritten, version, way, g):
-    """Its output follows at once, y = 1 + at u, and its description leaves open what outputs follow."""
+    """An output with direct feedthrough, y = 1 + at u, without declared dependencies."""
     file = rewritten(foreign[version], ' dependencies=""', "")
     system = System([Component(name, "x", start={"behaviour": FOLLOW, "at": g}) for name in "ab"], RING)
     found = opened(dict.fromkeys("ab", file))

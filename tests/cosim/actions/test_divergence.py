@@ -1,4 +1,4 @@
-"""A run that leaves the scale of its scene: when it stops, what it says and keeps, and what is never stopped."""
+"""Divergence: the time and the message of the stop, the recorded values, and runs that must not stop."""
 
 import json
 import pickle
@@ -14,14 +14,14 @@ from hfsa.cosim.actions.divergence import FACTOR, DivergenceError, Scale, record
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.commands._reports import run_report
-from hfsa.cosim.experiments.run import Drive, prepare
+from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import set_up
 from hfsa.cosim.figures.comparison import comparison_figure
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.linear.linearize import linear_response
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.trial import Outcome, measure
 from hfsa.cosim.results.files import SystemRecord, read_run, read_status
 from hfsa.cosim.systems.connectors import connector
@@ -30,16 +30,16 @@ from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
 RATE, START, STEP = 10.0, 1e-6, 1e-3
-"""Growth of the unstable loop [1/s], where it begins [m], and its step [s]."""
+"""Growth rate of the unstable loop [1/s], its initial position [m], and its step [s]."""
 SCALE = Scale(START, "m", "the scene's scale")
 LOOPS = pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"])
 
 
 @pytest.fixture
 def unstable(exported, library):
-    """A mass that a law pushes away, x = x0 cosh(RATE t), as a run of 2 s."""
+    """An unstable mass, x = x0 cosh(RATE t), in a run of 2 s."""
 
-    def ready(algorithm: str, is_compiled: bool = True, **changes) -> Ready:
+    def plan(algorithm: str, is_compiled: bool = True, **changes) -> RunPlan:
         start = {"stiffness": -(RATE**2), "damping": 0.0}
         system = System(
             [Component("mass", "x", start={"q": START}), Component("law", "x", start=start)],
@@ -51,18 +51,18 @@ def unstable(exported, library):
         files = {"mass": exported(plant())[2], "law": exported(law())[2]}
         names, record = ("mass.velocity", "mass.position"), SystemRecord("unstable", "")
         scales = {"mass.position": SCALE}
-        made = Ready(
+        made = RunPlan(
             Assembly.read(system, files), names, 2.0, STEP, record, algorithm, library if is_compiled else None
         )
         return replace(made, **{"scales": scales, **changes})
 
-    return ready
+    return plan
 
 
-def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
-    """Return the error of a run that diverges, and what its file holds up to there."""
+def stopped(plan: RunPlan) -> tuple[DivergenceError, dict[str, np.ndarray]]:
+    """Return the error of a diverged run, and the values in its file."""
     with pytest.raises(DivergenceError) as caught:
-        run(ready, Path("it.h5"))
+        run(plan, Path("it.h5"))
     values, _ = read_run("it.h5")
     reached = np.isfinite(values["mass.position"])
     assert read_status("it.h5") == ("failed", str(caught.value))
@@ -77,7 +77,7 @@ def stopped(ready: Ready) -> tuple[DivergenceError, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("algorithm", [a for a in ALGORITHMS if a != "linearized_feedback"])
 def test_a_run_stops_at_the_first_row_beyond_a_thousand_times_the_scale(unstable, algorithm, is_compiled, monkeypatch,
                                                                         tmp_path):  # fmt: skip
-    """And keeps it, with all rows before it as a run without a scale has them."""
+    """The row is kept, and all rows before it equal those of a run without a scale."""
     monkeypatch.chdir(tmp_path)
     error, values = stopped(unstable(algorithm, is_compiled))
     position, limit = values["mass.position"], FACTOR * START
@@ -99,7 +99,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
     name, limit = "robot.platform.position[3]", 1e-8
     loaded = replace(loaded, scene=replace(loaded.scene, scale={name: limit / FACTOR}))
     with pytest.raises(DivergenceError, match=r"position\[3\]: diverged"):
-        run(prepare(loaded, Drive("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
+        run(prepare(loaded, SineInput("command.position[3]"), library if is_compiled else None, print), Path("it.h5"))
     position = read_run("it.h5")[0][name]
     reached = np.abs(position[np.isfinite(position)])
     assert np.all(reached[:-1] <= limit)
@@ -107,7 +107,7 @@ def test_linearized_feedback_stops_as_well(library, monkeypatch, tmp_path, is_co
 
 
 def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
-    """What leaves the FMU's own bound of 1000 is out of bounds, and diverged where the limit of the scale is less."""
+    """A value beyond the FMU's own bound of 1000 is out of bounds, or diverged where the scale has a smaller limit."""
     scene = box(foreign[2], stop_time=2.0)
     text, words = scene.read_text(), ["--frequency", "1", "--amplitude", "1e5"]
     for scale, status in (("10.0", "out of bounds at"), ("0.9", "diverged at")):
@@ -117,7 +117,7 @@ def test_the_bounds_of_a_variable_go_before_its_scale(box, foreign, hfsa):
         assert f"box: y: {status}" in err
 
 
-# What is said and kept ------------------------------------------------------------------------------------------------
+# Message and recorded rows ------------------------------------------------------------------------------------------
 
 
 def test_the_message_names_signal_time_figure_and_scale(unstable, monkeypatch, tmp_path):
@@ -215,7 +215,7 @@ def test_without_a_word_of_the_scene_it_is_what_the_fmu_says(foreign, rewritten,
 
 
 def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
-    """The mass' nominal is 1 mm; shaken by 0.1 m it swings by several metres at its resonance, and may."""
+    """The nominal value is 1 mm; shaken by 0.1 m the mass moves by metres at its resonance, and the run goes on."""
     text = """
         inputs = ["mass.base.position"]
         outputs = ["mass.position"]
@@ -268,7 +268,7 @@ MOST = {
 
 @pytest.mark.parametrize(("name", "arguments"), VARIANTS, ids=str)
 def test_every_output_has_a_scale_which_no_motion_of_the_machine_comes_near(name, arguments, opened):
-    """At all frequencies of the band, and at the end of the travel, a response is a tenth of the limit at most."""
+    """At all frequencies of the band, and at the end of the travel, a response is at most a tenth of the limit."""
     scene = load_scene(name, arguments)
     assert set(scene.scale) == set(scene.outputs)
     files = build(scene.system).files

@@ -1,11 +1,11 @@
-"""Inputs that move within a step: orders of convergence, the linear maps of the same cycle, ticks, FMUs that cannot."""
+"""Input extrapolation: orders of convergence, linear maps, ticks, FMUs without input derivatives."""
 
 import numpy as np
 import pytest
 from algorithm_groups import ALGORITHMS
 from spring_loop import closed_loop, loop
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -36,10 +36,10 @@ def test_order_of_convergence(files, opened, library, version, way, algorithm, o
 
 @VERSIONS
 @pytest.mark.parametrize("algorithm", ORDERS)
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algorithm):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, version, algorithm):
     """After the start, positions follow the recurrence of the matrix's characteristic polynomial."""
     system, found = loop(files, version)
-    step = Cycle(system, opened(found), algorithm).over(5e-3)
+    step = CoupledStep(system, opened(found), algorithm).over(5e-3)
     master = make_master(opened(found), system, algorithm, 5e-3)
     recording = master.record(["plant.position"], rows=101)
     master.initialize()
@@ -54,7 +54,7 @@ def test_the_one_step_matrix_says_what_a_step_does(files, opened, version, algor
 
 @WAYS
 def test_sampled_outputs_are_held(files, opened, library, way):
-    """The plant sees a step at each tick, as without extrapolation: both ways are exact."""
+    """The input of the plant has a step at each tick, as without extrapolation: both are exact."""
     results = []
     for algorithm in ("gauss_seidel", "gauss_seidel_quadratic"):
         system, found = loop(files, controller="SampledPd")
@@ -63,7 +63,7 @@ def test_sampled_outputs_are_held(files, opened, library, way):
     assert results[0] == pytest.approx(results[1], rel=1e-12)
 
 
-def test_an_fmu_that_takes_no_derivatives_is_told_and_held(opened, foreign):
+def test_inputs_of_an_fmu_without_input_derivatives_are_held_with_a_warning(opened, foreign):
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
     found = dict.fromkeys("ab", foreign[3])
     masters = [

@@ -1,4 +1,4 @@
-"""Iterated coupling: order of convergence, what the one-step matrix says of it, loops that do not converge."""
+"""Iterative coupling: order of convergence, its one-step matrix, loops that do not converge."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from algorithm_groups import ITERATED
 from spring_loop import closed_loop, loop
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
@@ -35,9 +35,9 @@ def test_second_order(files, opened, version, method):
 
 
 @each_method
-def test_the_one_step_matrix_says_what_a_step_does(files, opened, method):
+def test_the_one_step_matrix_agrees_with_a_step(files, opened, method):
     system, found = loop(files)
-    step = Cycle(system, opened(found), method).over(5e-3)
+    step = CoupledStep(system, opened(found), method).over(5e-3)
     position = positions(make_master(opened(found), system, method, 5e-3), 100)
     multipliers = np.linalg.eigvals(step.matrix)
     polynomial = np.real(np.poly(multipliers[abs(multipliers) > 1e-9]))
@@ -53,8 +53,8 @@ def test_quasi_newton_takes_two_passes_a_step_where_all_is_linear(files, opened)
     assert master.statistics["passes"] <= 200
 
 
-def test_a_fixed_point_that_does_not_attract_is_told(files, opened):
-    """At a step of 0.3 s each pass makes the error larger; Newton's method does not mind."""
+def test_a_fixed_point_that_does_not_attract_is_an_error(files, opened):
+    """At a step of 0.3 s each pass of the fixed point increases the error; Newton's method converges."""
     system, found = loop(files)
     with pytest.raises(
         StepError, match=r"fixed_point coupling over .* residual .* after 200 passes .* or quasi_newton"
@@ -72,7 +72,7 @@ def growing() -> Model:
     return m
 
 
-def test_a_step_whose_end_is_not_defined_is_told(exported, opened):
+def test_a_step_without_a_solution_is_an_error(exported, opened):
     system = System([Component("it", "x")], [Connection("it.y", "it.u")])
     instances = opened({"it": exported(growing())[2]})
     with pytest.raises(StepError, match=r"quasi_newton coupling over it.y -> it.u has loop gain 1 over a step of 1 s"):

@@ -1,4 +1,4 @@
-"""What drives a run is resolved by its step, or refused with the step that resolves it."""
+"""Sources are resolved by the step, or refused with a sufficient step."""
 
 import re
 from pathlib import Path
@@ -46,7 +46,7 @@ def test_the_step_that_would_do_does_and_is_hardly_shorter_than_it_must_be(frequ
 @pytest.mark.parametrize("verb", [["run"], ["compare", "--over", "damping=1,2"]])
 @pytest.mark.parametrize("how", [["--frequency", "9999"], ["-p", "source.frequency=9999"]])
 def test_a_sine_that_the_step_does_not_resolve_is_refused(hfsa, verb, how):
-    """Seen once in a period, 9999 Hz at 0.1 ms look like 1 Hz, and the mass as if it followed: by 1 mm, not 1.3 nm."""
+    """Sampled once per period, 9999 Hz at 0.1 ms alias to 1 Hz: the mass would move by 1 mm instead of 1.3 nm."""
     words = [verb[0], "mass_on_spring", *verb[1:], *how, "--stop", "0.01"]
     code, out, err = hfsa(*words, "--step", "1e-4")
     assert (code, out) == (2, "")

@@ -1,4 +1,4 @@
-"""The order of steps, chosen or computed: what it makes of an error, found and measured."""
+"""The order of steps, chosen or computed: its effect on the error, predicted and measured."""
 
 import json
 import math
@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 import pytest
 
-from hfsa.cosim.analysis.order import MOST, Before, Case, Modes, best_order, exchanged, order_of, search
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.order import MOST, Before, ModeCriterion, OrderProblem, best_order, exchanged, order_of, search
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused, with_fusion
 from hfsa.cosim.assembly.load_scene import load_scene
@@ -52,10 +52,10 @@ def bench_of(scene: Scene, step_size: float, library) -> Bench:
 
 
 def measured(bench: Bench, step_size: float, frequency: float) -> np.ndarray:
-    """Return what a stepped sweep measures, (outputs,)."""
+    """Return the response measured by a stepped sweep, (outputs,)."""
     settings = Settings(step_size=step_size, settling_tolerance=1e-4)
     rig = Rig(bench, settings)
-    point = rig.measure(Task(0, 0, bench, settings, frequency, bench.system["source"].start["amplitude"]))
+    point = rig.measure(Task(0, 0, bench, settings, frequency, bench.assembly.system["source"].start["amplitude"]))
     rig.close()
     assert point.response is not None
     return point.response
@@ -80,8 +80,8 @@ def test_down_a_chain_the_error_is_of_first_order_and_by_turns_of_second(opened,
     found = []
     for step_size in steps:
         bench = bench_of(scene, step_size, library)
-        cycle = Cycle(bench.system, opened(bench.files), source="source", lock_in="lock_in")
-        predicted = cycle.over(step_size).response([FREQUENCY])[0]
+        coupled = CoupledStep(bench.assembly.system, opened(bench.assembly.files), source="source", lock_in="lock_in")
+        predicted = coupled.over(step_size).response([FREQUENCY])[0]
         found.append(measured(bench, step_size, FREQUENCY)[0])
         assert found[-1] == pytest.approx(predicted[0], rel=1e-4)
     errors = np.abs(np.array(found) / true - 1)
@@ -89,7 +89,7 @@ def test_down_a_chain_the_error_is_of_first_order_and_by_turns_of_second(opened,
 
 
 def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
-    """Return one order of each set that differs in who steps first of two that are joined, by hand."""
+    """Return one order for each different order of the connected pairs, by enumeration."""
     system = scene.system
     pairs = {frozenset(system.split(end)[0] for end in (c.start, c.end)) for c in system.connections}
     found = {}
@@ -100,7 +100,7 @@ def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
 
 
 def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(library, exact):
-    """At 2 kHz, where it errs most, from an order that goes down the chain."""
+    """At 2 kHz, where the error is largest, starting from the order down the chain."""
     scene, names = load_scene("stage_bode"), ("stack[1]", "stack[2]", "stack[3]", "stage")
     scene = replace(scene, step_size=10e-6)
     scene = replace(scene, inputs=scene.inputs[:1], outputs=scene.outputs[1:2], band=(1e3, 2e3))
@@ -119,7 +119,7 @@ def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(li
 
 
 def decay(positions: np.ndarray, step_size: float) -> complex:
-    """Return the rate [1/s] at which a free oscillation decays and turns, from two values on to the next."""
+    """Return the complex rate [1/s] of a free oscillation, from a recurrence over three values."""
     before = np.stack([positions[1:-1], positions[:-2]], axis=1)
     slope, offset = np.linalg.lstsq(before, positions[2:], rcond=None)[0]
     multiplier = np.roots([1.0, -slope, -offset])[0]
@@ -127,7 +127,7 @@ def decay(positions: np.ndarray, step_size: float) -> complex:
 
 
 def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring_files, opened):
-    """A mass under a controller that sees it through another: six orders, of which three make the same of each mode."""
+    """A mass under a controller that measures it through another: six orders in two classes of equal modes."""
     of = {"plant": files["Plant", 2], "sensor": mass_on_spring_files[2], "control": files["Pd", 2]}
     lag = {"stiffness": 1e4, "damping": 100.0}
     connections = [
@@ -147,8 +147,8 @@ def test_the_computed_order_of_a_ring_keeps_its_modes_best(files, mass_on_spring
         master.advance(1000)
         found = decay(recording.values[300:, 0], step_size)
         errors[order] = abs(complex(found.real, abs(found.imag)) - pole) / abs(pole)
-        case = Case(ordered, instances, "gauss_seidel", step_size)
-        choices[order] = best_order(case, Modes(case, ["plant.position"], 1.0))
+        case = OrderProblem(ordered, instances, "gauss_seidel", step_size)
+        choices[order] = best_order(case, ModeCriterion(case, ["plant.position"], 1.0))
     for order, choice in choices.items():
         assert choice.own_error == pytest.approx(errors[order], rel=1e-4)
         assert errors[choice.order] == pytest.approx(min(errors.values()), rel=1e-4)
@@ -164,7 +164,7 @@ def test_a_scene_that_nothing_excites_is_ordered_by_its_modes():
 
 
 def test_what_ticks_among_others_goes_first_in_any_order():
-    """The controller, fused with what it moves, sees what the reference has put out before both step."""
+    """The controller, fused with its plant, uses the reference's output from before both step."""
     scene = with_fusion(load_scene("sdelta_hfsa"), ["robot,drives,controller"])
     same, choice = with_computed_order(scene, "computed", inputs=scene.inputs[2:3])
     assert choice is not None
@@ -185,7 +185,7 @@ def test_where_nothing_is_joined_no_order_makes_a_difference():
     same, choice = with_computed_order(scene, "computed")
     assert choice is not None
     assert same == scene
-    assert choice.sentence.endswith(", the scene's own; no other makes a difference")
+    assert choice.sentence.endswith(", the scene's order; all orders are equivalent")
 
 
 # Orders that differ --------------------------------------------------------------------------------------------------
@@ -205,7 +205,7 @@ def joined_as(order, pairs) -> Before:
     ],
 )
 def test_exchanges_reach_every_order_that_differs_and_no_other(pairs, count):
-    """Against all permutations; each is told by an order that has it, the own one by itself."""
+    """Against all permutations: each set of pairs is reproduced by its order, the original one by itself."""
     names = "abcd"
     every = {joined_as(order, pairs) for order in permutations(names)}
     merits = search(joined_as(names, pairs), lambda before: exchanged(before, ()), lambda _: (0.0, 0.0)).merits
@@ -222,13 +222,13 @@ def test_what_is_fixed_keeps_its_place_beside_what_it_is_joined_to():
 
 
 def test_of_many_orders_the_best_is_looked_for_by_exchanges():
-    """A chain of 14: of 8192 orders the one in which those in odd places go first."""
+    """A chain of 14: of 8192 orders the one with the odd places first."""
     names = [f"n[{i}]" for i in range(14)]
     pairs = list(pairwise(names))
     own = joined_as(names, pairs)
 
     def error(before: Before) -> tuple[float, float]:
-        """How many pairs do not take turns."""
+        """Number of pairs that do not alternate."""
         return 0.0, 1.0 + sum((pair in before) == bool(i % 2) for i, pair in enumerate(pairs))
 
     found = search(own, lambda before: exchanged(before, ()), error)
@@ -283,25 +283,31 @@ def test_an_order_that_is_none_is_refused(hfsa, words, message):
 def test_what_ticks_is_not_put_into_another_place(hfsa):
     code, _, err = hfsa("run", "sdelta_hfsa", "--order", "robot,controller")
     assert code == 2
-    assert "controller is sampled; when it ticks, and after whom, is what the system is; there are reference" in err
+    assert "controller is sampled, and the order of its ticks is part of the system; there are reference" in err
 
 
 def test_the_linear_method_takes_no_order(hfsa):
-    for more in ([], ["--open-loop", "controller.axis[1].command"]):
+    for more, message in (
+        ([], "the linear method takes no steps and has no order"),
+        (
+            ["--open-loop", "controller.axis[1].command"],
+            "--order would have no effect: --open-loop uses the linearised",
+        ),
+    ):
         code, _, err = hfsa("sweep", "sdelta_hfsa", "--method", "linear", "--order", "computed", *more)
         assert code == 2
-        assert "the linear method takes no steps, so that there is no order" in err
+        assert message in err
 
 
-def test_a_computed_order_is_told_stored_and_run(hfsa, tmp_path):
-    """From a scene of the user's own, whose order of components is that of its steps, and which is stored so."""
+def test_a_computed_order_is_reported_stored_and_run(hfsa, tmp_path):
+    """For a user's scene, whose components are stored in the order of their steps."""
     path, text = tmp_path / "chain.toml", scene_text(chain("first", "second"))
     path.write_text(text)
     code, out, err = hfsa("run", path, "--order", "computed", "--stop", "0.01", "--json", "-o", "run.h5")
     assert code == 0
     assert "hfsa: order second, first: response within 0." in err
-    assert "in the scene's own within " in err
-    assert "; 2 orders compared, all that differ" in err
+    assert "the scene's order within " in err
+    assert "; 2 orders compared, all different ones" in err
     stored = read_order("run.h5")
     assert stored is not None
     assert json.loads(out)["order"]["order"] == list(stored.order) == ["second", "first"]
@@ -355,7 +361,7 @@ def test_a_comparison_fuses(hfsa, tmp_path):
 
 
 def test_stability_is_looked_at_in_an_order(hfsa):
-    """The stage's loop over the stacks' charge is stable up to the same step in both orders, and told to be so."""
+    """The stage's loop over the stacks' charge has the same reported step limit in both orders."""
     words = ["stability", "stage_bode", "--algorithm", "gauss_seidel", "--json"]
     code, out, _ = hfsa(*words, "--order", "stacks,stage")
     assert code == 0

@@ -1,4 +1,4 @@
-"""The sample time up to which a sampled system is stable: against its own difference equation, and against stepping."""
+"""Longest stable sample time of a sampled system, against its difference equation and against co-simulation."""
 
 import math
 

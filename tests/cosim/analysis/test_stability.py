@@ -1,4 +1,4 @@
-"""The one-step matrix of an algorithm: what it says of modes and responses is what co-simulation does."""
+"""The one-step matrix of an algorithm: its modes and responses equal those of co-simulation."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from algorithm_groups import HELD
 from spring_loop import LOOP
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
@@ -50,20 +50,23 @@ def bench():
     return make
 
 
-def cycle_of(bench: Bench, algorithm: str, opened) -> Cycle:
-    return Cycle(bench.system, opened(bench.files), algorithm, source="source", lock_in="lock_in")
+def coupled_step_of(bench: Bench, algorithm: str, opened) -> CoupledStep:
+    return CoupledStep(
+        bench.assembly.system, opened(bench.assembly.files), algorithm, source="source", lock_in="lock_in"
+    )
 
 
 # What a stepped sweep measures ----------------------------------------------------------------------------------------
 
 
 def assert_stepped_is_predicted(bench, opened, algorithm, step_size, frequency):
-    """Within 0.01 dB and 0.1 degree, for what is not zero by symmetry."""
-    predicted = cycle_of(bench, algorithm, opened).over(step_size).response(frequency)
+    """Within 0.01 dB and 0.1 degree, for responses that are not zero by symmetry."""
+    predicted = coupled_step_of(bench, algorithm, opened).over(step_size).response(frequency)
     settings = Settings(algorithm=algorithm, step_size=step_size, settling_tolerance=1e-4)
-    start = {**bench.system["lock_in"].start, "sample_time": step_size}
-    components = [replace(c, start=start) if c.name == "lock_in" else c for c in bench.system.components]
-    bench = replace(bench, system=replace(bench.system, components=components))
+    system = bench.assembly.system
+    start = {**system["lock_in"].start, "sample_time": step_size}
+    components = [replace(c, start=start) if c.name == "lock_in" else c for c in system.components]
+    bench = replace(bench, assembly=replace(bench.assembly, system=replace(system, components=components)))
     rig = Rig(bench, settings)
     for k, f in enumerate(frequency):
         point = rig.measure(Task(0, 0, bench, settings, f, 1e-5))
@@ -76,7 +79,7 @@ def assert_stepped_is_predicted(bench, opened, algorithm, step_size, frequency):
 
 @each_algorithm
 def test_a_stepped_sweep_measures_what_the_one_step_matrix_says(bench, opened, algorithm):
-    """At the controller's own sample time, where an algorithm errs by degrees."""
+    """At the controller's own sample time, where the errors of algorithms are several degrees."""
     assert_stepped_is_predicted(bench("sdelta_hfsa", VERTICAL, MOVED[VERTICAL]), opened, algorithm, 250e-6, [5.0])
 
 
@@ -126,8 +129,8 @@ def test_extrapolated_to_step_zero_it_is_the_linear_response(bench, opened, algo
     frequency = np.concatenate([np.geomspace(*scene.band, 12), [23.59, 24.55]])
     for excited in (VERTICAL, ACROSS, "reference.command.rotation[2]"):
         at = bench(scene_name, excited)
-        cycle = cycle_of(at, algorithm, opened)
-        found = 2 * cycle.over(25e-6).response(frequency) - cycle.over(50e-6).response(frequency)
+        coupled = coupled_step_of(at, algorithm, opened)
+        found = 2 * coupled.over(25e-6).response(frequency) - coupled.over(50e-6).response(frequency)
         instances = opened(build.build(scene.system).files)
         exact = linear_response(scene.system, instances, [excited], scene.outputs, frequency)
         zero = negligible(exact, ["rad"] * 3 + ["m"] * 3, [1.0])[:, 0]
@@ -145,14 +148,14 @@ def test_extrapolated_to_step_zero_it_is_the_linear_response(bench, opened, algo
 @pytest.mark.parametrize("delay", [False, True])
 def test_under_control_every_step_that_fits_the_sample_time_is_stable(opened, algorithm, delay):
     scene = load_scene("sdelta_hfsa", {"delay": str(delay)})
-    cycle = Cycle(scene.system, opened(build.build(scene.system).files), algorithm)
+    coupled = CoupledStep(scene.system, opened(build.build(scene.system).files), algorithm)
     for n in (1, 2, 3, 4, 5, 10, 25, 100):
-        step = cycle.over(0.25e-3 / n)
+        step = coupled.over(0.25e-3 / n)
         assert step.steps == n
         assert step.spectral_radius < 1
         assert step.growth() < -5
     with pytest.raises(StructureError, match="one must be a multiple of the other"):
-        cycle.over(0.1e-3)
+        coupled.over(0.1e-3)
 
 
 def free_drives() -> System:
@@ -174,14 +177,14 @@ def free():
 @each_algorithm
 def test_free_drives(free, algorithm):
     """Flexible modes leave the unit circle at one step; rigid motion is neutral or grows as the step, from 0 on."""
-    cycle = Cycle(free[0], free[1], algorithm)
-    (limit,) = cycle.stability_limits(20e-6, 600e-6, kind="oscillatory", points=40)
+    coupled = CoupledStep(free[0], free[1], algorithm)
+    (limit,) = coupled.stability_limits(20e-6, 600e-6, kind="oscillatory", points=40)
     assert limit == pytest.approx(FLEXIBLE_LIMIT[algorithm], rel=1e-3)
     for step_size in (5e-6, 20e-6, 50e-6):
-        growth = cycle.over(step_size).growth("aperiodic") / (step_size * 1e6)
+        growth = coupled.over(step_size).growth("aperiodic") / (step_size * 1e6)
         assert growth == pytest.approx(RIGID_GROWTH[algorithm], abs=5e-4)
-    assert cycle.over(50e-6).is_stable("aperiodic") == (algorithm == "jacobi")
-    oscillatory = cycle.over(1e-6).of("oscillatory")
+    assert coupled.over(50e-6).is_stable("aperiodic") == (algorithm == "jacobi")
+    oscillatory = coupled.over(1e-6).of("oscillatory")
     expected = [47.70929, 47.70929, 95.00686, 129.88789, 129.88789, 164.05113]
     assert sorted(mode.frequency for mode in oscillatory) == pytest.approx(expected, rel=1e-3)
 
@@ -189,13 +192,13 @@ def test_free_drives(free, algorithm):
 @each_algorithm
 @pytest.mark.parametrize("factor", [0.98, 1.02])
 def test_free_drives_in_simulation(free, algorithm, factor):
-    """A robot that begins in its critical mode rings up or down at the rate that the matrix tells.
+    """A robot that starts in its critical mode grows or decays at the rate of the matrix.
 
     Seen in the springs' forces at the mode's frequency, through a Hann window early and one late.
     """
     system, instances = free
     step_size = factor * FLEXIBLE_LIMIT[algorithm]
-    mode = Cycle(system, instances, algorithm).over(step_size).of("oscillatory")[0]
+    mode = CoupledStep(system, instances, algorithm).over(step_size).of("oscillatory")[0]
     assert (mode.rate > 0) == (factor > 1)
     forces = [f"robot.drive[{j}].{kind}" for j in (1, 2, 3) for kind in ("force", "torque")]
     master = make_master(instances, system, algorithm, step_size)
@@ -220,9 +223,9 @@ def test_free_drives_with_gains_of_zero(opened, algorithm):
     scene = load_scene("sdelta_hfsa")
     zero = {f"controller.axis[{i}].{name}_gain": 0.0 for i in range(1, 7) for name in ("proportional", "derivative")}
     limit = FLEXIBLE_LIMIT[algorithm]
-    cycle = Cycle(scene.system, opened(build.build(scene.system).files), algorithm, starts={**zero})
+    coupled = CoupledStep(scene.system, opened(build.build(scene.system).files), algorithm, starts={**zero})
     fitting = [0.25e-3 / n for n in range(1, 10)]
-    assert [cycle.over(h).is_stable("oscillatory") for h in fitting] == [h < limit for h in fitting]
+    assert [coupled.over(h).is_stable("oscillatory") for h in fitting] == [h < limit for h in fitting]
 
 
 def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
@@ -231,7 +234,7 @@ def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
     instances = opened(build.build(scene.system).files)
     exact = np.roots([1, 0.5, 1e4])[0]
     for algorithm in HELD:
-        (mode,) = Cycle(scene.system, instances, algorithm).over(3e-3).modes
+        (mode,) = CoupledStep(scene.system, instances, algorithm).over(3e-3).modes
         assert mode.rate == pytest.approx(exact.real, rel=1e-9)
         assert 2 * np.pi * mode.frequency == pytest.approx(abs(exact.imag), rel=1e-9)
 
@@ -239,13 +242,13 @@ def test_modes_of_one_fmu_are_its_poles_whatever_the_step(opened):
 @pytest.mark.parametrize("steps", [1, 4])
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi"])
 def test_a_sampled_loop_at_a_step_of_its_sample_time_is_the_linear_one(files, opened, algorithm, steps):
-    """Nothing but the tick passes anything on: these algorithms are exact there, and at any whole part of it."""
+    """Values change only at the tick: these algorithms are exact at that step, and at its whole fractions."""
     system = System(
         [Component("plant", "x"), Component("pd", "x")],
         LOOP,
     )
     instances = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
-    step = Cycle(system, instances, algorithm).over(0.01 / steps)
+    step = CoupledStep(system, instances, algorithm).over(0.01 / steps)
     P = step_matrix_by_hand()
     found = np.sort_complex(np.array([m.multiplier for m in step.modes]))
     expected = np.linalg.eigvals(P)
@@ -265,7 +268,7 @@ def step_matrix_by_hand() -> np.ndarray:
 
 @pytest.mark.parametrize("algorithm", ["gauss_seidel", "jacobi"])
 def test_whole_parts_of_the_sample_time_give_the_same_sampled_sequence(files, opened, algorithm):
-    """A closed loop whose plant is solved exactly: the controller sees the same at every tick."""
+    """A closed loop with an exactly solved plant: the controller measures the same values at every tick."""
     instances = opened({"plant": files["Plant", 2], "pd": files["SampledPd", 2]})
     system = System([Component("plant", "x"), Component("pd", "x")], LOOP)
     sequences = []

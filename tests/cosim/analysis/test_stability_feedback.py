@@ -1,4 +1,4 @@
-"""Linearised feedback before anything runs: no limit where a plant closes its loop itself, one where plants cross.
+"""Step limits of linearised feedback: none where a plant closes its loop itself, one where plants are coupled.
 
     mass 1 --- k, c --- mass 2        the law of both forces is one FMU, each mass another
 
@@ -12,7 +12,7 @@ from mass_and_law import law, plant
 
 from hfsa.components import Model
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.systems.errors import StructureError
@@ -67,11 +67,11 @@ def coupled(opened, made):
 def test_a_plant_that_closes_its_loop_itself_has_no_limit(alone):
     """Kp = 5e16, Kv = 6e8: its modes are the loop's own, -1e8 and -5e8 1/s, whatever the step; held forces grow."""
     system, instances = alone
-    for cycle in (Cycle(system, instances(name), ALGORITHM) for name in ("bare", "mass")):
-        modes = cycle.over(1e-9).modes
+    for coupled in (CoupledStep(system, instances(name), ALGORITHM) for name in ("bare", "mass")):
+        modes = coupled.over(1e-9).modes
         assert [mode.rate for mode in modes] == pytest.approx([-1e8, -5e8], rel=1e-6)
-        assert all(cycle.over(step_size).is_stable() for step_size in np.geomspace(1e-10, 1e-2, 9))
-    held = Cycle(system, instances("bare"), "gauss_seidel")
+        assert all(coupled.over(step_size).is_stable() for step_size in np.geomspace(1e-10, 1e-2, 9))
+    held = CoupledStep(system, instances("bare"), "gauss_seidel")
     assert not any(held.over(step_size).is_stable() for step_size in (1e-6, 1e-5, 1e-4))
 
 
@@ -104,7 +104,7 @@ def test_plants_that_cross_have_a_limit(coupled):
     """6.74 ms, beyond 0.44 ms for held forces, but below 24.2 ms for iterated ones."""
     system, instances = coupled
     limits = {
-        name: Cycle(system, instances, name).stability_limits(1e-4, 0.1, points=40)
+        name: CoupledStep(system, instances, name).stability_limits(1e-4, 0.1, points=40)
         for name in (ALGORITHM, "gauss_seidel", "quasi_newton")
     }
     assert limits == {
@@ -119,7 +119,7 @@ def test_crossing_plants_grow_and_decay_as_predicted(coupled, factor):
     """At the rate of the slowest mode, seen early and late over the motion of the first mass."""
     system, instances = coupled
     step_size = factor * 6.743e-3
-    mode = Cycle(system, instances, ALGORITHM).over(step_size).modes[0]
+    mode = CoupledStep(system, instances, ALGORITHM).over(step_size).modes[0]
     assert (mode.rate > 0) == (factor > 1)
     master = make_master(instances, system, "linearized_feedback", step_size)
     steps = 4000 if abs(mode.rate) * step_size < 0.02 else 400
@@ -134,4 +134,4 @@ def test_crossing_plants_grow_and_decay_as_predicted(coupled, factor):
 def test_what_has_nothing_to_feed_back_is_refused(opened, files):
     system = System([Component("plant", "x")])
     with pytest.raises(StructureError, match="there is nothing to feed back"):
-        Cycle(system, opened({"plant": files["Plant", 2]}), ALGORITHM)
+        CoupledStep(system, opened({"plant": files["Plant", 2]}), ALGORITHM)

@@ -1,4 +1,4 @@
-"""Limits of the communication step against closed forms, and what a simulation does on either side of each.
+"""Step limits against closed forms, and against simulations on either side of each limit.
 
 A mass of 1 kg, q'' = u, solved exactly, under the memoryless law u = -Kp q - Kv q', with a step of H:
 
@@ -20,7 +20,7 @@ from algorithm_groups import HELD
 from mass_and_law import KP, KV, law, plant
 
 from hfsa.components import Model
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
@@ -42,7 +42,7 @@ each_algorithm = pytest.mark.parametrize("algorithm", LIMITS)
 
 
 def relay() -> Model:
-    """Puts out what it is given."""
+    """A component whose output equals its input."""
     m = Model("Relay", "Relay")
     m.output("out.position", m.input("position", "m", "Position"), "m", "Position")
     m.output("out.velocity", m.input("velocity", "m/s", "Velocity"), "m/s", "Velocity")
@@ -73,14 +73,14 @@ def wired(limit_files, opened):
     return make
 
 
-def assert_simulated(cycle: Cycle, system, instances, algorithm: str, limit: float) -> None:
+def assert_simulated(coupled: CoupledStep, system, instances, algorithm: str, limit: float) -> None:
     """At 0.98 and 1.02 of a limit, a mass let go shrinks and grows at the rate of the slowest mode, within 2 %.
 
     Seen in the position over 40 steps, early and 400 steps later, when the other modes have died away.
     """
     for factor in (0.98, 1.02):
         step_size = factor * limit
-        expected = cycle.over(step_size).modes[0].rate * step_size
+        expected = coupled.over(step_size).modes[0].rate * step_size
         assert (expected > 0) == (factor > 1)
         master = make_master(instances, system, algorithm, step_size)
         recording = master.record(["plant.q"], 641)
@@ -97,7 +97,7 @@ def assert_simulated(cycle: Cycle, system, instances, algorithm: str, limit: flo
 @pytest.mark.parametrize("order", [("plant", "law"), ("law", "plant")], ids="-".join)
 def test_limit(wired, algorithm, order):
     system, instances = wired(*order)
-    (limit,) = Cycle(system, instances, algorithm).stability_limits(0.3e-9, 50e-9, points=30)
+    (limit,) = CoupledStep(system, instances, algorithm).stability_limits(0.3e-9, 50e-9, points=30)
     assert limit == pytest.approx(LIMITS[algorithm], rel=1e-3)
 
 
@@ -108,7 +108,7 @@ def test_held_is_the_closed_form():
 @pytest.mark.parametrize("algorithm", [name for name in LIMITS if name != "fixed_point"])
 def test_limit_in_simulation(wired, algorithm):
     system, instances = wired("plant", "law")
-    assert_simulated(Cycle(system, instances, algorithm), system, instances, algorithm, LIMITS[algorithm])
+    assert_simulated(CoupledStep(system, instances, algorithm), system, instances, algorithm, LIMITS[algorithm])
 
 
 def test_a_fixed_point_is_lost_before_stability(wired):
@@ -132,10 +132,10 @@ def test_a_fixed_point_is_lost_before_stability(wired):
 
 
 def test_a_line_is_worse_than_holding(wired):
-    """Between the two limits, at 2.5 ns, what is held is stable, what is extrapolated is not, and a parabola less."""
+    """Between the two limits, at 2.5 ns, held inputs are stable, lines are unstable, and parabolas more so."""
     system, instances = wired("plant", "law")
     names = ("gauss_seidel", "gauss_seidel_linear", "gauss_seidel_quadratic")
-    growth = {name: Cycle(system, instances, name).over(2.5e-9).growth() for name in names}
+    growth = {name: CoupledStep(system, instances, name).over(2.5e-9).growth() for name in names}
     assert growth["gauss_seidel"] < 0 < growth["gauss_seidel_linear"] < growth["gauss_seidel_quadratic"]
 
 
@@ -143,13 +143,13 @@ def test_a_line_is_worse_than_holding(wired):
 def test_a_mass_lighter_than_the_law_believes(wired, algorithm, expected):
     """0.8 kg instead of 1 kg: gains 1.25 times as large, 2.67 ns held."""
     system, instances = wired("plant", "law", plant={"mass": 0.8})
-    cycle = Cycle(system, instances, algorithm)
-    (limit,) = cycle.stability_limits(0.3e-9, 50e-9, points=30)
+    coupled = CoupledStep(system, instances, algorithm)
+    (limit,) = coupled.stability_limits(0.3e-9, 50e-9, points=30)
     assert limit == pytest.approx(
         LIMITS[algorithm] / (1.25 if algorithm == "gauss_seidel" else np.sqrt(1.25)), rel=1e-3
     )
     assert limit == pytest.approx(expected, rel=1e-3)
-    assert_simulated(cycle, system, instances, algorithm, limit)
+    assert_simulated(coupled, system, instances, algorithm, limit)
 
 
 @pytest.mark.parametrize(
@@ -158,10 +158,10 @@ def test_a_mass_lighter_than_the_law_believes(wired, algorithm, expected):
 )
 def test_a_relay_costs_a_step_only_where_all_outputs_are_fetched_first(wired, algorithm, expected):
     system, instances = wired("plant", "relay", "law")
-    cycle = Cycle(system, instances, algorithm)
-    (limit,) = cycle.stability_limits(0.3e-9, 50e-9, points=30)
+    coupled = CoupledStep(system, instances, algorithm)
+    (limit,) = coupled.stability_limits(0.3e-9, 50e-9, points=30)
     assert limit == pytest.approx(expected, rel=1e-3)
-    assert_simulated(cycle, system, instances, algorithm, limit)
+    assert_simulated(coupled, system, instances, algorithm, limit)
 
 
 # Exchanged force ------------------------------------------------------------------------------------------------------
@@ -175,11 +175,11 @@ def test_an_exchanged_spring_takes_damping(wired, algorithm):
     """
     expected = 2 * C / K / (3 if algorithm == "jacobi_plain" else 1)
     system, instances = wired("plant", "law", plant={"damping": C}, law={"stiffness": K, "damping": 0.0})
-    cycle = Cycle(system, instances, algorithm)
-    (limit,) = cycle.stability_limits(expected / 10, 10 * expected, points=30)
+    coupled = CoupledStep(system, instances, algorithm)
+    (limit,) = coupled.stability_limits(expected / 10, 10 * expected, points=30)
     assert limit == pytest.approx(expected, rel=2e-3)
     for factor in (0.98, 1.02):
-        mode = cycle.over(factor * limit).modes[0]
+        mode = coupled.over(factor * limit).modes[0]
         assert (mode.rate > 0) == (factor > 1)
         rate = ringing(make_master(instances, system, algorithm, factor * limit), mode.frequency)
         assert (rate > 0) == (factor > 1)
@@ -187,7 +187,7 @@ def test_an_exchanged_spring_takes_damping(wired, algorithm):
 
 
 def ringing(master: Master, frequency: float) -> float:
-    """Rate [1/s] at which a mass let go rings up or down over some 50 periods.
+    """Growth rate [1/s] of a released mass over some 50 periods.
 
     Its size is seen at the frequency through a Hann window of ten periods, early and late.
     """
@@ -209,18 +209,18 @@ def test_weak_control_is_control(wired):
     A force held over 2 s drives it as a damper of -Kp H / 2 would; it grows as the matrix says.
     """
     system, instances = wired("plant", "law", law={"stiffness": 1e-2, "damping": 2e-3})
-    cycle = Cycle(system, instances)
-    assert cycle.counting == "all"
-    assert cycle.is_stable(0.2)
-    assert not cycle.is_stable(2.0)
+    coupled = CoupledStep(system, instances)
+    assert coupled.counting == "all"
+    assert coupled.is_stable(0.2)
+    assert not coupled.is_stable(2.0)
     master = make_master(instances, system, "gauss_seidel", 2.0)
     recording = master.record(["plant.q"], rows=2001)
     master.initialize(starts={"plant.q": 1.0})
     master.advance(2000)
     early, late = (np.abs(recording["plant.q"][k : k + 100]).max() for k in (500, 1500))
-    assert np.log(late / early) / 2000 == pytest.approx(cycle.over(2.0).growth(), rel=0.01)
+    assert np.log(late / early) / 2000 == pytest.approx(coupled.over(2.0).growth(), rel=0.01)
 
 
 def test_a_mass_without_a_law_is_free(wired):
     system, instances = wired("plant", "law")
-    assert Cycle(System([system["plant"]]), instances).counting == "oscillatory"
+    assert CoupledStep(System([system["plant"]]), instances).counting == "oscillatory"

@@ -1,4 +1,4 @@
-"""Limits of communication steps before anything runs, and what is said of a step beyond them."""
+"""Step limits computed before a run, and the advice for a step beyond them."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from algorithm_groups import HELD
 from spring_loop import loop
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.analysis.step_limits import LIMITED, advice, fitting, step_limits
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
@@ -101,9 +101,9 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
     system, found = loop(files)
     instances = opened(found)
     (limit,) = step_limits(system, instances, 1e-3, ["gauss_seidel"])
-    cycle = Cycle(system, instances)
-    assert advice(cycle, "gauss_seidel", 1e-3, []) is None
-    sentence = advice(cycle, "gauss_seidel", 1.1 * limit.longest, [])
+    coupled = CoupledStep(system, instances)
+    assert advice(coupled, "gauss_seidel", 1e-3, []) is None
+    sentence = advice(coupled, "gauss_seidel", 1.1 * limit.longest, [])
     assert sentence is not None
     assert "a mode grows by" in sentence
     assert f"{limit.longest:.3g}"[:4] in sentence
@@ -113,12 +113,12 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
 def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
     """The stage at its extreme gains, continuously: with plants that close their loops any step will do."""
     scene = load_scene("stage_extremes", {"execution": "continuous"})
-    cycle = Cycle(scene.system, opened(build(scene.system).files))
-    assert advice(cycle, "linearized_feedback", 1e-6, []) is None
-    sentence = advice(cycle, "quasi_newton", 1e-6, [])
+    coupled = CoupledStep(scene.system, opened(build(scene.system).files))
+    assert advice(coupled, "linearized_feedback", 1e-6, []) is None
+    sentence = advice(coupled, "quasi_newton", 1e-6, [])
     assert sentence is not None
     assert "a step of 1.549e-08 s or less" in sentence
-    assert "the algorithm linearized_feedback, stable at every step that was asked" in sentence
+    assert "the algorithm linearized_feedback, stable at every step that was evaluated" in sentence
 
 
 @pytest.mark.parametrize(

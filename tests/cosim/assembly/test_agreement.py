@@ -1,4 +1,4 @@
-"""Facts that several parts know: no scene disagrees with itself; a part changed alone is named, with its owner."""
+"""Facts shared by several parts: scenes are consistent; a change of one part is reported with the owner of the fact."""
 
 import itertools
 import random
@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from scene_variants import VARIANTS
 
 from hfsa.components._modelling.parts import argument_values
 from hfsa.cosim.assembly.agreement import conflicts, disagreements, known_facts, same
@@ -52,31 +53,14 @@ OWNERS = {
     "force per volt of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.full_voltage"},
     "free stroke of the stacks": {"pzt.stroke"},
     "full voltage of the stacks": {"pzt.full_voltage"},
-    "mass of the body on the beams": {"payload.mass"},
-    "inertia of the body on the beams": {"payload.inertia"},
-    "mass centre of the body on the beams": {"payload.center"},
+    "mass of what the beams carry": {"payload.mass"},
+    "inertia of what the beams carry": {"payload.inertia"},
+    "mass centre of what the beams carry": {"payload.center"},
 }
-
-VARIANTS = [
-    ("sdelta_hfsa", {"law": "pd", "gravity": "9.81"}),
-    ("sdelta_hfsa", {"law": "pd", "feed_forward": "rigid"}),
-    ("sdelta_hfsa", {"law": "ctc", "feedback": "pose"}),
-    ("sdelta_hfsa", {"law": "ctc_cartesian", "feed_forward": "elastic", "gravity": "9.81"}),
-    ("sdelta_shaker", {}),
-    ("sdelta_accelerometer", {}),
-    ("stage_tracking", {"law": "ctc"}),
-    ("stage_tracking", {"law": "pd_ff", "motion": "step", "stack": "hysteretic"}),
-    ("stage_tracking", {"law": "integral_ff"}),
-    ("stage_tracking", {"law": "ctc", "actuator": "force", "motion": "step"}),
-    ("stage_bode", {}),
-    ("stage_accelerometer", {"stage": "exact"}),
-    ("stage_extremes", {}),
-    ("beam_payload", {"suspension": "massless"}),
-]
 
 
 def options(name: str) -> Iterator[dict[str, Any]]:
-    """All combinations of a scene's words and switches."""
+    """Yield all combinations of a scene's options with a choice of values."""
     words = {
         a.name: a.values or (True, False)
         for a in available_scenes()[name].arguments.values()
@@ -106,7 +90,7 @@ def test_no_scene_disagrees_with_itself(name):
 
 
 def other(component: Component, name: str, value: Any, factor: float) -> Any:
-    """Another value of an argument or a variable."""
+    """Return another value of an argument or a variable."""
     argument = available_parts()[component.part].arguments.get(name)
     if argument is not None and argument.values:
         return next(word for word in argument.values if word not in (value, "measured"))
@@ -116,9 +100,9 @@ def other(component: Component, name: str, value: Any, factor: float) -> Any:
 
 
 def single_changes(system: System) -> Iterator[tuple[str, Any, str, str]]:
-    """Changes of one part: what is typed and its value, component and fact, where another part knows the fact too.
+    """Yield changes of one part: argument and value as typed, component and fact, where another part shares the fact.
 
-    Each by a factor of its own, so that no quotient of two stays as it was.
+    Each change has a different factor, so that no quotient of two values is preserved.
     """
     factors = (1.01 + 0.001 * i for i in itertools.count())
     for fact, holders in known_facts(system).items():
@@ -160,153 +144,22 @@ def test_the_sentence_names_who_differs_by_how_much_and_the_owner(name, words):
     for key, value, component, fact in single_changes(load_scene(name, words).system):
         typed.setdefault(fact, (key, value, component))
     arguments = {**words, **{key: value for key, value, _ in typed.values()}}
-    said = {
+    sentences = {
         text.partition(" differs: ")[0]: text for text in disagreements(name, arguments, load_scene(name, arguments))
     }
-    assert typed.keys() <= said.keys()
+    assert typed.keys() <= sentences.keys()
     for fact, (key, value, component) in typed.items():
-        assert component in said[fact]
-        assert isinstance(value, tuple) or key.startswith("stack[") or _shown(value) in said[fact], said[fact]
-        owners = [word.removeprefix("-p ").removesuffix("=VALUE") for word in said[fact].split("; ")[-1].split(" and ")]
+        assert component in sentences[fact]
+        assert isinstance(value, tuple) or key.startswith("stack[") or _shown(value) in sentences[fact], sentences[fact]
+        owners = [
+            word.removeprefix("-p ").removesuffix("=VALUE") for word in sentences[fact].split("; ")[-1].split(" and ")
+        ]
         owners[-1] = owners[-1].removesuffix("=VALUE changes all of them")
-        assert set(owners) <= OWNERS[fact], said[fact]
+        assert set(owners) <= OWNERS[fact], sentences[fact]
 
 
 def _shown(value: Any) -> str:
     return value if isinstance(value, str) else f"{float(value):.6g}"
-
-
-# All parts by hand ----------------------------------------------------------------------------------------------------
-
-
-def resolved(system: System) -> dict[str, tuple[Any, ...]]:
-    """Level, arguments and start values of each component, the defaults of its part among them."""
-    found = {}
-    for c in system.components:
-        part = available_parts()[c.part]
-        values = argument_values(c.part, part.build, {k: v for k, v in c.arguments.items() if part.has_argument(k)})
-        found[c.name] = (c.level, values, dict(c.start))
-    return found
-
-
-def assert_same(one: System, another: System) -> None:
-    first, second = resolved(one), resolved(another)
-    assert first.keys() == second.keys()
-    for name, (level, arguments, start) in first.items():
-        assert level == second[name][0]
-        for these, those in ((arguments, second[name][1]), (start, second[name][2])):
-            assert these.keys() == those.keys()
-            for key, value in these.items():
-                assert same(value, those[key]), f"{name}.{key}: {value} by the scene, {those[key]} by hand"
-
-
-def by_hand(name: str, words: dict[str, Any], fact: str, field: str, value: Any) -> dict[str, Any]:
-    """Every part that knows a fact given another value, and every number that an analysis made of the old one."""
-    system, typed = load_scene(name, words).system, {}
-    for known_fact, holders in known_facts(system).items():
-        if known_fact.name != fact:
-            continue
-        for holder in holders:
-            part = available_parts()[holder.source[0]]
-            argument = ".".join(filter(None, (part.facts[known_fact].name, field)))
-            if not holder.source[1]:
-                typed[f"{holder.component}.{argument}"] = value
-                continue
-            for variable, analysis in system[holder.component].computed.items():
-                if analysis.part != part.name:
-                    continue
-                changed = part.analysis(**{**analysis.arguments, argument: value})
-                stem, _, members = analysis.key.partition("[")
-                first = int(members.partition("..")[0] or 1) if members else 1
-                at = int(variable.partition("[")[2].partition("]")[0]) - 1
-                typed[f"{holder.component}.{variable}"] = float(changed[stem][first - 1 + at])
-    return typed
-
-
-CONTROL = st.fixed_dictionaries(
-    {
-        "law": st.sampled_from(["pd", "ctc", "ctc_cartesian"]),
-        "feed_forward": st.sampled_from(["none", "rigid", "elastic"]),
-        "execution": st.sampled_from(["sampled", "continuous"]),
-        "gravity": st.just(9.81),
-    }
-)
-ROBOT_FACTS = st.one_of(
-    st.tuples(st.just(("payload.mass", "payload of the SDelta", "mass")), st.floats(0, 20)),
-    st.tuples(st.just(("payload.center", "payload of the SDelta", "center")), st.tuples(*[st.floats(-0.1, 0.1)] * 3)),
-    st.tuples(
-        st.just(("payload.inertia", "payload of the SDelta", "inertia")), st.tuples(*[st.floats(0.01, 0.019)] * 3)
-    ),
-    st.tuples(st.just(("posture.rotation", "posture of the SDelta", "rotation")), st.tuples(*[st.floats(-5, 5)] * 3)),
-    st.tuples(st.just(("gravity", "gravity on the SDelta", "")), st.floats(0, 20)),
-    st.tuples(st.just(("damping", "damping ratio of the SDelta", "")), st.floats(1e-3, 0.1)),
-    st.tuples(
-        st.just(("stiffness", "stiffness of the SDelta", "")), st.sampled_from(["ch3_full", "ch3_rods", "ch4_full"])
-    ),
-)
-
-
-@settings(max_examples=40, deadline=None)
-@given(CONTROL, ROBOT_FACTS)
-def test_the_robots_arguments_are_all_parts_by_hand(words, changed):
-    (argument, fact, field), value = changed
-    assume((argument, words["feed_forward"]) != ("stiffness", "rigid"))  # which takes the robot for rigid
-    typed = by_hand("sdelta_hfsa", words, fact, field, value)
-    hand = load_scene("sdelta_hfsa", {**words, **typed})
-    assert_same(load_scene("sdelta_hfsa", {**words, argument: value}).system, hand.system)
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    st.sampled_from([words for name, words in VARIANTS if name == "stage_tracking"]),
-    st.sampled_from([("damping_time", "damping time of the stage"), ("kinematics", "kinematics of the stage")]),
-    st.floats(0, 1e-4),
-)
-def test_the_stages_arguments_are_all_parts_by_hand(words, changed, number):
-    argument, fact = changed
-    value = "calibrated" if argument == "kinematics" else number
-    typed = by_hand("stage_tracking", words, fact, "", value)
-    hand = load_scene("stage_tracking", {**words, **typed})
-    assert_same(load_scene("stage_tracking", {**words, argument: value}).system, hand.system)
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    st.sampled_from([(n, w) for n, w in VARIANTS if n.startswith("stage_") and n != "stage_extremes"]),
-    st.floats(100, 1e4),
-    st.floats(5e-6, 1e-4),
-)
-def test_another_stack_is_all_parts_by_hand(variant, force, stroke):
-    """By the formulas of a stack of the Tokin's ceramic: k33, Q_m and density as of F0 = 833 N, s0 = 16 um."""
-    name, words = variant
-    scene = load_scene(name, {**words, "pzt.blocking_force": force, "pzt.stroke": stroke})
-    size = force * stroke / (833 * 16e-6)
-    k, tip = force / stroke, size * 7700 * 5e-3 * 5e-3 * 20e-3 / 3
-    line = {"stack.stiffness": k, "stack.coupling": force / 150}
-    expected = {
-        "stage": {"stack.stiffness": k, "stack.tip_mass": tip, "stack.damping": (k * tip) ** 0.5 / 25},
-        "voltage": {**line, "maximum.voltage": 150.0},
-        "feed_forward": line,
-        **{
-            f"stack[{i}]": {
-                "maximum.force": force,
-                "maximum.elongation": stroke,
-                "maximum.voltage": 150.0,
-                "clamped_capacitance": size * (1.4e-6 - 833 * 16e-6 / 150**2),
-            }
-            for i in (1, 2, 3)
-        },
-    }
-    for component in scene.system.components:
-        if component.name == "stage" and component.arguments.get("causality") == "force":
-            continue
-        for variable, value in expected.get(component.name, {}).items():
-            assert component.start[variable] == pytest.approx(value, rel=1e-9), f"{component.name}.{variable}"
-    if "elongation" in "".join(scene.system["stage"].start):
-        rest = [scene.system["stage"].start[f"leg[{i}].elongation"] for i in (1, 2, 3)]
-        stack = {"stack.blocking_force": force, "stack.stroke": stroke}
-        volts = available_parts()["rrr_stage"].analysis(elongation=rest, **stack)["voltage"]
-        assert list(volts) == pytest.approx([75.0] * 3, rel=1e-6)
 
 
 # What does not have to agree ------------------------------------------------------------------------------------------
@@ -321,7 +174,7 @@ def robot_with(reference: str, robot: str, number: int = 1) -> tuple[list[Compon
 
 
 def test_two_machines_beside_each_other_are_two():
-    """Their postures differ, and may; within one they may not."""
+    """Postures of two machines may differ; those within one may not."""
     (one, joined), (two, apart) = robot_with("0,0,0.15", "0,0,0.15"), robot_with("0,0,0.16", "0,0,0.16", 2)
     assert conflicts(System([*one, *two], [*joined, *apart])) == []
     (two, apart) = robot_with("0,0,0.16", "0,0,0.17", 2)
@@ -344,7 +197,7 @@ def test_numbers_agree_but_for_rounding():
 
 
 def test_stacks_that_own_their_stiffness_may_differ():
-    """Each pushes by its own line; a stage that owns the stiffness of all has one number for them."""
+    """Each stack has its own line; a stage that owns the stiffness of all has one number for them."""
     stacks = [
         Component(f"stack[{i}]", "pzt_stack", None, {"causality": "force"}, {"maximum.force": 800.0 + i})
         for i in (1, 2)
@@ -358,7 +211,7 @@ def test_stacks_that_own_their_stiffness_may_differ():
 
 
 def hung(upper: float, lower: float) -> System:
-    """A body on beams, and another one hung on it: each suspension damps the body that it carries."""
+    """A body on beams, and a second one suspended from it: each suspension damps the body that it carries."""
     bodies = [Component(f"body[{i}]", "rigid_body", None, {"body.mass": m}) for i, m in ((1, 0.1), (2, 0.2))]
     beams = [
         Component(f"beams[{i}]", "beam_suspension", None, {"platform.mass": m}) for i, m in ((1, upper), (2, lower))
@@ -376,7 +229,7 @@ def test_a_body_agrees_with_the_beams_that_carry_it_not_with_those_that_hang_on_
 
 
 def test_a_mass_centre_counts_from_where_the_body_counts():
-    """The suspension's reference point may lie elsewhere than the body's: body.center = from_platform + its own."""
+    """The reference points of suspension and body may differ: body.center = from_platform + platform.center."""
     center, arm = (0.01, 0.02, 0.03), (0.004, 0.0, -0.001)
     body = Component("body", "rigid_body", None, {"body.center": center})
     join = [Connection("body.platform.position[1..3]", "beams.platform.position[1..3]")]
@@ -392,7 +245,7 @@ def test_a_controller_on_a_simpler_model_is_on_purpose():
 
 
 def test_what_a_level_does_not_use_may_differ():
-    """The rigid feed-forward knows no springs."""
+    """The rigid feed-forward has no springs."""
     for level, found in (("rigid", []), ("elastic", ["stiffness of the SDelta"])):
         scene = load_scene("sdelta_hfsa", {"feed_forward": level, "robot.stiffness": "ch3_rods"})
         assert [conflict.fact.name for conflict in conflicts(scene.system)] == found
@@ -419,21 +272,21 @@ def test_a_number_of_the_users_own_follows_from_nothing():
 MASSLESS = {"suspension": "massless", "payload.body.mass": "0.2"}
 
 
-def test_a_scene_of_the_users_own_is_asked_too(tmp_path):
+def test_a_scene_of_the_users_own_is_checked_too(tmp_path):
     scene = load_scene("beam_payload", MASSLESS)
     file = tmp_path / "mine.toml"
     file.write_text(scene_text(scene))
-    (said,) = disagreements(str(file), {}, load_scene(str(file)))
-    assert said == (
-        "mass of the body on the beams differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
+    (sentence,) = disagreements(str(file), {}, load_scene(str(file)))
+    assert sentence == (
+        "mass of what the beams carry differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
         "the scene has no argument that changes all of them"
     )
 
 
-def test_members_of_one_fmu_are_asked_too():
+def test_members_of_one_fmu_are_checked_too():
     system = fused(load_scene("beam_payload", MASSLESS).system, [["suspension", "payload"]])
     assert len(system.components) == 1
-    assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of the body on the beams"]
+    assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of what the beams carry"]
 
 
 def test_what_cannot_be_read_is_left_to_those_who_build_it():
@@ -462,47 +315,3 @@ def test_a_part_declares_names_that_it_has(name):
         assert not known.unfed or known.unfed in inputs
         assert set(known.levels) <= set(part.levels)
         assert not known.results or set(known.results) <= set(part.analysis())
-
-
-# Typed names ----------------------------------------------------------------------------------------------------------
-
-
-def test_a_range_of_components_is_each_of_them():
-    whole = load_scene("stage_tracking", {"stack[1..3].maximum.force": "2000", "stack[2..3].level": "linear"})
-    single = load_scene(
-        "stage_tracking",
-        {
-            **{f"stack[{i}].maximum.force": 2000 for i in (1, 2, 3)},
-            "stack[2].level": "linear",
-            "stack[3].level": "linear",
-        },
-    )
-    assert whole == single
-    structural = load_scene("sdelta_hfsa", {"drive[1..3].encoder_noise": "true"})
-    assert all(structural.system[f"drive[{j}]"].arguments["encoder_noise"] == "true" for j in (1, 2, 3))
-
-
-@pytest.mark.parametrize(
-    ("name", "typed", "words"),
-    [
-        ("sdelta_shaker", "gravity", "no argument 'gravity', but components have it: -p robot.gravity=VALUE"),
-        ("stage_bode", "maximum.force", r"but components have it: -p stack\[1..3\].maximum.force=VALUE"),
-        ("stage_bode", "stack[1..4].maximum.force", r"no component is called 'stack\[4\]'"),
-        ("stage_bode", "stak[1..3].maximum.force", r"did you mean stack\[1..3\].maximum.force"),
-        ("stage_bode", "stack[3..1].maximum.force", r"range \[3..1\] in stack\[3..1\] is empty"),
-        ("sdelta_hfsa", "payload.mas", "did you mean payload.mass"),
-        ("sdelta_hfsa", "body.mass", "no argument 'body.mass'; did you mean"),
-        ("beam_payload", "platform.mass", "but components have it: -p payload.platform.mass=VALUE"),
-    ],
-)
-def test_an_argument_that_is_not_there_is_answered_with_what_works(name, typed, words):
-    with pytest.raises(StructureError, match=words):
-        load_scene(name, {typed: "1"})
-
-
-def test_every_suggestion_works():
-    for name, typed, value in (("sdelta_shaker", "gravity", "1"), ("stage_bode", "maximum.force", "900")):
-        with pytest.raises(StructureError) as error:
-            load_scene(name, {typed: value})
-        suggested = str(error.value).partition("-p ")[2].removesuffix("=VALUE")
-        assert load_scene(name, {suggested: value}).system != load_scene(name).system

@@ -1,4 +1,4 @@
-"""From a scene to FMU files: names, the cache, the instruments, and what does not fit together."""
+"""Assembly of a scene from FMU files: names, cache, instruments, and misfits."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -22,7 +22,7 @@ MASS = Component("mass", "mass_on_spring")
 
 @pytest.fixture
 def counted(monkeypatch, tmp_path):
-    """An empty cache and an exporter that writes a word; the list of models it was called for."""
+    """An empty cache and a stub of the exporter; returns the list of exported models."""
     calls = []
 
     def export(model, folder, versions):

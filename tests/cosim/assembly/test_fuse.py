@@ -1,4 +1,4 @@
-"""Parts fused into one FMU: the same signals, and nothing between them that depends on the communication step."""
+"""Parts fused into one FMU: the same signals, without an effect of the communication step between the parts."""
 
 import dataclasses
 import tomllib
@@ -61,13 +61,13 @@ def test_a_fused_robot_is_exact_at_every_step(heights):
 
 
 def test_a_controller_ticks_in_a_group_as_it_does_alone(heights):
-    """What it sees of the reference is what is there at its tick, although it has moved on when the group steps."""
+    """Its measured reference is the value at its tick, although the reference has moved when the group steps."""
     apart, together = heights(SAMPLE_TIME, f"robot,{DRIVES}"), heights(SAMPLE_TIME, f"robot,{DRIVES},controller")
     np.testing.assert_allclose(together, apart, rtol=0, atol=1e-9 * np.ptp(apart))
 
 
 def test_parts_that_tick_one_after_the_other_do_so_in_a_group(opened, library):
-    """PD whose force a second sampled part turns into volts: the same course to the last bit, fused or not."""
+    """PD whose force a second sampled part converts to a voltage: identical to the last bit, fused or not."""
     scene = load_scene("stage_tracking", {"motion": "three_axis", "law": "pd", "delay": "true"})
     names = [
         "controller.axis[3].command",

@@ -1,4 +1,4 @@
-"""One fact, one owner, on running FMUs: what a scene's argument changes, what every verb says where a part differs."""
+"""One fact, one owner, on running FMUs: effect of a scene's argument, and messages of the verbs on a difference."""
 
 import json
 
@@ -38,7 +38,7 @@ def ran(opened, library):
 
 @pytest.mark.parametrize("damping_time", [0.0, 6e-5])
 def test_computed_torque_knows_the_damping_of_the_stage(ran, damping_time):
-    """On a ramp no error is left standing; (beta - beta0) K v / (M Kp) is, where the controller has a beta0 of its own.
+    """On a ramp no static error remains; it is (beta - beta0) K v / (M Kp) where the controller has another beta0.
 
     With its 6.02 us that is 363 pm of a stage without damping, and 3.2 nm of one with ten times as much.
     """
@@ -177,7 +177,7 @@ def test_another_payload_is_held_where_its_springs_let_it(ran, law, mass):
 
 
 def test_elastic_feed_forward_inverts_the_robot_with_any_payload(opened):
-    """Under continuous control nothing is left at all, where 1.36 to 1.73 of the command came of the old payload."""
+    """Under continuous control no error remains; with the old payload it was 1.36 to 1.73 of the command."""
     scene = load_scene(
         "sdelta_hfsa", {"law": "ctc", "execution": "continuous", "feed_forward": "elastic", "payload.mass": "1"}
     )
@@ -228,7 +228,7 @@ def test_a_map_says_it_of_what_it_varies(hfsa):
 
 
 def test_the_analysis_of_the_stage_takes_the_stack(hfsa):
-    code, said, _ = hfsa("analyze", "rrr_stage", "-p", "stack.stiffness=125e6", "--json")
+    code, out, _ = hfsa("analyze", "rrr_stage", "-p", "stack.stiffness=125e6", "--json")
     assert code == 0
-    bonded = json.loads(said)["natural_frequencies_bonded_hz"]
+    bonded = json.loads(out)["natural_frequencies_bonded_hz"]
     assert bonded == pytest.approx(rrr_stage.analyze(stack=Stack(stiffness=125e6))["natural_frequencies_bonded_hz"])

@@ -1,4 +1,4 @@
-"""Scenes that cannot be run as they are, at the command line: message, exit code, and what is in the file."""
+"""Scenes that cannot run, on the command line: message, exit code, and contents of the file."""
 
 import textwrap
 from pathlib import Path
@@ -32,9 +32,9 @@ def hfsa(hfsa):
     ("behaviour", "ending", "advice"),
     [
         (2, "discard", "; the FMU refuses a step of this size from here; try a smaller one"),
-        (3, "error", "; the run cannot go on; see its inputs and parameters"),
-        (4, "fatal", "; the FMU is lost to this process; see its inputs and parameters"),
-        (5, "terminated", "; the FMU asks to end the run here"),
+        (3, "error", "; the run cannot continue; check its inputs and parameters"),
+        (4, "fatal", "; the FMU cannot be used in this process any more; check its inputs and parameters"),
+        (5, "terminated", "; the FMU requests the end of the run"),
         (6, "not finite", "; where the loop is unstable at this step, a smaller one helps"),
     ],
 )
@@ -73,7 +73,7 @@ def test_an_fmu_that_kills_whoever_loads_it(hfsa, box, deadly, verb, how, words)
 
 
 def test_an_fmu_that_crashes_in_a_sweep_fails_its_points_only(hfsa, box, foreign):
-    """It crashes at 1.5 s, which only the low frequency lives to see; even one job is then a process of its own."""
+    """It crashes at 1.5 s, which only the low frequency reaches; even one job then has its own process."""
     words = ["--points", "3", "--grid", "log", "--jobs", "1", "-o", "sweep.h5"]
     code, _, _ = hfsa("sweep", box(foreign[2], behaviour=8, at=1.5), *words)
     bode = read_sweep("sweep.h5")
@@ -105,7 +105,7 @@ def test_a_rigid_robot_on_drives_with_inertia(hfsa):
 
 @pytest.fixture
 def ring(tmp_path):
-    """Write a scene of two parts that follow each other at once, through a slide of either."""
+    """Write a scene of two parts with an algebraic loop through a slide of each."""
 
     def write(slide: int) -> Path:
         scene = tmp_path / f"ring{slide}.toml"
@@ -141,7 +141,7 @@ def ring(tmp_path):
 
 
 def test_a_ring_of_feedthrough_is_refused(hfsa, ring):
-    """Where loops are not to be solved: spelt out before anything runs."""
+    """With `refuse`, the message has the path of the loop before anything runs."""
     loops = [
         "left.drive[1].slide -> right.command.position[1] -> right.drive[1].slide -> left.command.position[1] -> ",
         "right.drive[1].slide -> left.command.position[1] -> left.drive[1].slide -> right.command.position[1] -> ",
@@ -157,7 +157,7 @@ def test_a_ring_of_feedthrough_is_refused(hfsa, ring):
 
 
 def test_a_ring_of_feedthrough_of_gain_1_has_no_solution(hfsa, ring):
-    """What no values satisfy, or any do, is told as such where it was to be solved."""
+    """A loop without a solution, or with any number of them, is an error of its solution."""
     for verb in ("run", "sweep"):
         code, out, err = hfsa(verb, ring(1))
         assert (code, out) == (4, "")
@@ -208,4 +208,4 @@ def test_a_point_measured_in_the_limit_is_marked(hfsa):
     assert np.isfinite(bode.response).all()
     assert "limited: controller: axis[" in out
     assert "saturated at t = " in out
-    assert "and the response is not that to small signals; take a smaller motion or a higher limit" in out
+    assert "and the response is not the small-signal response; take a smaller motion or a higher limit" in out

@@ -1,4 +1,4 @@
-"""Engineering numbers to read: noise is 0 in whatever units, units stand beside, digits are those that count."""
+"""Engineering numbers as text: rounding noise is 0 in any units, units are shown, digits are significant."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ POWERS = st.integers(-4, 4)
 
 @given(arrays(float, (4, 3), elements=SIGNED), arrays(bool, (4, 3)), st.lists(POWERS, min_size=7, max_size=7))
 def test_noise_is_noise_in_any_units(values, noisy, powers):
-    """Units of rows and columns may be decades apart: what is far below its neighbours is 0, and nothing else."""
+    """Units of rows and columns may differ by decades: only entries far below their neighbours are 0."""
     noisy[0], noisy[:, 0] = False, False
     matrix = np.where(noisy, 1e-22 * values, values)
     matrix = matrix * 10.0 ** np.array(powers[:4])[:, None] * 10.0 ** np.array(powers[4:])

@@ -29,9 +29,9 @@ def option(function, name: str) -> set:
 @pytest.mark.parametrize(
     ("found", "table"),
     [
-        (option(_options.Stepping, "algorithm"), {"auto", *ALGORITHMS}),
-        (option(_options.Stepping, "backend"), set(BACKENDS)),
-        (option(_options.Stepping, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
+        (option(_options.SteppingOptions, "algorithm"), {"auto", *ALGORITHMS}),
+        (option(_options.SteppingOptions, "backend"), set(BACKENDS)),
+        (option(_options.SteppingOptions, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
         (option(sweep.sweep, "method"), set(METHODS)),
         (option(sweep.sweep, "grid"), set(sweeping.GRIDS)),
         (option(sweeping.sweep, "method"), set(METHODS)),

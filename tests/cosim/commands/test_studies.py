@@ -1,4 +1,4 @@
-"""Design studies on the command line: answers, the map's file and picture, and words that do not go together."""
+"""Design studies on the command line: answers, file and picture of a map, conflicting options."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ from hfsa import components
 from hfsa.components._modelling.parts import find
 from hfsa.components._modelling.study import optimum, response_map
 from hfsa.cosim.commands._studies import as_record
-from hfsa.cosim.figures.response_map import map_figure
+from hfsa.cosim.figures.response_map import response_map_figure
 
 PART = ["analyze", "tba_accelerometer"]
 
@@ -85,7 +85,7 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
 )
 def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
     study = find([components])["tba_accelerometer"].design_study()
-    figure = map_figure(as_record(response_map(study, {"tm": (low, high), "l": None}, points=11)))
+    figure = response_map_figure(as_record(response_map(study, {"tm": (low, high), "l": None}, points=11)))
     panels = [axes for axes in figure.axes if axes.get_xlabel()]
     assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
     assert panels[0].get_legend_handles_labels()[1] == entries
@@ -107,7 +107,7 @@ def test_an_optimum_says_what_stops_it_and_what_to_think_of_the_printed_one(hfsa
     assert found["responses"]["frequency_ratio"] > found["present"]["frequency_ratio"] == pytest.approx(1.506, abs=5e-4)
     code, out, _ = hfsa(*words)
     assert code == 0
-    for text in ("stopped by: a leg and its two feet", "Solve_Succeeded", "1.506", "2.884", "15.2 um", "59.5 um"):
+    for text in ("active: a leg and its two feet", "Solve_Succeeded", "1.506", "2.884", "15.2 um", "59.5 um"):
         assert text in out
     assert "The printed optimum does not follow from the printed formulas" in out
     assert "The source's bounds and requirements on its dimensions are not known" in out
@@ -128,9 +128,9 @@ WRONG = {
     "level": ([*PART, "--sensitivity", "--level", "planar"], "a design study has no argument 'level'"),
     "design": ([*PART, "--optimize", "-p", "design=memes"], "design is 'memes', expected one of mems"),
     "impossible": ([*PART, "--optimize", "-p", "dimensions.s=1e-3"], "the frame must be larger than the proof mass"),
-    "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize ask for different answers"),
-    "output": ([*PART, "--sensitivity", "-o", "x.h5"], "-o is the file of a map; it takes --map"),
-    "bounds": ([*PART, "--bounds", "10"], "--bounds are those of an optimum; they take --optimize"),
+    "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize are different studies"),
+    "output": ([*PART, "--sensitivity", "-o", "x.h5"], "-o is the file of a map, which takes --map"),
+    "bounds": ([*PART, "--bounds", "10"], "--bounds are bounds of an optimum, which takes --optimize"),
     "one dimension": ([*PART, "--map", "tm"], "a map has two dimensions, not 1: tm"),
     "same dimension": ([*PART, "--map", "tm,tm"], "--map names tm twice"),
     "dimension": ([*PART, "--map", "tn,l"], "no dimension 'tn'; did you mean tm"),
@@ -146,7 +146,10 @@ WRONG = {
     "bound": ([*PART, "--optimize", "--bounds", "tm=4e-5:1e-5"], "bounds of tm are 4e-05 to 1e-05"),
     "bound of": ([*PART, "--optimize", "--bounds", "tn=4e-5"], "no dimension 'tn'; did you mean tm"),
     "share": ([*PART, "--optimize", "--bounds", "wide"], "--bounds has 'wide', expected PERCENT or"),
-    "shares": ([*PART, "--optimize", "--bounds", "10,20"], "has more than one PERCENT; a dimension's own are NAME="),
+    "shares": (
+        [*PART, "--optimize", "--bounds", "10,20"],
+        "has more than one PERCENT; bounds of one dimension are NAME=",
+    ),
     "picture": ([*PART, "--map", "tm,l", "-o", "x.png"], "-o x.png is the map's HDF5 file; its picture is written"),
     "place": ([*PART, "--map", "tm,l", "-o", "/dev/null/x.h5"], "cannot write /dev/null/x.h5"),
 }

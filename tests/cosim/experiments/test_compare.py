@@ -1,4 +1,4 @@
-"""A comparison: what its numbers and its table say, what its figure draws, and what it refuses before anything runs."""
+"""Comparison of runs: numbers, table and figure, and refusals before anything runs."""
 
 import json
 import os
@@ -14,7 +14,7 @@ import pytest
 
 from hfsa.cosim.experiments.compare import parse_over
 from hfsa.cosim.figures.comparison import comparison_figure
-from hfsa.cosim.measurement.limit_flags import Acting
+from hfsa.cosim.measurement.limit_flags import ActiveLimit
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, measure, thinned
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.signals.prefixes import readable
@@ -126,7 +126,7 @@ def test_a_comparison_tells_limits_and_the_sampling_limit(hfsa):
 
 
 def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
-    """The FMU turns NaN at a time of its own."""
+    """The output of the FMU is NaN from a given time."""
     code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.5,9", "-j", "1", "--json")
     assert code == 1
     failed, fine = json.loads(out)["runs"]
@@ -141,7 +141,7 @@ def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
 
 
 def test_an_fmu_that_crashes_takes_only_its_own_run_with_it(hfsa, failing_scene):
-    """Even one job is then a process of its own; the other FMU only warns."""
+    """Even one job then has its own process; the other FMU only warns."""
     code, out, err = hfsa("compare", failing_scene, "--over", "box.behaviour=8,1", "-j", "1", "--json")
     assert code == 1
     crashed, fine = json.loads(out)["runs"]
@@ -200,7 +200,7 @@ def test_peaks_decades_apart_make_the_axis_logarithmic():
 
 
 def test_there_is_one_colour_per_run_one_line_style_per_member_and_one_legend():
-    limits = (Acting("pd.saturation", 0.5, 0.1, 1.5), Acting("stage.overload", 0.2, 0.1))
+    limits = (ActiveLimit("pd.saturation", 0.5, 0.1, 1.5), ActiveLimit("stage.overload", 0.2, 0.1))
     names = ("a.error", "b.force", "c.voltage", "d.stress")
     figure = comparison_figure("T", ["p", "q"], [outcome(1.0, names, limits=limits), outcome(2.0, names)])
     panels = [axes for axes in figure.axes if axes.axison]
@@ -212,7 +212,7 @@ def test_there_is_one_colour_per_run_one_line_style_per_member_and_one_legend():
     assert [line.get_xdata()[0] for line in marks] == [0.5, 1.5]  # stress spoils nothing
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
     words = [text.get_text() for legend in legends for text in legend.get_texts()]
-    assert words == ["p", "q", "[1]", "[2]", "[3]", "a limit begins to act"]
+    assert words == ["p", "q", "[1]", "[2]", "[3]", "a limit becomes active"]
 
 
 def test_a_run_that_diverges_does_not_hide_the_others():

@@ -1,4 +1,4 @@
-"""`hfsa sweep --open-loop`: what stands in the file, and what is answered."""
+"""`hfsa sweep --open-loop`: contents of the file, and the answer."""
 
 import json
 

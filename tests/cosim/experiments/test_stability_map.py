@@ -1,4 +1,4 @@
-"""Maps of stability: known borders lie where they belong, simulations agree, and what cannot be mapped is told."""
+"""Stability maps: known borders, agreement with simulations, and refusals."""
 
 import json
 
@@ -60,7 +60,7 @@ def test_a_posture_is_mapped_by_one_of_its_angles():
 
 
 def test_passes_that_lead_nowhere_are_unstable():
-    """Beyond 2.807 ms, while the step that they should lead to is stable up to 4.109 ms."""
+    """Beyond 2.807 ms the iteration diverges, while the converged step is stable up to 4.109 ms."""
     axes = [Axis("step_size", np.array([2e-3, 3e-3, 4e-3, 4.5e-3]))]
     found = stability_map("sdelta_hfsa", {"execution": "continuous"}, axes, algorithm="fixed_point")
     assert found.stable.tolist() == [True, False, False, False]
@@ -77,7 +77,7 @@ def test_a_window_where_a_mode_meets_half_the_frequency_of_the_steps():
 
 
 def test_what_is_undamped_is_stable_whatever_the_sign_of_rounding():
-    """Nothing of it grows, nothing decays, and so no simulation can tell."""
+    """Modes neither grow nor decay, so that no simulation can decide."""
     found = stability_map("mass_on_spring", {"damping": "0"}, [parse_axis("step_size=1e-4:1e-2:8")])
     assert found.stable.all()
     assert np.abs(found.growth).max() < 1e-9
@@ -101,12 +101,12 @@ def test_wrong_words(words, expected):
 def test_what_cannot_be_mapped():
     with pytest.raises(StructureError, match="did you mean bandwidth"):
         stability_map("sdelta_hfsa", {}, [parse_axis("bandwith=1:2:2")])
-    with pytest.raises(StructureError, match="no map is known of monolithic"):
+    with pytest.raises(StructureError, match="no stability map for monolithic"):
         stability_map("mass_on_spring", {}, [parse_axis("step_size=1e-4:1e-3:2")], algorithm="monolithic")
     with pytest.raises(StructureError, match="one or two --vary; found 0"):
         stability_map("mass_on_spring", {}, [])
     axis = parse_axis("damping=0:1:2")
-    with pytest.raises(StructureError, match="--vary damping is said twice"):
+    with pytest.raises(StructureError, match="--vary damping is given twice"):
         stability_map("mass_on_spring", {}, [axis, axis])
     with pytest.raises(StructureError, match=r"--vary damping and -p damping=0.5: leave one out"):
         stability_map("mass_on_spring", {"damping": "0.5"}, [axis])

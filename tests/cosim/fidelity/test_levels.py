@@ -1,4 +1,4 @@
-"""Level auto: the cheapest level within the tolerance, what it is measured against, and what cannot be chosen."""
+"""Level auto: the cheapest level within the tolerance, its reference, and impossible choices."""
 
 import json
 from dataclasses import replace
@@ -11,8 +11,8 @@ from hfsa.components import tba_accelerometer
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.fidelity.level_error import ask
-from hfsa.cosim.signals.response_scale import filled
+from hfsa.cosim.fidelity.level_error import reference_of
+from hfsa.cosim.signals.response_scale import fill_valleys
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -71,7 +71,7 @@ def test_it_moves_out_of_its_plane_where_that_is_recorded(library):
 
 
 def test_an_output_that_a_level_does_not_have_counts_although_nothing_moves_it(library):
-    """Shaken in its plane the sensor does not leave it; but whoever records that wants a level that could."""
+    """A sensor shaken in its plane stays there; to record motion out of it a scene needs a level with that output."""
     scene = replace(sensor_scene(), outputs=[POSITION.format("1"), POSITION.format("3")])
     choice = levels.choose(scene, library)["sensor"]
     assert choice.level == "spatial"
@@ -96,7 +96,7 @@ def test_a_rigid_robot_will_do_far_below_its_resonance(library):
     assert low.level == "rigid"
     assert low.error == pytest.approx((1.0 / 24.54) ** 2, rel=0.02)
     assert levels.choose(replace(scene, band=(0.1, 2.0), tolerance=0.002), library)["robot"].level == "cartesian"
-    assert levels.settled(scene, {"robot": low}).system["robot"].level == "rigid"
+    assert levels.with_chosen(scene, {"robot": low}).system["robot"].level == "rigid"
 
 
 def test_a_level_that_does_not_fit_its_neighbours_takes_no_part(library):
@@ -114,11 +114,11 @@ def test_start_values_that_a_level_leaves_out_and_outputs_that_it_lacks(library)
     assert choice.level == "linear"  # which `hysteretic` without hysteresis is
     assert choice.error < 1e-9
     assert choice.errors["static"] > 0.1
-    assert "amplifier.resistance" in levels.settled(scene, {"stack[1]": choice}).system["stack[1]"].start
+    assert "amplifier.resistance" in levels.with_chosen(scene, {"stack[1]": choice}).system["stack[1]"].start
     recorded = replace(scene, band=(1.0, 20.0), outputs=["stage.stack[1].force"], tolerance=0.02)
     stage = replace(recorded.system["stage"], level="auto")
     system = System([stage, *recorded.system.components[1:]], recorded.system.connections)
-    named = levels.settled(replace(recorded, system=system), {"stack[1]": choice})
+    named = levels.with_chosen(replace(recorded, system=system), {"stack[1]": choice})
     found = levels.choose(named, library)["stage"]
     assert found.level == "constant_jacobian"
     assert found.errors["jacobian"] == 1
@@ -158,11 +158,11 @@ def test_a_motion_of_its_own(library):
 def test_what_was_measured_is_not_measured_again(library, monkeypatch):
     scene = sensor_scene(band=(200.0, 570.0))
     before = levels.choose(scene, library)
-    monkeypatch.delattr(levels, "_Judge")
+    monkeypatch.delattr(levels, "_LevelChoices")
     assert levels.choose(scene, library) == before
     with pytest.raises(NameError):
         levels.choose(replace(scene, tolerance=0.011), library)
-    assert levels.choose(levels.settled(scene, before), library) == {}
+    assert levels.choose(levels.with_chosen(scene, before), library) == {}
 
 
 # What an error is relative to -----------------------------------------------------------------------------------------
@@ -177,9 +177,9 @@ def test_slopes_and_resonances_stay_and_notches_are_filled(points):
         "resonance": np.abs(1 / (1 - (f / 100) ** 2 + 0.02j * f / 100)),
     }
     for size in curves.values():
-        np.testing.assert_allclose(filled(size[:, None], f)[:, 0], size, rtol=1e-12)
+        np.testing.assert_allclose(fill_valleys(size[:, None], f)[:, 0], size, rtol=1e-12)
     notch = np.abs(1 - (f / 100) ** 2 + 0.001j)
-    full = filled(notch[:, None], f)[:, 0]
+    full = fill_valleys(notch[:, None], f)[:, 0]
     assert full[np.abs(f - 100).argmin()] == pytest.approx(0.59, abs=0.1)  # where an octave about it begins and ends
     np.testing.assert_allclose(full[(f < 60) | (f > 160)], notch[(f < 60) | (f > 160)])
 
@@ -188,11 +188,11 @@ def test_a_zero_that_moves_a_little_is_a_little_wrong(library):
     """The robot's antiresonance at 31.8 Hz, with another damping: at the zero itself, |H| is almost all damping."""
     horizontal = {"inputs": ["reference.command.position[1]"], "outputs": ["robot.platform.position[1]"]}
     scene = replace(load_scene("sdelta_shaker"), band=(30.0, 34.0), **horizontal)
-    question = ask(scene, library)
+    reference = reference_of(scene, library)
     robot = replace(scene.system["robot"], start={"damping_ratio": 0.011})
     other = System([scene.system["reference"], robot], scene.system.connections)
-    assert question.error(scene.system) == 0
-    assert 1e-3 < question.error(other) < 0.05
+    assert reference.error(scene.system) == 0
+    assert 1e-3 < reference.error(other) < 0.05
 
 
 # What cannot be chosen ------------------------------------------------------------------------------------------------
@@ -211,9 +211,7 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
     scene = sensor_scene()
     components = [*scene.system.components, Component("other", str(foreign[2]))]
     silent = replace(scene, system=System(components), outputs=["other.y"])
-    with pytest.raises(
-        StructureError, match=r"no answer there: other: .*derivatives.*; name the levels \(sensor: static"
-    ):
+    with pytest.raises(StructureError, match=r"no response: other: .*derivatives.*; name the levels \(sensor: static"):
         levels.choose(silent, library)
     with pytest.raises(StructureError, match="no output of the scene moves"):
         levels.choose(replace(scene, outputs=[POSITION.format(2)]), library)
@@ -225,7 +223,7 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
 CHOICE = ["-p", "robot.level=auto", "--input", "command.position[3]", "--tolerance", "0.01"]
 
 
-def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_sweep_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "sweep.h5"
     words = [*CHOICE, "--signal", "platform.position[3]", "--to", "2", "--from", "0.5", "--method", "linear"]
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--json"]) == 0
@@ -245,7 +243,7 @@ def test_a_sweep_says_and_keeps_its_choice(tmp_path, capsys):
     assert main(["sweep", "sdelta_shaker", *words, "--points", "5", "-o", str(path), "--resume"]) == 0
 
 
-def test_a_run_says_and_keeps_its_choice(tmp_path, capsys):
+def test_a_run_reports_and_stores_its_choice(tmp_path, capsys):
     path = tmp_path / "run.h5"
     assert main(["run", "sdelta_shaker", *CHOICE, "--stop", "0.01", "-o", str(path), "--json"]) == 0
     answer = capsys.readouterr()

@@ -1,4 +1,4 @@
-"""A Bode plot shows measured points on theoretical lines, marks resonances, and names its units."""
+"""Bode plots: measured points on theoretical lines, labelled resonances, units."""
 
 from dataclasses import replace
 from functools import cache
@@ -74,7 +74,7 @@ def axes_of(figure):
 
 
 def legend_of(figure):
-    """Return the words of the one legend of a figure or of a part of it."""
+    """Return the labels of the one legend of a figure or of a part of it."""
     (legend,) = figure.legends
     return [text.get_text() for text in legend.get_texts()]
 
@@ -241,7 +241,7 @@ def test_long_names_and_many_labels_stay_within_the_figure(sweep):
 
 
 def robot(frequency, outputs=6, inputs=6, modes=(13.9, 27.4, 30.8)):
-    """Every output follows every input, with resonances of its own sizes, as of a robot in no particular posture."""
+    """Every output responds to every input, with different resonances, as of a robot in a general posture."""
     names = [(f"{kind}[{i}]", unit) for kind, unit in (("rotation", "rad"), ("position", "m")) for i in (1, 2, 3)]
     s, weight = 2j * np.pi * frequency, np.random.default_rng(4).normal(size=(6, 6, len(modes)))
     poles = [1 / (s**2 + 0.04 * np.pi * mode * s + (2 * np.pi * mode) ** 2) for mode in modes]
@@ -283,7 +283,7 @@ def single(sweep):
 
 @pytest.fixture(scope="module")
 def draw(sweep):
-    """Draw a case, once, so that everything has its place."""
+    """Draw a case once, which fixes the layout."""
 
     @cache
     def figure(case):
@@ -300,7 +300,7 @@ def drawn(draw, request):
 
 
 def boxes(figure):
-    """Return the place of every text that is seen, with its words: not those of ticks beyond the ends of an axis."""
+    """Return box and text of every visible label, without ticks beyond the ends of an axis."""
     beyond = {
         label
         for axes in figure.findobj(Axes)

@@ -1,4 +1,4 @@
-"""One instance: the same in FMI 2 and 3, ours and of another maker, reused, saved, and honest about failure."""
+"""Co-Simulation instance: equal in FMI 2 and 3, of hfsa and foreign FMUs; reset, saved states, failures."""
 
 import gc
 import multiprocessing
@@ -69,7 +69,7 @@ def test_an_output_follows_an_input_without_a_step(files, open_fmu, version):
 
 @VERSIONS
 def test_prepared_calls_share_an_array(files, open_fmu, version):
-    """What one instance puts out is what another takes in, and nothing is copied in between."""
+    """Output and input of two instances share one array, without a copy."""
     plant, controller = open_fmu(files["Plant", version]), open_fmu(files["Pd", version])
     shared = np.zeros(2)
     get = plant.getter(plant.handle(["position"], shared[1:]))

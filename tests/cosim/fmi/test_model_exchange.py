@@ -1,4 +1,4 @@
-"""One instance in Model Exchange: modes, states, derivatives, ticks as time events, and what an FMU may lack."""
+"""Model Exchange instance: modes, states, derivatives, ticks as time events, missing capabilities."""
 
 import math
 from ctypes import c_double
@@ -109,7 +109,7 @@ def test_both_interfaces_of_one_file(files, exchange, opened, version):
 
 @VERSIONS
 def test_an_fmu_without_model_exchange(foreign, version):
-    with pytest.raises(StructureError, match="no Model Exchange interface, which the monolithic algorithms take"):
+    with pytest.raises(StructureError, match="no Model Exchange interface, which the monolithic algorithms use"):
         open_instances({"it": foreign[version]}, ModelExchangeInstance)
 
 

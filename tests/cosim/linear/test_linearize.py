@@ -1,4 +1,4 @@
-"""The exact response from the FMUs' own derivatives, against closed forms."""
+"""The exact response from the FMUs' directional derivatives, against closed forms."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The linear response through sampled FMUs, against sampled-data formulas and recursions written out here."""
+"""Linear response of systems with sampled FMUs, against sampled-data formulas and explicit recursions."""
 
 from typing import Literal
 
@@ -73,7 +73,7 @@ class MotorPlant:
         return np.moveaxis(np.array(found), 1, 0)
 
     def continuous(self, frequency):
-        """Return the same with a controller that never holds."""
+        """Return the same with a continuous controller."""
         return np.array(
             [
                 self.C
@@ -162,7 +162,7 @@ T = 0.02
 
 
 def plant() -> Model:
-    """A mass on a spring with two inputs, one of which it passes on at once."""
+    """A mass on a spring with two inputs, one of them with direct feedthrough."""
     m = Model("TwoInputs", "Mass on a spring")
     force = m.input("force", "1", "Held by a controller")
     load = m.input("load", "1", "Disturbance")
@@ -186,7 +186,7 @@ def filter_() -> Model:
 
 
 def law() -> Model:
-    """A sampled gain with a state that remembers."""
+    """A sampled gain with a state."""
     m = Model("Law", "Sampled control")
     m.sample_time(T)
     u, wanted = m.input("u", "1", "In"), m.input("wanted", "1", "Reference")

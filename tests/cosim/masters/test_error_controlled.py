@@ -1,4 +1,4 @@
-"""The error-controlled communication step, where it is hard: a loop on which masters that hold inputs stall."""
+"""The error-controlled communication step on a stiff loop, which is unstable with held inputs."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Extremes: gains, damping, amplitude, stiffness, steps and values far from the usual, against closed forms.
+"""Extreme gains, damping, amplitudes, stiffnesses, steps and values, against closed forms.
 
 Each works to the accuracy that its test states, or stops with a message that says what happened.
 """
@@ -101,7 +101,7 @@ def recorded(master: Master, steps: int) -> np.ndarray:
 
 
 def test_gains_of_5e16_held(stiff_loop):
-    """Each step of 1 ns is what the plant does under a held force, to 12 digits of the largest values, from 1 nm on."""
+    """Each step of 1 ns equals the motion under a held force, to 12 digits of the largest values, from 1 nm on."""
     moved = expm(1e-9 * np.array([[0, 1, 0], [-100, -0.5, 1], [0, 0, 0]]))
     step = moved[:2, :2] - np.outer(moved[:2, 2], GAINS)
     expected = [np.array([1e-9, 0.0])]
@@ -113,7 +113,7 @@ def test_gains_of_5e16_held(stiff_loop):
 
 
 def test_gains_of_5e16_iterated(stiff_loop):
-    """On lines, at 0.5 and 0.25 ns: an error of second order in the step."""
+    """With inputs on lines, at 0.5 and 0.25 ns: an error of second order in the step."""
     exact = expm(10e-9 * np.array([[0, 1], [-100 - GAINS[0], -0.5 - GAINS[1]]]))[0, 0] * 1e-9
     errors = [abs(recorded(stiff_loop("quasi_newton", 10e-9 / n), n)[-1, 0] - exact) for n in (20, 40)]
     assert errors[1] < 1e-3 * exact
@@ -244,7 +244,7 @@ def test_a_start_value_that_is_not_finite_is_refused(files, opened, value):
 @VERSIONS
 @pytest.mark.parametrize("value", [5e-324, 1e-310, 1e-300])
 def test_denormals(plant_master, version, loop, value):
-    """They are numbers: the mass answers in proportion, to 9 digits or what a denormal has of them."""
+    """Denormals are numbers: the response is proportional to 9 digits, or to all digits of a denormal."""
     master = plant_master(version, loop)
     ends = []
     for force in (value, 1.0):

@@ -37,7 +37,12 @@ def compiled(tmp_path):
     ("name", "old", "new", "words"),
     [
         ("algebraic_loop.h", "  int passes;", "  int passes, more;\n  double room;", "another Loop .*: Loop is 120, "),
-        ("iterated.h", "double tolerance, rounding, reuse;", "double rounding, tolerance, reuse;", "another Converge "),
+        (
+            "iterated.h",
+            "double tolerance, rounding, reuse;",
+            "double rounding, tolerance, reuse;",
+            "another IteratedStep ",
+        ),
         ("iterated.h", "int tried, rounds;", "long long tried, rounds;", "another Progress "),
         ("call.h", "  int is_final;", "  short is_final, other;", "another Call .*: Call.other is 58, expected None"),
         ("step.h", "COMPLETE, CALL_NOT_OK", "CALL_NOT_OK, COMPLETE", "another .*: .* is [01], expected [01]"),

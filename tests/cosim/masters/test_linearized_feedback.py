@@ -1,4 +1,4 @@
-"""Linearised feedback: second order, and stable where held inputs explode in two steps."""
+"""Linearised feedback: of second order, and stable where held inputs diverge within two steps."""
 
 import itertools
 from pathlib import Path
@@ -77,7 +77,7 @@ def run(opened, library):
 
 @pytest.mark.parametrize(("step_size", "expected"), [(1e-6, 4.6e-13), (1e-5, 4.7e-11), (1e-4, 4.7e-9)])
 def test_the_stage_tracks_at_the_sources_gains_at_every_step(run, step_size, expected):
-    """Kp = 5e16, Kv = 6e8: what is left is what the reference bends within a step, r'' H^2 / 2."""
+    """Kp = 5e16, Kv = 6e8: the remaining error is the curvature of the reference within a step, r'' H^2 / 2."""
     found = run(stage(5e16, 6e8), step_size, 100 * step_size, [ERROR, ACCELERATION])
     error, bend = np.abs(found[ERROR][20:]), np.abs(found[ACCELERATION][19:-1]) * step_size**2 / 2
     assert error.max() == pytest.approx(expected, rel=0.03)
@@ -131,7 +131,7 @@ def test_it_is_of_second_order_on_the_stage(run):
 
 
 def test_it_is_of_second_order_on_the_robot(run):
-    """Motors, controller and robot, each its own FMU: limb forces and torques both come back to the drives."""
+    """Motors, controller and robot as separate FMUs: limb forces and torques both feed back to the drives."""
     names = ["robot.platform.position[1]", "robot.platform.position[3]", "drive[1].motor[1].angle"]
     start = {"reference.command.position[3]": 10e-6, "reference.command.position[1]": 5e-6}
     ends = [run(robot(), 1e-3 / n, 20e-3, names, **start).values[-1] for n in (1, 2, 4, 8)]
@@ -139,7 +139,7 @@ def test_it_is_of_second_order_on_the_robot(run):
 
 
 def test_with_a_fused_robot_a_linear_controller_is_exact(run):
-    """All that PD follows moves within one FMU, which takes the linear whole as it is."""
+    """All measurements of PD are states of one FMU, so the linear loop is integrated exactly."""
     names = ["robot.platform.position[1]", "robot.platform.position[3]"]
     system = fused(robot(), [["robot", "drive[1]", "drive[2]", "drive[3]"]])
     start = {"reference.command.position[3]": 10e-6}
@@ -181,7 +181,7 @@ def test_a_fused_robot_bears_any_bandwidth(run):
 
 
 def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
-    """Against the matrix exponential, and what is read at each point is true of that point."""
+    """Against the matrix exponential; values read at each point belong to that point."""
     files, system = filtered_loop
     A = np.array([[0, 1, 0], [-2500, -0.5, -2000], [-200, 0, -200]])
     rest = np.linalg.solve(A, [0, -2400, -200])
@@ -204,7 +204,7 @@ def test_a_controller_with_states_is_of_second_order(opened, filtered_loop):
 
 
 def recorded(names: list[str], steps: int):
-    """Return what runs a master for so many steps and records."""
+    """Return a function that runs and records a master for a number of steps."""
 
     def run(master):
         recording = master.record(names, rows=steps + 1)
@@ -264,7 +264,7 @@ def rooted() -> Model:
 
 @pytest.mark.parametrize("is_controller", [True, False], ids=["gains", "rates"])
 def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exported, foreign, is_controller):
-    """Of the gain where the root closes the loop, of its rate where it only listens; the mass begins at 0."""
+    """The gain is infinite where the root closes the loop, the rate where it only measures; the mass starts at 0."""
     files, system = filtered_loop
     version = 3 if files["mass"].name.endswith("fmi3.fmu") else 2
     files = {**files, "root": exported(rooted())[version], "listener": foreign[version]}
@@ -289,7 +289,7 @@ def test_a_derivative_that_is_refused_is_told_alike(both, filtered_loop, exporte
 
 def test_a_scene_without_such_a_loop_is_refused(opened):
     system = load_scene("stage_tracking", {"actuator": "force"}).system
-    with pytest.raises(StructureError, match="no output of a component comes back to it through a continuous one"):
+    with pytest.raises(StructureError, match="no output of a component returns to it by direct feedthrough"):
         make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-5)
 
 
@@ -299,20 +299,20 @@ def test_a_finished_fmu_has_no_ports(opened, files):
         [Connection("plant.position", "law.position"), Connection("law.force", "plant.force")],
     )
     with pytest.raises(
-        StructureError, match=r"plant: Plant.fmi2.fmu has no port feedback.gain.force.position, with which"
+        StructureError, match=r"plant: Plant.fmi2.fmu has no feedback port feedback.gain.force.position; only parts"
     ):
         make_master(opened(with_ports(build(system), "linearized_feedback").files), system, "linearized_feedback", 1e-3)
 
 
 def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
-    """Its loop is closed by lines, which at this step is enough; the part's own goes on as it is."""
+    """Its loop is closed by lines, which is enough at this step; the loop of the part is closed as before."""
     own, system = filtered_loop
     finished = [Component("box", str(files["Plant", 2])), Component("box_law", str(files["Pd", 2]))]
     loop = [Connection("box.position", "box_law.position"), Connection("box_law.force", "box.force")]
     both = System([*finished, *system.components], [*loop, *system.connections])
     paths = {"box": files["Plant", 2], "box_law": files["Pd", 2], **own}
     master = make_master(opened(paths), both, "linearized_feedback", 1e-3)
-    assert master.warnings["box"].endswith("with which only parts are exported; force moves on a line instead")
+    assert master.warnings["box"].endswith("only parts are exported with it; force moves on a line instead")
     assert "mass" not in master.warnings
     master.initialize(starts={"box.x": 0.1})
     master.advance(1000)
@@ -322,7 +322,7 @@ def test_a_finished_fmu_beside_a_part_is_told_of(opened, files, filtered_loop):
 
 
 def test_it_is_an_algorithm_of_the_command_line(hfsa):
-    """The limbs' forces are fed back to the drives: at 0.25 ms a fiftieth of the error that held ones make."""
+    """The limbs' forces are fed back to the drives: at 0.25 ms a fiftieth of the error of held forces."""
     options = ["sdelta_hfsa", "--stop", "20e-3", "--frequency", "30", "--input", "command.position[3]"]
     height, found = "robot.platform.position[3]", {}
     for name, algorithm, more in (

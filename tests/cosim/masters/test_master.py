@@ -1,4 +1,4 @@
-"""The master, with either stepping loop: each algorithm against its discrete equations, and two masters of others."""
+"""Master with either stepping loop: each algorithm against its discrete equations and two foreign masters."""
 
 import signal
 import threading
@@ -84,7 +84,7 @@ def test_trajectory(master, files, version, algorithm):
 
 
 def test_the_algorithms_differ(master, files):
-    """So that none of the tests above passes for another."""
+    """No algorithm passes the test of another."""
     runs = [trajectory(algorithm, 5e-3, 200) for algorithm in HELD]
     assert min(np.abs(a - b).max() for i, a in enumerate(runs) for b in runs[:i]) > 1e-3
 
@@ -113,7 +113,7 @@ def test_sampled_instances_step_first(master, files, algorithm, every, ticks):
 
 
 def test_a_tick_reaches_through_direct_feedthrough(master, files, foreign):
-    """The acceleration follows the force at once: what is told the acceleration steps with the force of this tick."""
+    """The acceleration has direct feedthrough from the force, so its targets step with the force of this tick."""
     found = {"watcher": foreign[2], "plant": files["Plant", 2], "pd": files["SampledPd", 2]}
     connections = [*LOOP, Connection("plant.acceleration", "watcher.u")]
     m = master(found, connections, "jacobi", step_size=0.01, starts={"plant": {"x": 1.0}})
@@ -140,7 +140,7 @@ def test_the_order_of_components_is_the_order_of_steps(master, files):
 
 
 def test_nothing_is_fetched_or_set_twice(master, files):
-    """One get and one set per connection and step, whatever the algorithm says it does."""
+    """One get and one set per connection and step, for every algorithm."""
     for algorithm in HELD:
         m = loop(master, files, 2, algorithm)
         assert sorted(type(action).__name__ for action in m.cycle) == sorted(2 * ["Stepper", "Group", "Transfer"])
@@ -224,7 +224,7 @@ def test_start_values_that_do_not_exist_or_are_no_numbers(master, files):
 
 @pytest.mark.parametrize(("gain", "settles"), [(0.5, True), (-2.0, False)])
 def test_values_that_do_not_settle(master, foreign, gain, settles):
-    """Two FMUs that follow each other at once although they deny it: y = 1 + gain u, both ways."""
+    """Two FMUs with undeclared direct feedthrough from each other: y = 1 + gain u, both ways."""
     lie = {"behaviour": 7.0, "at": gain}
     connections = [Connection("a.y", "b.u"), Connection("b.y", "a.u")]
     m = master({"a": foreign[2], "b": foreign[2]}, connections, starts={"a": lie, "b": lie})
@@ -280,7 +280,7 @@ def test_setting_between_steps(master, files):
 )
 @pytest.mark.parametrize("connected", [True, False])
 def test_a_response_that_leaves_its_bounds(master, foreign, starts, status, words, connected):
-    """Connected or only recorded; what was recorded until then is kept, the point that is wrong included."""
+    """Connected or only recorded; all rows until then are kept, the wrong one included."""
     connections = [Connection("spring.y", "other.u")] if connected else []
     m = master({"spring": foreign[2], "other": foreign[2]}, connections, step_size=0.01, starts={"spring": starts})
     recording = m.record(["other.u" if connected else "spring.y"], rows=101)

@@ -1,4 +1,4 @@
-"""All FMUs as one equation: against closed forms, as the limit of co-simulation, and honest where it cannot go on."""
+"""Monolithic integration: against closed forms, as the limit of co-simulation, and its errors."""
 
 import sys
 from dataclasses import replace
@@ -88,7 +88,7 @@ def test_a_loop_of_two(master, files, version, algorithm, error):
 @ALGORITHMS
 @pytest.mark.parametrize("start_time", [0.0, 1000.1])
 def test_a_sampled_loop(master, files, version, start_time, algorithm, error):
-    """The integrator stops at each tick; what is recorded there is from before it."""
+    """The integrator stops at each tick; the values recorded there are those before it."""
     found = {"plant": files["Plant", version], "pd": files["SampledPd", version]}
     one = master(found, LOOP, 2.5e-3, {"plant": {"x": 1.0}}, algorithm)
     E = expm(np.block([[np.array([[0, 1, 0], [-100, -0.5, 1.0]])], [np.zeros((1, 3))]]) * 2.5e-3)
@@ -177,7 +177,7 @@ def follower() -> Model:
 
 @ALGORITHMS
 def test_gains_of_5e16_at_1_nm(master, files, exported, algorithm, error):
-    """The force is what 5e16 makes of the last digits of 1 nm, which CVODE has; all else is as exact as ever."""
+    """The force has the error of the last digits of 1 nm times 5e16; all other values are exact as before."""
     gain = (STIFF_KP + 1j * OMEGA * STIFF_KV) / (STIFF_KP + 100 - OMEGA**2 + 1j * OMEGA * (STIFF_KV + 0.5))
     phasor = AMPLITUDE * gain
     found = {"source": exported(oscillation())[2], "pd": exported(follower())[2]}
@@ -244,7 +244,7 @@ def test_the_method_suits_the_poles(master, mass_on_spring_files, poles, horizon
 def test_without_derivatives_of_the_fmus(files, algorithm, error):
     fmus = {name: Fmu(files[kind, 2], "model_exchange") for name, kind in (("plant", "Plant"), ("pd", "Pd"))}
     for fmu in fmus.values():
-        fmu.description = replace(fmu.description, has_derivatives=False, awaits_steps=True)
+        fmu.description = replace(fmu.description, has_derivatives=False, needs_completed_steps=True)
     instances = {name: ModelExchangeInstance(fmu, name) for name, fmu in fmus.items()}
     system = System([Component("plant", "x", start={"x": 1e-6}), Component("pd", "x")], LOOP)
     one = make_master(instances, system, algorithm, 0.01)
@@ -267,7 +267,7 @@ def pendulum() -> Model:
 
 @pytest.mark.parametrize("algorithm", [MONOLITHIC, MONOLITHIC_DAE])
 def test_an_fmus_own_solver_has_no_part(master, exported, algorithm):
-    """No tolerance of its own limits what is solved here."""
+    """The FMU's own tolerance does not limit the accuracy."""
     files = {"it": exported(pendulum())[2]}
     fine = recorded(master(files, (), 0.1, algorithm=algorithm), ["it.angle"], 5)
     coarse = master(files, (), 0.1, {"it": {"solver.relative_tolerance": 0.1}}, algorithm)
@@ -332,7 +332,7 @@ def test_more_steps_than_anybody_waits_for(monkeypatch, master, mass_on_spring_f
 @VERSIONS
 @ALGORITHMS
 def test_an_fmu_that_refuses_a_state(master, exported, version, algorithm, error):
-    """A shorter step is tried where an FMU refuses; where none does, the FMU's own words end the run."""
+    """A shorter step follows a refusal of an FMU; where none helps, the run ends with the FMU's message."""
     one = master({"it": exported(rooted())[version]}, (), 0.1, algorithm=algorithm)
     one.initialize()
     one.advance(6)

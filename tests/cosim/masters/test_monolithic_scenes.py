@@ -1,4 +1,4 @@
-"""The FMUs as one equation on the scenes: what co-simulation tends to, as exact as its tolerance, and no slower."""
+"""Monolithic integration of scenes: the limit of co-simulation, as exact as its tolerance, and as fast."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_the_robots_co_simulation_tends_to_it(library):
 
 
 def test_the_stages_co_simulation_is_it(library):
-    """Nothing is exchanged between the stage's ticks that could be late."""
+    """No value that could be late is exchanged between the stage's ticks."""
     scene, names = STAGE
     exact = simulated(*scene, "monolithic", 1e-5, 1e-3, names)
     assert errors([simulated(*scene, "gauss_seidel", 1e-5, 1e-3, names, None, library)], exact)[0] < 1e-9

@@ -1,4 +1,4 @@
-"""Every algorithm on offer has a measured order of convergence, on the robot and on the stage, against closed forms.
+"""Measured order of convergence of every algorithm, on the robot and on the stage, against closed forms.
 
 The robot, its motors and controller, each its own FMU, are linear once the command stands: a matrix exponential. The
 stage under computed torque on its own model is nonlinear, yet its errors obey e'' + Kv e' + Kp e = 0. Both controls act
@@ -26,7 +26,7 @@ from hfsa.cosim.systems.system import Component, Connection, System
 
 AXES, STACKS = "axis[1..3]", "stack[1..3]"
 POINTS = 10
-"""At which a run is compared."""
+"""Time of the comparison."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def test_order_of_convergence(case, library, algorithm, order):
 
 
 def test_error_controlled_is_of_first_order_in_its_tolerance(case, library):
-    """And so of second order in the number of the steps that it takes."""
+    """The error is thus of second order in the number of steps."""
     runs = [case.run(ERROR_CONTROLLED, 1, library, tolerance) for tolerance in (1e-1, 1e-2, 1e-3)]
     errors, steps = np.array(runs).T
     assert np.log10(errors[:-1] / errors[1:]) == pytest.approx(1, abs=0.15)
@@ -129,7 +129,7 @@ def test_error_controlled_is_of_first_order_in_its_tolerance(case, library):
 
 @pytest.mark.parametrize(("algorithm", "error"), [(MONOLITHIC, 1e-9), (MONOLITHIC_DAE, 5e-9)])
 def test_monolithic_has_no_step_to_converge_by(case, library, algorithm, error):
-    """It is exact as it is, wherever values are recorded.
+    """Its error does not depend on the recorded points.
 
     On the stage CVODE errs by less than 1e-12, IDA by 3e-10. On the robot 5e-10 of 0.1 um are left: so far it drifts
     with no command as well, as its start values are rounded; IDA errs by 2e-9.

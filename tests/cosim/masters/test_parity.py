@@ -1,4 +1,4 @@
-"""The shipped scenes in other masters: the same FMUs, stepped by ecos and libcosim, go where `jacobi_plain` goes."""
+"""Shipped scenes in other masters: the same FMUs, stepped by ecos and libcosim, agree with `jacobi_plain`."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from hfsa.cosim.systems.system import System
 STEPS = 1500
 FREQUENCY = 20.0
 ROUNDING = 1e-21
-"""What outputs in SI units that should stay at rest may differ by."""
+"""Tolerance in SI units for outputs that should stay at rest."""
 
 STEP_SIZES = {"stage_bode": 10e-6}
 """Steps [s] other than the scene's: ecos adds them up, and 5 us to times whose last digit shows in a pose of 5 pm."""
@@ -42,7 +42,7 @@ def excited(scene: Scene, version: int) -> System:
 
 
 class Moving:
-    """A scene that is excited or has a motion of its own, and what `jacobi_plain` makes of it."""
+    """A scene with an excitation or its own motion, and its run by `jacobi_plain`."""
 
     def __init__(self, scene_name: str, version: int):
         scene = load_scene(scene_name)
@@ -58,7 +58,7 @@ class Moving:
         return np.array([describe(self.files[component]).variables[name].unit for component, name in named])
 
     def follows_at_once(self) -> np.ndarray:
-        """Whether each output follows a fed input without a step between, (outputs,)."""
+        """Whether each output has direct feedthrough from a connected input, (outputs,)."""
         fed = {connection.end for connection in self.system.connections}
         return np.array([self._follows(*self.system.split(output), fed) for output in self.outputs])
 
@@ -80,7 +80,7 @@ class Moving:
 
 
 def compare(moving: Moving, here: np.ndarray, there: np.ndarray, which: np.ndarray | slice = slice(None)) -> None:
-    """Each output by itself, to 3e-9 of its largest value; what rounding makes of rest is not compared."""
+    """Each output to 3e-9 of its largest value; rounding of outputs at rest is not compared."""
     scale, units = np.abs(here).max(axis=0), moving.units()
     assert scale.max() > 1e-13, "the scene must move"
     of_its_unit = np.array([scale[units == unit].max() for unit in units])
@@ -107,6 +107,6 @@ def test_ecos_fmi3(scene, ecos):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_libcosim(scene, libcosim):
-    """It reads outputs before it sets inputs, so those that follow one at once belong to the inputs of a step ago."""
+    """It reads outputs before it sets inputs, so direct feedthrough belongs to the inputs of the step before."""
     moving = Moving(scene, 2)
     compare(moving, moving.run_here(), moving.run_there(libcosim), ~moving.follows_at_once())

@@ -1,4 +1,4 @@
-"""Rounding noise of FMUs, ours or not: a port that counts from 1 rad is integrated to its last digit, in few steps."""
+"""Rounding noise of FMUs, ours or foreign: a port near 1 rad is integrated to its last digit, in few steps."""
 
 import casadi as ca
 import numpy as np
@@ -44,7 +44,7 @@ def plant() -> Model:
 
 
 def rubbing() -> Model:
-    """The same under dry friction that holds it, which no step is short enough for."""
+    """The same with sticking dry friction, for which no step is short enough."""
     m = Model("Rubbing", "A vibration under dry friction")
     angle = m.input("angle", "rad", "Angle")
     x = m.state("x", "rad", "Position", nominal=1e-5)
@@ -83,7 +83,7 @@ def simulated(exported, monkeypatch):
 
 
 def closed_form() -> np.ndarray:
-    """Of an amplitude of 1, by the sinusoids that a sine under a ramp of sin^2 is made of."""
+    """Solution for the amplitude 1, by the sinusoids that make up a sine under a ramp of sin^2."""
     fractions = {2 * np.pi * FREQUENCY + k * np.pi / RAMP: share for k, share in ((0, 0.5), (1, -0.25), (-1, -0.25))}
     decay = 0.01 * OMEGA
     s = -decay + 1j * np.sqrt(OMEGA**2 - decay**2)
@@ -98,11 +98,11 @@ def closed_form() -> np.ndarray:
 
 
 DIGITS = {MONOLITHIC: 50, MONOLITHIC_DAE: 500}
-"""Steps of the last digit of 1 rad that an answer may be off by; IDA needs noise far below its tolerance."""
+"""Tolerance in units of the last digit of 1 rad; IDA needs noise far below its tolerance."""
 
 
 def resolution(algorithm: str, amplitude: float) -> float:
-    """What a port near 1 rad leaves of a motion of that amplitude, relative to the largest position."""
+    """Error of a motion of that amplitude through a port near 1 rad, relative to the largest position."""
     return 1e-8 + DIGITS[algorithm] * np.spacing(1.0) / (amplitude * np.abs(closed_form()).max())
 
 
@@ -121,7 +121,7 @@ def test_from_zero_every_digit_is_there(simulated, algorithm, amplitude):
 @ALGORITHMS
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-9, 1e-12])
 def test_about_1_rad_it_runs_to_the_last_digit(simulated, algorithm, amplitude):
-    """The error is some tens or hundreds of the port's own steps, 2.2e-16 rad, and the integrator hurries on."""
+    """The error is some tens or hundreds of the port's last digit, 2.2e-16 rad, and the steps stay long."""
     found, steps = simulated(source(), plant(), algorithm, amplitude, offset=1.0)
     assert relative(found, closed_form()) < resolution(algorithm, amplitude)
     assert steps < 10_000
@@ -130,7 +130,7 @@ def test_about_1_rad_it_runs_to_the_last_digit(simulated, algorithm, amplitude):
 @ALGORITHMS
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-9])
 def test_an_offset_inside_an_fmu_too(simulated, algorithm, amplitude):
-    """No port shows it; noise is measured along time, and again where it comes later."""
+    """No port reveals the noise; it is measured along time, and again where it appears later."""
     found, steps = simulated(source(), plant(), algorithm, amplitude, inner=1.0)
     assert relative(found, closed_form()) < resolution(algorithm, amplitude)
     assert steps < 30_000
@@ -156,11 +156,11 @@ def test_where_it_cannot_go_on_the_coarsest_port_is_named(monkeypatch, simulated
 @given(st.floats(1, 1e5), st.floats(1e-12, 1.0))
 @settings(max_examples=10, deadline=None)
 def test_a_sine_much_faster_than_the_plant_is_no_noise(ratio, size):
-    """What is smooth on the shortest line is smooth, however fast beside the plant."""
+    """A function that is smooth on the shortest line is smooth, however fast compared with the plant."""
     from hfsa.cosim.masters.monolithic.noise import _along_time
 
     class Swinging:
-        """der(x) = w = a sine, `ratio` times as fast as what the plant has to show."""
+        """der(x) = w = a sine, `ratio` times as fast as the plant."""
 
         x, places = np.zeros(1), np.zeros(1, dtype=int)
 

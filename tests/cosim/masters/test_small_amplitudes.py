@@ -1,4 +1,4 @@
-"""Amplitudes from a picometre to the limit of the workspace: linear responses, and a reference that runs everywhere."""
+"""Amplitudes from a picometre to the limit of the workspace: linear responses, and references everywhere in it."""
 
 from dataclasses import replace
 
@@ -103,7 +103,7 @@ def test_the_default_amplitude_on_the_accelerometer(hfsa):
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_responses_are_linear(algorithm, library):
-    """A billionth of the command makes a billionth of the motion; those that iterate stop at 1e-10 of nominals."""
+    """A billionth of the command leads to a billionth of the motion; iterations stop at 1e-10 of nominals."""
     tolerance = {**dict.fromkeys(ITERATED, 1e-5), ERROR_CONTROLLED: 1e-3}.get(algorithm, 1e-9)
     arguments = {"execution": "continuous", "law": "ctc", "feed_forward": "elastic"}
     step = 1e-3 if algorithm in (MONOLITHIC, MONOLITHIC_DAE) else 50e-6
@@ -164,7 +164,7 @@ DRIVEN = [
     ids=[" ".join([name, *map(str, arguments.values()), excited]) for name, arguments, excited, *_ in DRIVEN],
 )
 def test_every_scene_runs_at_every_amplitude(name, arguments, excited, amplitudes, frequency, stop, algorithm):
-    """Nothing keeps the solver; what moves, moves."""
+    """No noise shortens the steps, and all motion is resolved."""
     for amplitude in amplitudes:
         found = simulated(name, arguments, excited, amplitude, frequency, algorithm, 1e-3, stop)
         assert np.isfinite(found).all()

@@ -1,4 +1,4 @@
-"""State events and time events of an FMU of another maker, in monolithic runs: a ball that bounces."""
+"""State and time events of a foreign FMU in monolithic runs: a bouncing ball."""
 
 from contextlib import closing
 from pathlib import Path
@@ -17,7 +17,7 @@ ALGORITHMS = pytest.mark.parametrize("algorithm", [MONOLITHIC, MONOLITHIC_DAE])
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 GRAVITY, RESTITUTION = 9.81, 0.7
 FALL = np.sqrt(2 / GRAVITY)
-"""Time [s] that a fall of 1 m takes."""
+"""Duration [s] of a fall of 1 m."""
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_a_ball_on_a_spring(balls, files, algorithm):
 
 @VERSIONS
 def test_a_ball_that_comes_to_rest(balls, version):
-    """By a least speed of its own."""
+    """The ball comes to rest at its smallest speed."""
     starts = {"ball": {"least_speed": 0.1}}
     values = run({"ball": balls[version]}, ["ball.h", "ball.v", "ball.bounces"], 40, 0.1, MONOLITHIC, starts)
     assert values[-1].tolist() == [0.0, 0.0, 11.0]
@@ -105,7 +105,7 @@ def test_a_ball_that_comes_to_rest(balls, version):
 
 @ALGORITHMS
 def test_ever_shorter_bounces_are_told(balls, algorithm):
-    """Without one it bounces without end before 2.56 s."""
+    """Without a smallest speed the bounces accumulate before 2.56 s."""
     with pytest.raises(
         StepError, match=r"ball: event indicators: does not settle at t = 2\.558.* state events"
     ) as caught:

@@ -1,4 +1,4 @@
-"""The stepping loop in C does what the one in Python does, bit for bit, however a run ends; and how it is come by."""
+"""The stepping loop in C equals the one in Python, bit for bit, however a run ends; and its build."""
 
 import resource
 import shutil
@@ -112,7 +112,7 @@ def test_every_end_of_a_run_is_the_same(both, foreign, version, every, connected
 
 
 def test_warnings_before_an_error(both, foreign):
-    """A warning is taken from the log when it comes, so that the error tells of itself alone."""
+    """A warning is removed from the log at once, so that a later error has its own text alone."""
 
     def run(master):
         recording = master.record(["spring.y"], rows=5)
@@ -125,7 +125,7 @@ def test_warnings_before_an_error(both, foreign):
     system = System([Component("spring", "x", start={"behaviour": 1.0, "at": 0.05})])
     python, c = both(system, {"spring": foreign[3]}, run)
     assert python == c
-    advice = "the run cannot go on; see its inputs and parameters"
+    advice = "the run cannot continue; check its inputs and parameters"
     assert python[0] == (f"spring: fmi3DoStep: error at t = 0.1 s: the spring is broken; {advice}", "error", 0.1)
     assert python[3] == {"spring": "spring: fmi3DoStep: warning at t = 0.05 s: the spring is broken"}
 
@@ -229,14 +229,14 @@ def test_without_a_compiler_python_steps_and_says_so(empty_cache, monkeypatch):
         raise ExportError("no C compiler: tried cc, gcc, clang")
 
     monkeypatch.setattr(native_loop, "compile_files", none)
-    said = []
-    assert chosen_loop("c", said.append) is None
-    (sentence,) = said
+    messages = []
+    assert chosen_loop("c", messages.append) is None
+    (sentence,) = messages
     assert sentence.startswith("the stepping loop runs in Python")
     assert sentence.endswith("no C compiler: tried cc, gcc, clang")
     assert not [file for file in empty_cache.rglob("*") if file.is_file()]
-    assert chosen_loop("python", said.append) is None
-    assert len(said) == 1
+    assert chosen_loop("python", messages.append) is None
+    assert len(messages) == 1
 
 
 def test_a_library_of_another_source_is_not_taken(tmp_path, monkeypatch):
@@ -258,7 +258,7 @@ def test_no_compiler_warns_of_it(tmp_path):
 
 
 def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
-    """Built in a copy, as an installation does it, it is found there and steps."""
+    """Built in a copy, as by an installation, it is found there and steps."""
     for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
     shutil.copytree(headers.FOLDER, tmp_path / "cosim/masters/native", ignore=shutil.ignore_patterns("_step_*"))

@@ -1,4 +1,4 @@
-"""Iterated steps in C: the bits of those in Python, and the same words however a run ends, whoever hands back what."""
+"""Iterated steps in C: the same bits and messages as in Python, however a run ends."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from spring_loop import LOOP, loop
 
 from hfsa.components import Model
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
-from hfsa.cosim.actions.iterated import Converge
+from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.masters.error_controlled import ErrorControlled
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -15,7 +15,7 @@ from hfsa.cosim.systems.system import Component, Connection, System
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 each_method = pytest.mark.parametrize("method", ITERATED)
 REFUSE, LOSE = 9.0, 10.0
-"""Behaviours of the foreign FMU: it gives no state, or takes none back."""
+"""Behaviours of the foreign FMU: it cannot get its state, or cannot set it."""
 
 
 @pytest.fixture
@@ -83,12 +83,12 @@ def test_a_warning_is_noted_and_the_step_goes_on(both, around, version, method):
 
 @VERSIONS
 def test_an_fmu_that_refuses_is_named_with_what_it_refused(both, around, version):
-    said = []
+    messages = []
     for behaviour in (REFUSE, LOSE):
         (failure, *_), _ = both(*around(version, behaviour=behaviour, at=0.05), run, "fixed_point")
-        said.append(failure[0].split(" at ")[0])
+        messages.append(failure[0].split(" at ")[0])
     functions = {2: ("fmi2GetFMUstate", "fmi2SetFMUstate"), 3: ("fmi3GetFMUState", "fmi3SetFMUState")}[version]
-    assert said == [f"spring: {function}: error" for function in functions]
+    assert messages == [f"spring: {function}: error" for function in functions]
 
 
 @VERSIONS
@@ -104,7 +104,7 @@ def test_a_step_that_does_not_converge_is_told_alike(both, files, version):
 @VERSIONS
 @each_method
 def test_what_is_no_number_does_not_converge(both, around, version, method):
-    """A second foreign FMU takes it as it takes any other."""
+    """A second foreign FMU uses the value like any other."""
     _, found = around(version)
     components = [Component("spring", "x", start={"u": 1.0, "behaviour": 6.0, "at": 0.05}), Component("other", "x")]
     system = System(components, [Connection("spring.y", "other.u")])
@@ -163,8 +163,8 @@ def curved() -> Model:
 @VERSIONS
 @each_method
 def test_a_curved_loop_is_solved_anew_wherever_it_must_be(both, files, exported, monkeypatch, version, method):
-    """Within a step in C as in Python; and an inverse of the coupling is made once where steps are even."""
-    solved = {AlgebraicLoop: 0, Converge: 0}
+    """Within a step in C as in Python; with equal steps the inverse is computed once."""
+    solved = {AlgebraicLoop: 0, IteratedStep: 0}
     for kind in solved:
 
         def counted(self, time, kind=kind, solve=kind.solve):
@@ -192,4 +192,4 @@ def test_a_curved_loop_is_solved_anew_wherever_it_must_be(both, files, exported,
     assert python == c
     assert python[0] is None
     assert counts[0][AlgebraicLoop] == counts[1][AlgebraicLoop] > 2
-    assert counts[0][Converge] == counts[1][Converge]
+    assert counts[0][IteratedStep] == counts[1][IteratedStep]

@@ -1,4 +1,4 @@
-"""Tasks in processes: a process that dies takes only its own task with it, and whoever stops waiting is not kept."""
+"""Worker processes: a crash loses only its own task, and an early stop does not wait."""
 
 import contextlib
 import time

@@ -1,4 +1,4 @@
-"""A swept response is the linear one; whatever fails is a status in the file, and a sweep goes on where it stopped."""
+"""A swept response equals the linear one; a failure is a status in the file, and a sweep resumes where it stopped."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -10,7 +10,7 @@ import pytest
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.sweep import Bench, Settings, finished, linear, plan_sweep, stepped, system_record
+from hfsa.cosim.measurement.sweep import Bench, Settings, linear, plan_sweep, points_of, stepped, system_record
 from hfsa.cosim.results.files import Status, SweepFile, read_sweep
 from hfsa.cosim.signals.excitation import along_response, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
@@ -22,7 +22,7 @@ SHAKER_INPUTS = [f"reference.command.{kind}[{i}]" for kind in ("rotation", "posi
 
 
 class Sweeper:
-    """A scene made ready to be swept, with what the tests ask again and again."""
+    """A scene prepared for a sweep, with the values that several tests need."""
 
     def __init__(self, scene: Scene, inputs, outputs=None):
         self.scene, self.inputs, self.outputs = scene, list(inputs), list(outputs or scene.outputs)
@@ -211,7 +211,7 @@ def test_a_sweep_knows_what_it_was_made_of(mass, tmp_path):
     assert len(record.instances[0].sha256) == 64
     assert dict(record.operating_point) == {"mass.mass.position": 0.0, "mass.mass.velocity": 0.0}
     with SweepFile.create(tmp_path / "linear.h5", plan, record) as file:
-        file.write(finished(theory.response(plan.frequency)))
+        file.write(points_of(theory.response(plan.frequency)))
     assert np.array_equal(read_sweep(tmp_path / "linear.h5").response, theory.response(plan.frequency))
 
 

@@ -1,4 +1,4 @@
-"""The error that a run's step makes, estimated by a run at half the step, against closed forms."""
+"""The error of a run's step, estimated by a run at half the step, against closed forms."""
 
 import json
 import re
@@ -12,17 +12,17 @@ from mass_and_law import law, plant
 from spring_loop import loop
 
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.run import Ready, run
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.verification import check_verifiable, verify
 from hfsa.cosim.results.files import SystemRecord, read_errors, read_run, read_status
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
 
 STIFFNESS, DAMPING = 100.0, 1.0
-"""Of the law that holds a mass of 1 kg [N/m], [N.s/m]."""
+"""Gains of the law that holds a mass of 1 kg [N/m], [N.s/m]."""
 NAMES = ("mass.position", "mass.velocity")
 OWN = {"monolithic", "monolithic_dae", "error_controlled"}
-"""Algorithms without a given step."""
+"""Algorithms that choose their steps."""
 
 HELD_INPUTS = ["--algorithm", "gauss_seidel"]
 """An algorithm whose error is worth an estimate."""
@@ -49,19 +49,21 @@ def held(exported, library, monkeypatch, tmp_path):
     )
     files = {"mass": exported(plant())[2], "law": exported(law())[2]}
 
-    def ready(algorithm: str, step_size: float, **changes) -> Ready:
-        made = Ready(Assembly.read(system, files), NAMES, 1.0, step_size, SystemRecord("held", ""), algorithm, library)
+    def plan(algorithm: str, step_size: float, **changes) -> RunPlan:
+        made = RunPlan(
+            Assembly.read(system, files), NAMES, 1.0, step_size, SystemRecord("held", ""), algorithm, library
+        )
         return replace(made, **changes)
 
-    return ready
+    return plan
 
 
-def ratios(ready: Ready) -> np.ndarray:
+def ratios(plan: RunPlan) -> np.ndarray:
     """Return estimated by true error of a run, (names,)."""
     path = Path("it.h5")
-    run(ready, path)
+    run(plan, path)
     assert read_errors(path) == {}  # nothing is known of a run that nobody verified
-    errors = verify(ready, path).errors
+    errors = verify(plan, path).errors
     values, _ = read_run(path)
     true = np.abs(np.transpose([values[name] for name in NAMES]) - exact(values["time"]))
     found = np.array([errors[name].absolute for name in NAMES])
@@ -80,19 +82,19 @@ def test_the_estimate_is_the_error(held, algorithm, step_size):
 
 
 def test_inputs_that_are_held_after_all_make_the_error_one_of_first_order(held, rewritten):
-    """An FMU that takes no derivatives of its inputs has them held, whatever the algorithm's own order is."""
-    ready = held("gauss_seidel_quadratic", 1e-3)
-    files = {name: rewritten(file, 'canInterpolateInputs="true"', "") for name, file in ready.assembly.files.items()}
-    ready = replace(ready, assembly=Assembly.read(ready.assembly.system, files))
-    assert ratios(ready) == pytest.approx(1, abs=0.1)
-    assert verify(ready, Path("it.h5")).order == 1
+    """Inputs of an FMU without input derivatives are held, whatever the order of the algorithm."""
+    plan = held("gauss_seidel_quadratic", 1e-3)
+    files = {name: rewritten(file, 'canInterpolateInputs="true"', "") for name, file in plan.assembly.files.items()}
+    plan = replace(plan, assembly=Assembly.read(plan.assembly.system, files))
+    assert ratios(plan) == pytest.approx(1, abs=0.1)
+    assert verify(plan, Path("it.h5")).order == 1
 
 
 def test_what_the_step_does_not_change_has_no_error(files, library, monkeypatch, tmp_path):
     """A force that is held between ticks, on a mass that is solved exactly, is as exact at any step."""
     monkeypatch.chdir(tmp_path)
     system, made = loop(files, controller="SampledPd")
-    ready = Ready(
+    plan = RunPlan(
         Assembly.read(system, made),
         ("plant.position", "pd.force"),
         1.0,
@@ -100,34 +102,34 @@ def test_what_the_step_does_not_change_has_no_error(files, library, monkeypatch,
         SystemRecord("loop", ""),
         library=library,
     )
-    run(ready, Path("it.h5"))
-    assert max(error.relative for error in verify(ready, Path("it.h5")).errors.values()) < 1e-12
+    run(plan, Path("it.h5"))
+    assert max(error.relative for error in verify(plan, Path("it.h5")).errors.values()) < 1e-12
 
 
 def test_a_step_that_would_do_does(held):
-    """The sentence names the variable that errs most; at the step it proposes none does."""
-    path, ready = Path("it.h5"), held("jacobi", 2e-3)
-    run(ready, path)
-    verified = verify(ready, path)
+    """The sentence names the variable with the largest error; at the recommended step all are within tolerance."""
+    path, plan = Path("it.h5"), held("jacobi", 2e-3)
+    run(plan, path)
+    verified = verify(plan, path)
     worst = max(NAMES, key=lambda name: verified.errors[name].relative)
     sentence = verified.excess(1e-3)
     assert sentence.startswith(f"{worst} errs by {100 * verified.errors[worst].relative:.3g} % at the communication")
     assert "and 1 more are above it" in sentence
     assert sentence.endswith("or an algorithm of higher order, such as jacobi_quadratic")
     number, unit = re.search(r"a step of (\S+) (\S*s) would do", sentence).groups()
-    ready = replace(ready, step_size=float(number) * {"us": 1e-6, "ms": 1e-3}[unit])
-    ready = replace(ready, stop_time=round(1 / ready.step_size) * ready.step_size)
-    run(ready, path, force=True)
-    again = verify(ready, path)
+    plan = replace(plan, step_size=float(number) * {"us": 1e-6, "ms": 1e-3}[unit])
+    plan = replace(plan, stop_time=round(1 / plan.step_size) * plan.step_size)
+    run(plan, path, force=True)
+    again = verify(plan, path)
     assert 0.5e-3 < max(error.relative for error in again.errors.values()) < 1e-3
     assert again.excess(1e-3) == ""
 
 
 def test_two_runs_with_nothing_in_common_propose_no_step(held):
     """The law is unstable at this step and 15 times as large at the end as it should be."""
-    ready = held("jacobi_plain", 0.05)
-    run(ready, Path("it.h5"))
-    assert "has little in common with it" in verify(ready, Path("it.h5")).excess(1e-3)
+    plan = held("jacobi_plain", 0.05)
+    run(plan, Path("it.h5"))
+    assert "has little in common with it" in verify(plan, Path("it.h5")).excess(1e-3)
 
 
 def test_whoever_ends_a_verification_keeps_the_run(held):
@@ -136,11 +138,11 @@ def test_whoever_ends_a_verification_keeps_the_run(held):
     def enough(part: float) -> None:
         raise KeyboardInterrupt
 
-    ready = held("gauss_seidel", 1e-3)
-    run(ready, Path("it.h5"))
+    plan = held("gauss_seidel", 1e-3)
+    run(plan, Path("it.h5"))
     before = read_run("it.h5")[0]
     with pytest.raises(KeyboardInterrupt):
-        verify(ready, Path("it.h5"), enough)
+        verify(plan, Path("it.h5"), enough)
     assert read_status("it.h5") == ("complete", "")
     assert read_errors("it.h5") == {}
     assert all(np.array_equal(values, before[name]) for name, values in read_run("it.h5")[0].items())
@@ -148,30 +150,30 @@ def test_whoever_ends_a_verification_keeps_the_run(held):
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_only_a_step_that_is_given_can_be_halved(held, algorithm):
-    ready = held(algorithm, 1e-3)
+    plan = held(algorithm, 1e-3)
     if algorithm not in OWN:
-        check_verifiable(ready)
+        check_verifiable(plan)
         return
     with pytest.raises(StructureError, match=f"--verify halves the communication step, but {algorithm} takes"):
-        check_verifiable(ready)
+        check_verifiable(plan)
 
 
 def test_ticks_that_half_a_step_would_miss(files, library):
     """Three of them in a step."""
     system, made = loop(files, controller="SampledPd")
-    ready = Ready(
+    plan = RunPlan(
         Assembly.read(system, made), ("plant.position",), 1.0, 0.03, SystemRecord("loop", ""), library=library
     )
     with pytest.raises(StructureError, match=r"--verify halves the communication step: pd\.sample_time is 0.01 s"):
-        check_verifiable(ready)
-    check_verifiable(replace(ready, step_size=0.02))
+        check_verifiable(plan)
+    check_verifiable(replace(plan, step_size=0.02))
 
 
 # At the command line --------------------------------------------------------------------------------------------------
 
 
 def test_a_run_tells_the_error_of_its_step(hfsa):
-    """That of the base is none, that of the mass twice the difference to a run at half the step."""
+    """The error of the base is 0, that of the mass twice the difference to a run at half the step."""
     words = ["mass_on_spring", "--frequency", "15", "--stop", "0.5"]
     code, out, err = hfsa("run", *words, "--step", "2e-4", *HELD_INPUTS, "--verify", "--json")
     assert code == 0

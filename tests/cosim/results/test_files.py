@@ -1,4 +1,4 @@
-"""A results file is complete from the first moment, survives kills and full disks, resumes only its own sweep."""
+"""Results file: complete from the first moment, readable after kills and full disks, resumed only by its own sweep."""
 
 import os
 import random

@@ -1,4 +1,4 @@
-"""However a run, sweep or comparison ends, what was recorded is in its file, and no process or folder is left."""
+"""Signals: after any end of a run, sweep or comparison the recorded values are in its file, and no process is left."""
 
 import contextlib
 import ctypes
@@ -16,7 +16,7 @@ import pytest
 from hfsa.cosim.measurement import run as running
 from hfsa.cosim.results import interrupts
 from hfsa.cosim.results.files import Status, read_run, read_sweep
-from hfsa.cosim.results.interrupts import Interrupted, heard, held
+from hfsa.cosim.results.interrupts import Interrupted, deferred_interrupts, handled_signals
 
 DAWDLE, HANG = 11, 12
 """Behaviours of the foreign FMU: 20 ms for a step, and for ever."""
@@ -37,13 +37,13 @@ class Child:
         )  # fmt: skip
 
     def wait_for(self, is_there) -> None:
-        """Wait until something is so, which it becomes while the process lives."""
+        """Wait until a condition holds, while the process runs."""
         while not is_there():
             assert self.process.poll() is None, self.process.communicate()
             time.sleep(0.05)
 
     def end(self, number: int, is_group: bool = False) -> tuple[int, str]:
-        """Send a signal, to the process or to all of its session; returns exit code and what it said."""
+        """Send a signal, to the process or to all of its session; return exit code and stderr."""
         (os.killpg if is_group else os.kill)(self.process.pid, number)
         _, err = self.process.communicate(timeout=100)
         return self.process.returncode, err
@@ -162,7 +162,7 @@ def test_a_run_in_a_call_that_never_returns_ends_at_sigterm(child, box, foreign,
 
 
 class Clock:
-    """A master that steps, and a clock that goes on by what its steps cost [s], each its own."""
+    """A master, and a clock that its steps advance by their costs [s]."""
 
     def __init__(self, costs):
         self.now, self.ends = 0.0, np.cumsum(costs)
@@ -174,12 +174,12 @@ class Clock:
 
 @pytest.mark.parametrize("cost", [1e-7, 1e-5, 1e-3, 0.02, 0.3, 2.0, 30.0])
 def test_steps_are_taken_a_tenth_of_a_second_at_a_stretch(monkeypatch, cost):
-    """Whatever a step costs, and where it becomes ten times as dear; and the fast ones are not interrupted often."""
+    """For any cost of a step, also where it becomes ten times as large; fast steps are rarely interrupted."""
     costs = np.full(min(3_000_000, max(40, int(30 / cost))), cost)
     costs[len(costs) // 2 :] *= 10
     clock = Clock(costs)
     monkeypatch.setattr(running.time, "monotonic", lambda: clock.now)
-    times = [clock.now for _ in running._stretches(clock, len(costs))]
+    times = [clock.now for _ in running._blocks(clock, len(costs))]
     assert clock.now == clock.ends[-1]
     assert max(np.diff(times)) <= max(1.05, 10 * cost * 1.001)
     assert len(times) < 25 + clock.now / 0.05
@@ -199,7 +199,7 @@ def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp
     assert len(it.session) > 2
     code, err = it.end(signal.SIGTERM, is_group)
     assert code == 143
-    assert "sweep with --resume to go on\nhfsa: ended by SIGTERM\n" in err
+    assert "sweep with --resume to continue\nhfsa: ended by SIGTERM\n" in err
     assert "Traceback" not in err
     bode = read_sweep(path)
     assert bode.attributes["status"] == "interrupted"
@@ -257,9 +257,9 @@ def test_a_signal_waits_for_what_must_not_be_left_half_done():
     done = []
 
     def work():
-        with heard():
-            with held():
-                with held():
+        with handled_signals():
+            with deferred_interrupts():
+                with deferred_interrupts():
                     signal.raise_signal(signal.SIGTERM)
                     done.append("inner")
                 done.append("outer")
@@ -274,17 +274,17 @@ def test_a_signal_waits_for_what_must_not_be_left_half_done():
 def test_what_was_set_before_is_set_again():
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = [signal.getsignal(number) for number in numbers]
-    with pytest.raises(Interrupted), heard():
+    with pytest.raises(Interrupted), handled_signals():
         signal.raise_signal(signal.SIGHUP)
     assert [signal.getsignal(number) for number in numbers] == before
-    assert not interrupts._noticed.is_set()
+    assert not interrupts._handled.is_set()
 
 
 def test_a_second_sigterm_does_not_disturb_the_cleaning_up_but_ctrl_c_does():
     cleaned = []
 
     def work():
-        with heard():
+        with handled_signals():
             try:
                 signal.raise_signal(signal.SIGHUP)
             finally:
@@ -300,7 +300,7 @@ def test_a_second_sigterm_does_not_disturb_the_cleaning_up_but_ctrl_c_does():
 
 
 def test_a_signal_that_a_callback_swallows_comes_again():
-    """Exceptions cannot pass through C, where an FMU's message is taken."""
+    """Exceptions cannot pass through C, from which the logger is called."""
     kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_int), ctypes.POINTER(ctypes.c_int))
     calls = []
 
@@ -312,7 +312,7 @@ def test_a_signal_that_a_callback_swallows_comes_again():
 
     def work():
         numbers = (ctypes.c_int * 10)(*range(10))
-        with heard():
+        with handled_signals():
             ctypes.CDLL(None).qsort(numbers, 10, 4, kind(compare))
             calls.append("behind")
             while True:
@@ -328,14 +328,14 @@ STORM = """
 import sys
 from pathlib import Path
 import numpy as np
-from hfsa.cosim.results.interrupts import heard
+from hfsa.cosim.results.interrupts import handled_signals
 from hfsa.cosim.results.files import RunFile, SystemRecord
 
 def main(words):
     names = {f"box.y{i}": "m" for i in range(10)} | {"box.y": "m"}
     file = RunFile(Path(words[0]), np.arange(200_000.0), names, SystemRecord("A", ""))
     try:
-        with heard():
+        with handled_signals():
             print("ready", flush=True)
             for row in range(199_000):
                 file.write(row, dict.fromkeys(names, np.full(3, float(row))))
@@ -345,7 +345,7 @@ def main(words):
 
 
 def test_a_signal_in_the_middle_of_writing_spoils_nothing(child, tmp_path):
-    """Five times at another moment; the file is whole, its columns are equally long, and it is closed in good order."""
+    """At five different moments; the file is complete, its columns have equal lengths, and it is closed in order."""
     path = tmp_path / "run.h5"
     for number in range(5):
         it = child(path, script=STORM)

@@ -1,4 +1,4 @@
-"""The accelerometer on the robot and on the stage: what it shows, and what cannot be mounted."""
+"""The accelerometer on the robot and on the stage: its estimates, and refused mountings."""
 
 import re
 
@@ -45,7 +45,7 @@ def test_mounting_anywhere_is_rigid_body_kinematics(opened):
     np.testing.assert_allclose(found[:, :2], expected, atol=1e-9 * np.abs(expected).max())
 
 
-def test_the_bode_plot_of_the_sensor_on_the_robot_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_sensor_on_the_robot_is_as_documented(opened):
     at, f = scene("sdelta_accelerometer"), np.linspace(5, 50, 4501)
     assert at.band == (f[0], f[-1])
     names = [*SENSOR, "robot.platform.position[1]"]
@@ -76,7 +76,7 @@ def test_a_micrometre_at_50_hz_moves_the_mems_sensors_mass_by_75_picometres(open
 # The stage ------------------------------------------------------------------------------------------------------------
 
 
-def test_the_bode_plot_of_the_sensor_on_the_stage_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_sensor_on_the_stage_is_as_documented(opened):
     at, f = scene("stage_accelerometer"), np.arange(100.0, 3000.5, 0.5)
     found = np.abs(linear(opened, at, [VOLTS], SENSOR, f))[:, :, 0]
     assert found[0] == pytest.approx([0.053, 0.073], rel=0.02)
@@ -105,7 +105,7 @@ ROTATION = "mounting.rotation=1,0,0,0,0.9,0,0,0,1"
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["accelerometer_shaker", "-p", "design=mens"], "mems"),
         (["accelerometer_shaker", "-p", "sensor=spatal"], "spatial"),
@@ -120,6 +120,6 @@ ROTATION = "mounting.rotation=1,0,0,0,0.9,0,0,0,1"
         (["stage_accelerometer", "-p", "bias=200"], "stage_accelerometer: bias is 200 V, expected 0 to 150 V"),
     ],
 )
-def test_bad_input_is_wrong_usage_and_told(words, told, capsys):
+def test_bad_input_is_wrong_usage_with_a_message(words, message, capsys):
     assert main(["sweep", *words, "--method", "linear", "-o", "unused.h5"]) == 2
-    assert re.search(told, capsys.readouterr().err)
+    assert re.search(message, capsys.readouterr().err)

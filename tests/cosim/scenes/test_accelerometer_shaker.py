@@ -1,4 +1,4 @@
-"""The accelerometer on a shaker: formula, linearised and swept response are one."""
+"""The accelerometer on a shaker: formula, linearised and swept response agree."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_on_the_shaker_linearized_is_the_formula_at_every_level(opened, design, 
 
 
 @pytest.mark.parametrize(("design", "cost"), [("mems", 0.42), ("optimum", 0.32), ("rapid_prototype", 0.45)])
-def test_the_shakers_step_costs_what_is_said(opened, design, cost):
+def test_the_shakers_step_has_the_documented_error(opened, design, cost):
     """180 H f degrees, a lead or a lag; up to twice the natural frequency that is within the limits."""
     at, frequency = scene("accelerometer_shaker", design=design), up_to_twice(design)
     expected = gain(design, frequency)
@@ -95,7 +95,7 @@ def test_with_any_step_swept_is_the_exact_one_step_response(library, opened):
     assert errors(found[:, 0], gain("rapid_prototype", frequency))[1] > 15
 
 
-def test_the_bode_plot_of_the_shaker_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_shaker_is_as_documented(opened):
     for design, peak, height in (("mems", 5818.9, 40), ("optimum", 881.0, 40), ("rapid_prototype", 251.6, 24)):
         f = np.linspace(0.9, 1.1, 8001) * NATURAL[design]
         found = linear(opened, scene("accelerometer_shaker", design=design), [shaken(1)], SENSOR[:1], [1.0, *f])[
@@ -141,7 +141,7 @@ def test_the_published_vibration_test_on_the_command_line(tmp_path, capsys):
         assert 251 < bode.frequency[np.abs(entry).argmax()] < 252.5
 
 
-def test_a_displacement_beyond_the_travel_is_told(library, tmp_path, capsys):
+def test_a_displacement_beyond_the_travel_is_reported(library, tmp_path, capsys):
     """At the resonance 5 um are reached at 65 m/s2: 100 times 7.66e-10 m per m/s2."""
     at = scene("accelerometer_shaker")
     points = [swept(library, at, shaken(1), SENSOR[:1], 5818.9, 2e-6, amplitude)[0] for amplitude in (60.0, 70.0)]
@@ -149,6 +149,6 @@ def test_a_displacement_beyond_the_travel_is_told(library, tmp_path, capsys):
     assert "sensor: saturated" in points[1].message
     words = ["--frequency", "5818.9", "--amplitude", "70", "--step", "2e-6", "--stop", "0.6"]
     assert main(["run", "accelerometer_shaker", *words, "-o", str(tmp_path / "run.h5")]) == 0
-    told = capsys.readouterr()
-    assert "sensor: saturated: saturated" in told.err
-    assert "sensor.saturated: saturated" in told.out
+    captured = capsys.readouterr()
+    assert "sensor: saturated: saturated" in captured.err
+    assert "sensor.saturated: saturated" in captured.out

@@ -1,4 +1,4 @@
-"""What communication steps cost in a chain that ends in an accelerometer."""
+"""Error due to communication steps in a chain that ends in an accelerometer."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The scenes on beam modules: their sentences, swept and linearised response, and where a massless spring diverges."""
+"""Scenes on beam modules: docstrings, swept and linearised responses, and divergence of a massless spring."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from scene_responses import assert_close, errors, linear, one_step, responses, s
 
 from hfsa.components import beam_stage, beam_suspension
 from hfsa.components._mechanics.rigid_body import Body
-from hfsa.cosim.analysis.stability import Cycle, OneStep
+from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.fuse import fused
 from hfsa.cosim.linear.linearize import linearize
@@ -71,7 +71,7 @@ def test_every_entry_is_a_sum_over_the_modes(opened):
     np.testing.assert_array_equal(np.argwhere(coupled & ~np.eye(6, dtype=bool)), [[1, 5], [2, 4], [4, 2], [5, 1]])
 
 
-def test_the_bode_plot_of_the_stage_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_stage_is_as_documented(opened):
     still, *at = np.abs(whole(opened, scene("beam_bode"), [0.1, 1815.1, 96.36, 62.82]))
     assert [still[0, 0], still[3, 3], still[1, 1], still[5, 1], still[5, 5], still[1, 5]] == pytest.approx(
         [7.69e-8, 6.06e-2, 6.42e-5, 4.27e-6, 1.71e-4, 4.27e-6], rel=2e-3
@@ -81,7 +81,7 @@ def test_the_bode_plot_of_the_stage_is_as_its_docstring_says(opened):
 
 
 @pytest.mark.parametrize("algorithm", HELD)
-def test_the_step_of_the_stage_costs_what_is_said(opened, algorithm):
+def test_the_step_of_the_stage_has_the_documented_error(opened, algorithm):
     at, frequency = scene("beam_bode"), np.array([*NATURAL[[0, 2, 3, 4]], 2 * NATURAL[-1], 5200.0])
     expected = whole(opened, at, frequency)
     for excited, column in ((1, [1, 5]), (3, [3])):
@@ -118,7 +118,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 # A payload on a base that is shaken -----------------------------------------------------------------------------------
 
 
-def test_the_bode_plot_of_the_payload_is_as_its_docstring_says(opened):
+def test_the_bode_plot_of_the_payload_is_as_documented(opened):
     at = scene("beam_payload")
     still, along, across, above = whole(opened, at, [1.0, 908.1, 641.9, 1e5])
     assert np.abs(np.diag(still)[:2]) == pytest.approx([3.07e-8, 6.15e-8], rel=1e-3)
@@ -148,7 +148,7 @@ def test_either_suspension_has_the_same_linear_response(opened):
 @pytest.mark.parametrize(
     ("algorithm", "along", "across"), [*((a, 1.34, 0.92) for a in HELD[:2]), (HELD[2], 4.85, 3.13)]
 )
-def test_the_step_of_the_payload_costs_what_is_said(opened, algorithm, along, across):
+def test_the_step_of_the_payload_has_the_documented_error(opened, algorithm, along, across):
     frequency = np.array([641.9, 908.1, 2000.0])
     merged, massless = (scene("beam_payload", suspension=way) for way in ("merged", "massless"))
     for k, expected in ((0, [along]), (1, [across])):
@@ -166,9 +166,9 @@ def test_the_step_of_the_payload_costs_what_is_said(opened, algorithm, along, ac
 # A stiffness that is exchanged ----------------------------------------------------------------------------------------
 
 
-def cycle(opened, algorithm: str = "gauss_seidel", **arguments) -> Cycle:
+def coupled_step(opened, algorithm: str = "gauss_seidel", **arguments) -> CoupledStep:
     system = scene("beam_payload", suspension="massless", **arguments).system
-    return Cycle(system, opened(build.build(system).files), algorithm)
+    return CoupledStep(system, opened(build.build(system).files), algorithm)
 
 
 def growth(step: OneStep, frequency: float) -> float:
@@ -206,7 +206,7 @@ def test_a_massless_suspension_diverges_above_two_c_over_k(opened, algorithm):
     """Mode by mode, in the shape of each; a third of it where the wrench is a step older (`jacobi_plain`)."""
     found = beam_suspension.analyze(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
     older = 3 if algorithm == "jacobi_plain" else 1
-    made = cycle(opened, algorithm)
+    made = coupled_step(opened, algorithm)
     for frequency, limit in zip(found["natural_frequencies_hz"], found["step_limits"] / older, strict=True):
         assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
     least = found["step_limits"].min() / older
@@ -226,13 +226,13 @@ def test_it_diverges_in_simulation_as_the_one_step_matrix_says(opened, library, 
     found = energy(simulated(opened, library, "massless", step_size, steps, **starts))
     measured = np.log(found[-1] / found[0]) / (2 * steps * step_size)
     assert (measured > 0) == (factor > 1)
-    expected = growth(cycle(opened).over(step_size), frequency)
+    expected = growth(coupled_step(opened).over(step_size), frequency)
     assert measured == pytest.approx(expected, rel=0.02, abs=0.05)
 
 
 def test_without_damping_it_diverges_at_every_step(opened):
     """A mode then grows by omega^2 H / 4."""
-    made = cycle(opened, damping_ratio=0.0)
+    made = coupled_step(opened, damping_ratio=0.0)
     for step_size in (1e-7, 1e-6, 5e-6):
         for frequency in AHEAD["natural_frequencies_hz"]:
             expected = (2 * np.pi * frequency) ** 2 * step_size / 4
@@ -291,7 +291,7 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
     stiffness, limit = found["stiffness"][0, 0], 2 * found["damping"][0, 0] / found["stiffness"][0, 0]
     assert limit == pytest.approx(found["step_limits"][3])
     frequency = np.sqrt(stiffness * (1 / 1.0 + 1 / 0.1)) / (2 * np.pi)
-    made = Cycle(system, opened(build.build(system).files))
+    made = CoupledStep(system, opened(build.build(system).files))
     assert growth(made.over(0.98 * limit), frequency) < 0 < growth(made.over(1.02 * limit), frequency)
     names = [f"{end}.center.{name}[{i}]" for end in ends for name in pose[2:] for i in (1, 2, 3)]
     master = make_master(opened(build.build(system).files), system, "gauss_seidel", 1e-6, library)
@@ -312,10 +312,10 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
 
 def test_a_large_shake_is_warned_of(hfsa):
     words = ["--frequency", "641.9", "--amplitude", "2000", "--stop", "0.5", "--step", "1e-5"]
-    code, said, warned = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
+    code, out, err = hfsa("run", "beam_payload", "--input", SHAKEN[1], *words)
     assert code == 0
-    assert "payload.displacement_warning: displaced too far" in said
-    assert "take a smaller motion" in warned
+    assert "payload.displacement_warning: displaced too far" in out
+    assert "take a smaller motion" in err
 
 
 @pytest.mark.parametrize(
@@ -328,6 +328,6 @@ def test_a_large_shake_is_warned_of(hfsa):
     ],
 )
 def test_modules_that_cannot_be(hfsa, words, message):
-    code, said, warned = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
-    assert (code, said) == (2, "")
-    assert message in warned
+    code, out, err = hfsa("analyze", "beam_module", *(word for w in words for word in ("-p", w)))
+    assert (code, out) == (2, "")
+    assert message in err

@@ -1,4 +1,4 @@
-"""Controllers at level `continuous`: what the sampled ones tend to as their sample time goes to zero."""
+"""Controllers at level `continuous`: the limit of the sampled ones for a sample time of zero."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Every scene can be built, wired and run; and each docstring's sentences about its response are true."""
+"""Every scene can be built and run; the numbers in each docstring are correct."""
 
 import numpy as np
 import pytest

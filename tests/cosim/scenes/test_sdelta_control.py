@@ -1,4 +1,4 @@
-"""The SDelta under its control laws by linearised FMUs: tracking, damping, and the bandwidths at which loops break."""
+"""The SDelta under its control laws, from linearised FMUs: tracking, damping, and limits of the bandwidth."""
 
 from functools import cache
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
@@ -139,8 +139,8 @@ def test_elastic_feed_forward_bears_the_steps_of_a_co_simulation(opened):
     vertical, position = "reference.command.position[3]", "robot.platform.position[3]"
     scene = load_scene("sdelta_hfsa", {"law": "ctc", "feed_forward": "elastic"})
     system = instrument(scene, vertical, [position])
-    cycle = Cycle(system, opened(build(system).files), "gauss_seidel", source="source", lock_in="lock_in")
-    found = cycle.over(scene.step_size).response([20.0])[0, 0]
+    coupled = CoupledStep(system, opened(build(system).files), "gauss_seidel", source="source", lock_in="lock_in")
+    found = coupled.over(scene.step_size).response([20.0])[0, 0]
     assert abs(found - 1) < 0.02
 
 
@@ -236,9 +236,7 @@ def test_the_bandwidth_at_which_sampled_control_turns_unstable(robot, law, delay
 
 
 def test_an_elastic_feed_forward_against_a_measured_pose_is_refused():
-    with pytest.raises(
-        StructureError, match="which elastic feed-forward sets apart on purpose; take law ctc_cartesian"
-    ):
+    with pytest.raises(StructureError, match="but elastic feed-forward makes them differ; take law ctc_cartesian"):
         load_scene("sdelta_hfsa", {"law": "ctc", "feedback": "pose", "feed_forward": "elastic"})
 
 

@@ -1,4 +1,4 @@
-"""The scene `stage_bode`: linearised it is a formula of the parts' numbers, and swept it is the linearised one."""
+"""The scene `stage_bode`: the linearised response agrees with a formula, the swept response with the linearised one."""
 
 from functools import cache
 
@@ -7,7 +7,7 @@ import pytest
 from scene_responses import errors
 
 from hfsa.components import pzt_stack, rrr_stage
-from hfsa.cosim.analysis.stability import Cycle
+from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.cli import main
@@ -66,7 +66,7 @@ def bench(excited: str, outputs: tuple[str, ...] = (), library=None) -> Bench:
     return Bench(build.build(system), tuple(names), library=library)
 
 
-# What the docstring says ----------------------------------------------------------------------------------------------
+# Docstring ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
@@ -77,7 +77,7 @@ def test_every_entry_is_the_formula_of_the_parts_numbers(opened, level, bias):
     assert max(errors(found, expected)) < 1e-3
 
 
-def test_bode_plot_is_as_the_docstring_says(opened):
+def test_bode_plot_is_as_documented(opened):
     linear = linearized(opened)
     dense = np.arange(700.0, 2800.0, 0.5)
     found, still = np.abs(response(linear, dense)), np.abs(response(linear, 1.0)[0])
@@ -157,15 +157,15 @@ def test_a_bias_that_the_stacks_cannot_have():
             load_scene("stage_bode", {"bias": bias})
 
 
-# What a stepped sweep measures ----------------------------------------------------------------------------------------
+# Stepped sweep --------------------------------------------------------------------------------------------------------
 
 
-def cycle(opened, algorithm: str, stacks_first: bool) -> Cycle:
+def coupled_step(opened, algorithm: str, stacks_first: bool) -> CoupledStep:
     made = bench(scene().inputs[0])
     source, stage, *rest = made.system.components
     components = [source, *rest[:3], stage, *rest[3:]] if stacks_first else made.system.components
     system = System(components, made.system.connections)
-    return Cycle(system, opened(made.files), algorithm, source="source", lock_in="lock_in")
+    return CoupledStep(system, opened(made.files), algorithm, source="source", lock_in="lock_in")
 
 
 def test_the_stage_first_makes_the_error_one_of_second_order(opened):
@@ -173,14 +173,14 @@ def test_the_stage_first_makes_the_error_one_of_second_order(opened):
     below = FREQUENCY <= 2000
 
     def error(algorithm: str, step_size: float, stacks_first: bool = False) -> tuple[float, float]:
-        found = cycle(opened, algorithm, stacks_first).over(step_size).response(FREQUENCY)
+        found = coupled_step(opened, algorithm, stacks_first).over(step_size).response(FREQUENCY)
         return errors(found[below], linear[below])
 
     assert error("gauss_seidel", 10e-6) == pytest.approx((0.006, 0.15), rel=0.1)
     assert error("gauss_seidel", 20e-6) == pytest.approx((0.024, 0.59), rel=0.1)
     for algorithm, stacks_first in (("jacobi", False), ("jacobi_plain", False), ("gauss_seidel", True)):
         assert error(algorithm, 10e-6, stacks_first)[1] == pytest.approx(7.3, abs=0.3)
-    found = cycle(opened, "gauss_seidel", False).over(10e-6).response(FREQUENCY)
+    found = coupled_step(opened, "gauss_seidel", False).over(10e-6).response(FREQUENCY)
     assert errors(found, linear) == pytest.approx((0.021, 0.22), rel=0.1)
 
 
@@ -188,7 +188,7 @@ def test_the_stage_first_makes_the_error_one_of_second_order(opened):
     ("algorithm", "limit"), [("jacobi_plain", 64.8e-6), ("jacobi", 64.8e-6), ("gauss_seidel", 188.5e-6)]
 )
 def test_the_charge_that_is_fed_back_limits_the_step(opened, algorithm, limit):
-    made = cycle(opened, algorithm, stacks_first=False)
+    made = coupled_step(opened, algorithm, stacks_first=False)
     assert made.over(0.98 * limit).is_stable()
     assert not made.over(1.02 * limit).is_stable()
     assert all(made.over(step_size).growth() < -300 for step_size in (1e-6, 10e-6, 40e-6))
@@ -226,7 +226,7 @@ def test_all_stepped_sweeps_are_the_linearized_response(library, opened, excited
 
 
 def test_a_large_amplitude_meets_the_current_limit(library, opened):
-    """At 2 kHz 0.1 A is 9.65 V, as the linear current says; well above that the point tells it."""
+    """At 2 kHz 0.1 A is 9.65 V by the linear current; well above that the point is limited."""
     at, excited = scene(), scene().inputs[0]
     current = linearize(at.system, opened(build.build(at.system).files), [excited], ["stack[1].stack.current"])
     per_volt = abs(current.response(np.array([2000.0]), [(0, -1, -1)])[0, 0, 0])

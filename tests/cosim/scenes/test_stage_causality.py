@@ -1,4 +1,4 @@
-"""Stage and stacks by either causality: a stiffness that is exchanged diverges, one that the stage owns does not.
+"""Causality of stage and stacks: an exchanged stiffness diverges, a stiffness within the stage does not.
 
 A stack's force k (d V - l), held over a step H, is that of a spring that lags by H / 2: a negative damper k H / 2
 beside the damping c of each mode. Here c is 1 % of critical for the mode without stacks, c = 0.02 sqrt(k_mode m_mode).
@@ -15,7 +15,7 @@ from scipy.integrate import trapezoid
 from hfsa.components import pzt_stack, rrr_stage
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL
-from hfsa.cosim.analysis.stability import Cycle, OneStep
+from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linearize
@@ -101,11 +101,11 @@ def test_force_causality_diverges_above_two_c_over_k(opened, motion, algorithm):
         limit /= 3
     for stacks_first in (True, False):
         system = pair("force", damping_time(motion), stacks_first=stacks_first)
-        cycle = Cycle(system, opened(build(system).files), algorithm)
-        rates = [growth(cycle.over(factor * limit), motion) for factor in (0.99, 1.01)]
+        coupled = CoupledStep(system, opened(build(system).files), algorithm)
+        rates = [growth(coupled.over(factor * limit), motion) for factor in (0.99, 1.01)]
         assert rates[0] < 0 < rates[1]
         if motion == "translation":  # the first to go, so that it is the limit of all modes
-            (found,) = cycle.stability_limits(limit / 3, 1.05 * limit, points=8)
+            (found,) = coupled.stability_limits(limit / 3, 1.05 * limit, points=8)
             assert found == pytest.approx(limit, rel=2e-3)
 
 
@@ -114,7 +114,7 @@ def test_force_causality_diverges_above_two_c_over_k(opened, motion, algorithm):
 def test_it_diverges_in_simulation(opened, library, motion, factor):
     """A stage let go in the shape of its mode rings up or down as the one-step matrix says."""
     system, step_size, until = pair("force", damping_time(motion)), factor * LIMIT[motion], 0.06
-    rate = growth(Cycle(system, opened(build(system).files), "gauss_seidel").over(step_size), motion)
+    rate = growth(CoupledStep(system, opened(build(system).files), "gauss_seidel").over(step_size), motion)
     starts = dict(zip(ELONGATIONS, 1e-7 * MOTIONS[motion], strict=True))
     elongation, velocity = simulated(opened, library, system, "gauss_seidel", step_size, until, **starts)
     stiffness, mass = modal(motion)
@@ -128,17 +128,17 @@ def test_it_diverges_in_simulation(opened, library, motion, factor):
 def test_without_damping_it_diverges_at_every_step(opened, motion):
     """A mode then grows by k H / 4 m."""
     system = pair("force", 0.0)
-    cycle = Cycle(system, opened(build(system).files), "gauss_seidel")
+    coupled = CoupledStep(system, opened(build(system).files), "gauss_seidel")
     for step_size in (1e-7, 1e-6, 1e-5):
         expected = K * step_size / (4 * modal(motion)[1])
-        assert growth(cycle.over(step_size), motion) == pytest.approx(expected, rel=0.03)
+        assert growth(coupled.over(step_size), motion) == pytest.approx(expected, rel=0.03)
 
 
 def test_held_force_takes_damping_from_a_mode(opened):
     """At 1 us and 1 % it takes the part k H / 2 c: 37 % in yaw."""
     systems = [pair(causality, damping_time("yaw")) for causality in ("source", "force")]
     whole, left = (
-        growth(Cycle(system, opened(build(system).files), "gauss_seidel").over(1e-6), "yaw") for system in systems
+        growth(CoupledStep(system, opened(build(system).files), "gauss_seidel").over(1e-6), "yaw") for system in systems
     )
     lost = K * 1e-6 / (2 * damping("yaw"))
     assert lost == pytest.approx(0.37, abs=0.006)
@@ -168,10 +168,10 @@ def test_source_causality_is_stable_at_every_step(opened, algorithm):
     """With static stacks nothing goes back: the modes are exact, damped or not."""
     for beta in (damping_time("translation"), 0.0):
         system = pair("source", beta)
-        cycle = Cycle(system, opened(build(system).files), algorithm)
+        coupled = CoupledStep(system, opened(build(system).files), algorithm)
         for step_size in np.geomspace(1e-6, 100e-6, 9):
             for motion in MOTIONS:
-                assert growth(cycle.over(step_size), motion) == pytest.approx(
+                assert growth(coupled.over(step_size), motion) == pytest.approx(
                     -beta * modal(motion)[0] / (2 * modal(motion)[1]), abs=2e-3
                 )
 
@@ -182,8 +182,8 @@ def test_source_causality_is_stable_at_every_step(opened, algorithm):
 def test_charge_alone_limits_the_step_of_linear_stacks(opened, algorithm, limit):
     """An amplifier of 50 Ohm takes 40 us to bring the charge that a squeezed stack wants."""
     system = pair("source", 0.0, level="linear")
-    cycle = Cycle(system, opened(build(system).files), algorithm)
-    assert cycle.stability_limits(1e-6, 1.1 * limit, points=20)[0] == pytest.approx(limit, rel=0.02)
+    coupled = CoupledStep(system, opened(build(system).files), algorithm)
+    assert coupled.stability_limits(1e-6, 1.1 * limit, points=20)[0] == pytest.approx(limit, rel=0.02)
 
 
 # Statics and energy ---------------------------------------------------------------------------------------------------

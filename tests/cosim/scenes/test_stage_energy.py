@@ -1,4 +1,4 @@
-"""The stage's FMU in time: free and undamped it keeps its energy, without voltage it stays at rest to the last bit."""
+"""Energy of the stage's FMU: conserved without damping; exact rest without voltage."""
 
 import casadi as ca
 import numpy as np

@@ -1,4 +1,4 @@
-"""The stage under its control laws, co-simulated: the figures of the comparison, and what each law leaves."""
+"""The stage under its control laws, co-simulated: tracking error of each law."""
 
 from pathlib import Path
 
@@ -197,7 +197,11 @@ def test_volts_for_forces_take_the_rate_along(track):
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"law": "integral", "actuator": "force"}, StructureError, "law integral commands volts, not a force: take"),
+        (
+            {"law": "integral", "actuator": "force"},
+            StructureError,
+            "law integral commands a voltage, not a force: take",
+        ),
         ({"law": "pid"}, ValueError, "law is 'pid'.* pd"),
         (
             {"law": "pd", "proportional_gain": "-1"},

@@ -1,4 +1,4 @@
-"""Frequencies hit the resonances, amplitudes belong to units, windows hold enough samples."""
+"""Excitation: frequencies at resonances, amplitudes by unit, samples in a window."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Settling is judged honestly: where it says that a transient is over, what remains is within the tolerance."""
+"""Settling: the remaining transient of a settled gain is within the tolerance."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def windows_until_settled(gains, settling):
 
 
 def assert_honest(gains, settled, slack=1.0):
-    """The gain it stops with is within tolerance, and it stops soon after the last gain that is not."""
+    """The settled gain is within tolerance, and settling ends soon after the last gain that is not."""
     settling = Settling(TOLERANCE)
     count = windows_until_settled(gains, settling)
     error = np.abs(gains - settled) / np.abs(settled)

@@ -1,4 +1,4 @@
-"""Systems and scenes as data: what is refused before anything runs, and the text a scene is stored as."""
+"""Systems and scenes as data: refusals before anything runs, and the text of a stored scene."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from hfsa.cosim.systems.system import Component, Connection, System
 
 
 def ports(**kinds: str) -> dict[str, Connector]:
-    """Connectors by name from words: causality, unit, then the inputs that an output follows (`*` for all)."""
+    """Return connectors by name from words: causality, unit, then the dependencies of an output (`*` for all)."""
     found = {}
     for name, words in kinds.items():
         causality, unit, *inputs = words.split()
@@ -90,7 +90,7 @@ def test_connectors_that_do_not_fit(start, end, words):
 
 
 def test_a_unit_may_be_spelt_differently():
-    """A foreign FMU's `Newton` is our `N` where both say it is kg.m/s2; one that states no unit takes any."""
+    """`Newton` of a foreign FMU equals `N` where both are kg.m/s2; a variable without a unit accepts any."""
     newton = (1.0, 1.0, -2.0, 0, 0, 0, 0, 0, 1.0, 0)
     system = System([Component("a", "x"), Component("b", "x")], [Connection("a.y", "b.u")])
     ours = {"u": Connector("u", 0, "input", unit="N", base_unit=newton)}
@@ -138,7 +138,7 @@ def test_a_loop_shares_its_level_with_nothing_else():
 
 
 def test_two_instances_may_pass_values_back_and_forth():
-    """Not a loop: a.pose has no feedthrough, b.force follows it, a.acceleration follows the force."""
+    """Not a loop: a.pose has no feedthrough, b.force depends on it, a.acceleration depends on the force."""
     system = System(
         [Component("a", "x"), Component("b", "x"), Component("c", "x")],
         [Connection("a.pose", "b.pose"), Connection("b.force", "a.force"), Connection("a.acc", "c.acc")],
@@ -154,7 +154,7 @@ def test_two_instances_may_pass_values_back_and_forth():
 
 
 def test_outputs_share_a_level_where_nothing_waits():
-    """One call fetches both: the output that could be fetched earlier feeds nothing that is passed on."""
+    """One call reads both: no later output depends on the one that could be read earlier."""
     system = System(
         [Component("s", "x"), Component("a", "x"), Component("b", "x")],
         [Connection("s.y", "a.u"), Connection("a.follows", "b.u"), Connection("a.holds", "b.v")],

@@ -1,0 +1,198 @@
+"""Arguments of a part: the keyword-only arguments of its function, values read by annotation.
+
+A dotted name is a field of an argument that is a dataclass; `posture.rotation[3]` is one element of it, and leaves the
+others as they are. A value may be text, as typed on a command line; the annotation gives its type.
+"""
+
+import dataclasses
+import difflib
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from hfsa.components._modelling.follows import changed
+from hfsa.components._modelling.model import ModelError, nearest
+
+_ELEMENT = re.compile(r"^(.+)\[(\d+)\]$")
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One structural argument by its full name, `posture.rotation`; `values` are the admissible ones of a `Literal`."""
+
+    name: str
+    annotation: Any
+    default: Any
+
+    @property
+    def values(self) -> tuple[str, ...]:
+        """Admissible values of a `Literal` argument, otherwise empty."""
+        return get_args(self.annotation) if get_origin(self.annotation) is Literal else ()
+
+
+@cache
+def _hints(function: Callable[..., Any]) -> Mapping[str, Any]:
+    """Return the annotations of a function's arguments."""
+    origin = inspect.unwrap(function)
+    annotations = {name: kind for name, kind in origin.__annotations__.items() if name != "return"}
+    return get_type_hints(type("", (), {"__annotations__": annotations}), origin.__globals__)
+
+
+@cache
+def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
+    """Return the arguments of a function by name, dataclasses field by field."""
+    if function is None:
+        return {}
+    hints = _hints(function)
+    arguments = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name not in hints:
+            raise ModelError(
+                f"the argument {name} of {function.__name__}() has no annotation to read its value by; expected "
+                f"{name}: float, or another type"
+            )
+        annotation, default = hints[name], parameter.default
+        if dataclasses.is_dataclass(annotation):
+            fields = get_type_hints(annotation)
+            for field in dataclasses.fields(annotation):  # type: ignore[arg-type]
+                full = f"{name}.{field.name}"
+                arguments[full] = Argument(full, fields[field.name], getattr(default, field.name))
+        else:
+            arguments[name] = Argument(name, annotation, default)
+    return arguments
+
+
+def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keyword arguments of `function`: values read by annotation, dotted names gathered into dataclasses."""
+    known = arguments_of(function)
+    whole = {name: value for name, value in arguments.items() if _element(name, known) is None}
+    values = _read_whole(part, function, known, whole)
+    if len(whole) == len(arguments):
+        return values
+    elements = {name: value for name, value in arguments.items() if name not in whole}
+    return _read_whole(part, function, known, whole | _with_elements(part, known, values, elements))
+
+
+def argument_values(part: str, function: Callable[..., Any] | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of all arguments of `function` by full name, the defaults of those that are not given."""
+    if function is None:
+        return {}
+    values = read_arguments(part, function, arguments)
+    return {name: _value(values, argument) for name, argument in arguments_of(function).items()}
+
+
+def _value(values: Mapping[str, Any], argument: Argument) -> Any:
+    """Return the value of an argument, or of a field of one, among keyword arguments; else its default."""
+    owner, _, field = argument.name.partition(".")
+    if owner not in values:
+        return argument.default
+    return getattr(values[owner], field) if field else values[owner]
+
+
+def _read_whole(
+    part: str, function: Callable[..., Any], known: Mapping[str, Argument], arguments: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return keyword arguments as `read_arguments`; none of the given ones is an element of a vector."""
+    hints = _hints(function)
+    values: dict[str, Any] = {}
+    fields: dict[str, dict[str, Any]] = {}
+    for name, value in arguments.items():
+        if name in hints and dataclasses.is_dataclass(value):
+            values[name] = value
+        elif name not in known:
+            raise ModelError(f"{part} has no argument {name!r}{nearest(name, known)}")
+        elif name == "level" and value == "auto":
+            raise ModelError(
+                f"{part}: level auto is for an instance in a scene (-p INSTANCE.level=auto), which has outputs, a band "
+                f"and a tolerance to choose by; name one of {', '.join(known[name].values)}"
+            )
+        elif name in hints:
+            values[name] = read_value(f"{part}: {name}", known[name].annotation, value)
+        else:
+            owner, field = name.split(".", 1)
+            fields.setdefault(owner, {})[field] = read_value(f"{part}: {name}", known[name].annotation, value)
+    defaults = inspect.signature(function).parameters
+    for owner, given in fields.items():
+        values[owner] = changed(values.get(owner, defaults[owner].default), given)
+    return values
+
+
+def takes(known: Mapping[str, Argument], name: str) -> bool:
+    """Whether a name is that of an argument, or of an element of one."""
+    return name in known or _element(name, known) is not None
+
+
+def _element(name: str, known: Mapping[str, Argument]) -> tuple[str, int] | None:
+    """Return the argument and the place, from 1, that the name of an element means; `None` where it is no such name."""
+    match = _ELEMENT.match(name)
+    if match is None or name in known or match[1] not in known:
+        return None
+    annotation = known[match[1]].annotation
+    kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
+    return (match[1], int(match[2])) if any(get_origin(kind) in (tuple, list) for kind in kinds) else None
+
+
+def _with_elements(
+    part: str, known: Mapping[str, Argument], values: Mapping[str, Any], elements: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the vectors of keyword arguments, with elements in their places; `ModelError` where one is too short."""
+    found: dict[str, Any] = {}
+    for name, value in elements.items():
+        base, place = _element(name, known) or (name, 0)
+        vector = found.setdefault(base, list(_value(values, known[base]) or ()))
+        if not 1 <= place <= len(vector):
+            has = f"elements 1 to {len(vector)}" if vector else "no elements until it is given whole"
+            raise ModelError(f"{part} has no argument {name!r}: {base} has {has}")
+        vector[place - 1] = value
+    return found
+
+
+def read_value(where: str, annotation: Any, value: Any) -> Any:
+    """Return `value` as the annotation says; text is parsed, numbers and sequences are checked."""
+    origin, members = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        if value not in members:
+            near = difflib.get_close_matches(str(value), members, n=1, cutoff=0.5)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            raise ModelError(f"{where} is {value!r}, expected one of {', '.join(map(str, members))}{hint}")
+        return value
+    if origin in (Union, UnionType):
+        return _read_union(where, members, value)
+    if origin in (tuple, list):
+        items = value.split(",") if isinstance(value, str) else list(value)
+        fixed = origin is tuple and Ellipsis not in members
+        if fixed and len(items) != len(members):
+            raise ModelError(f"{where} has {len(items)} values, expected {len(members)}")
+        kinds = members if fixed else [members[0]] * len(items)
+        return origin(read_value(where, kind, item) for kind, item in zip(kinds, items, strict=True))
+    if annotation is bool:
+        words = {"true": True, "false": False, "1": True, "0": False, "yes": True, "no": False}
+        if str(value).lower() not in words:
+            raise ModelError(f"{where} is {value!r}, expected true or false")
+        return words[str(value).lower()]
+    if annotation in (int, float, str):
+        try:
+            return annotation(value.strip() if isinstance(value, str) else value)
+        except (TypeError, ValueError):
+            kind = {int: "a whole number", float: "a number", str: "a text"}[annotation]
+            raise ModelError(f"{where} is {value!r}, expected {kind}") from None
+    return value
+
+
+def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
+    """Return a value as the first of the types that takes it; the error is that of the first."""
+    if value is None and NoneType in members:
+        return None
+    errors = []
+    for member in members:
+        if member is NoneType:
+            continue
+        try:
+            return read_value(where, member, value)
+        except ModelError as error:
+            errors.append(error)
+    raise errors[0]

@@ -1,0 +1,129 @@
+"""Frequency responses of a sweep, read from its results file."""
+
+import contextlib
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.results import hdf5
+from hfsa.cosim.results.hdf5 import Node
+from hfsa.cosim.results.records import ResultsError, Signal, Theory
+from hfsa.cosim.results.store import open_file, translate_errors
+from hfsa.cosim.results.sweep_file import COMPUTED
+from hfsa.cosim.systems.names import nearest
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+@dataclass(frozen=True)
+class Bode:
+    """Frequency responses of a sweep: arrays over (frequency, output, input), and the axes.
+
+    Attributes:
+        frequency: shape (frequencies,) [Hz].
+        outputs, inputs: full names with units, the inputs with their amplitudes.
+        response: complex, output per input; NaN where a point is pending or failed.
+        step_error: relative error due to the communication steps, NaN where it is unknown or the response is zero.
+        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
+        attributes: attributes of the file.
+        settings: settings of the measurement.
+        theory: linear response to compare a measured one with, if known.
+        marks: published frequencies [Hz] by source, from the scene.
+    """
+
+    path: Path
+    frequency: NDArray[np.float64]
+    outputs: tuple[Signal, ...]
+    inputs: tuple[Signal, ...]
+    response: NDArray[np.complex128]
+    harmonic_distortion: NDArray[np.float64]
+    remaining_transient: NDArray[np.float64]
+    step_error: NDArray[np.float64]
+    status: NDArray[np.int8]
+    wall_time: NDArray[np.float64]
+    message: NDArray[np.object_]
+    settings: dict[str, Any]
+    attributes: dict[str, Any]
+    theory: Theory | None = None
+    marks: Mapping[str, float] = field(default_factory=dict)
+
+    def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (name of the axis in the file)
+        """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
+        return self.response[:, self._index(output, self.outputs), self._index(input, self.inputs)]
+
+    def to_xarray(self) -> "Dataset":
+        """Return the sweep as an `xarray.Dataset` over frequency, output and input; requires the extra `analysis`."""
+        import xarray
+
+        entries, points = ("frequency", "output", "input"), ("frequency", "input")
+        of_entries = ("response", "harmonic_distortion", "remaining_transient", "step_error")
+        variables = {name: (entries, getattr(self, name)) for name in of_entries}
+        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message")}
+        coordinates = {
+            "frequency": ("frequency", self.frequency, {"units": "Hz"}),
+            "output": [signal.name for signal in self.outputs],
+            "input": [signal.name for signal in self.inputs],
+            "output_unit": ("output", [signal.unit for signal in self.outputs]),
+            "input_unit": ("input", [signal.unit for signal in self.inputs]),
+            "amplitude": ("input", [signal.amplitude for signal in self.inputs]),
+        }
+        return xarray.Dataset(variables, coords=coordinates, attrs=self.attributes)
+
+    def _index(self, name: str, signals: Sequence[Signal]) -> int:
+        """Return the index of a signal; `ResultsError` with the nearest names if there is none."""
+        names = [signal.name for signal in signals]
+        if name not in names:
+            raise ResultsError(f"{self.path} has no signal {name!r}{nearest(name, names)}")
+        return names.index(name)
+
+
+def read_sweep(path: str | Path) -> Bode:
+    """Read a sweep, finished or not; `ResultsError` where the file holds none."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        if "bode" not in file:
+            raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
+        group = file["bode"]
+        outputs = zip(hdf5.texts(group["output"]), hdf5.texts(group["output_unit"]), strict=True)
+        inputs = zip(
+            hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
+        )
+        numbers = {name: group[name][:] for name in COMPUTED if name != "message"}
+        return Bode(
+            path=path,
+            frequency=group["frequency"][:],
+            outputs=tuple(Signal(name, unit) for name, unit in outputs),
+            inputs=tuple(Signal(name, unit, amplitude) for name, unit, amplitude in inputs),
+            message=np.array([[hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
+            settings=hdf5.plain(file["sweep"].attrs),
+            attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
+            step_error=_step_error(group),
+            theory=_read_theory(file),
+            marks=_marks(hdf5.text(file["system"].attrs["scene"])),
+            **numbers,
+        )
+
+
+def _marks(scene: str) -> dict[str, float]:
+    """Return the published frequencies [Hz] of a scene's text by label; empty where the text is no scene of hfsa."""
+    with contextlib.suppress(tomllib.TOMLDecodeError):
+        return tomllib.loads(scene).get("marks", {})
+    return {}
+
+
+def _step_error(group: Node) -> NDArray[np.float64]:
+    """Read the error due to communication steps; NaN in files of version 0.1, which lack it."""
+    return group["step_error"][:] if "step_error" in group else np.full(group["response"].shape, np.nan)
+
+
+def _read_theory(file: Node) -> Theory | None:
+    """Read the theoretical response, if there is one."""
+    group = file.get("theory")
+    return None if group is None else Theory(group["frequency"][:], group["response"][:])

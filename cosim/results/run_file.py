@@ -1,0 +1,111 @@
+"""Results file of a time-domain run: recorded variables over time, and their error estimates."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.cosim.results import hdf5
+from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
+from hfsa.cosim.results.interrupts import deferred_interrupts
+from hfsa.cosim.results.records import ErrorEstimate, ResultsError, SystemRecord
+from hfsa.cosim.results.store import Store, open_file, translate_errors
+
+_ERRORS = ("error_estimate", "relative_error")
+"""Attributes of a recorded variable."""
+
+
+class RunFile:
+    """Results file of a time-domain run: recorded variables by full name; rows that are not reached stay NaN.
+
+    `force` replaces a results file of hfsa, as `Store.create`. `identity` is independent of the name of the file.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        time: NDArray[np.float64],
+        units: Mapping[str, str],
+        system: SystemRecord,
+        force: bool = False,
+    ):
+        def fill(file: Node) -> None:
+            """Create the time axis and a dataset for each variable."""
+            group = file.create_group("time")
+            hdf5.create_scale(group, "time", time, "s")
+            for name, unit in units.items():
+                dataset = hdf5.create_dataset(group, name, ["time"], np.nan, float, unit)
+                for attribute in _ERRORS:
+                    dataset.attrs[attribute] = np.nan  # a verification overwrites it in place
+            group.attrs.create("message", np.bytes_(b""), dtype=f"S{LONGEST_MESSAGE}")
+
+        self._store = Store.create(path, system, fill, force)
+        self.identity = self._store.identity
+
+    def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
+        """Write a block of values of recorded variables, beginning at a row, and flush."""
+        with deferred_interrupts():
+            for name, block in values.items():
+                self._store.file["time"][name][row : row + len(block)] = block
+            self._store.flush()
+
+    def close(self, failure: str = "") -> None:
+        """Close the file with status `complete`, or `failed` with the message as attribute of `/time`."""
+        self._close(hdf5.FAILED if failure else hdf5.COMPLETE, failure)
+
+    def interrupt(self) -> None:
+        """Close the file of a run that a signal ended, with status `interrupted`."""
+        self._close(hdf5.INTERRUPTED, "interrupted before the end")
+
+    def _close(self, status: bytes, message: str) -> None:
+        """Close the file with a status and a message."""
+        with deferred_interrupts():
+            self._store.file["time"].attrs.modify("message", np.bytes_(clipped(message)))
+            hdf5.set_status(self._store.file, status)
+            self._store.close()
+
+
+def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:
+    """Read a time-domain run: arrays over time by name (`time` [s] first), and the units."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        if "time" not in file:
+            raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
+        group = file["time"]
+        names = ["time", *(name for name in group if name != "time")]
+        return {name: group[name][:] for name in names}, {name: hdf5.text(group[name].attrs["units"]) for name in names}
+
+
+def read_status(path: str | Path) -> tuple[str, str]:
+    """Read the status of a time-domain run and its error message, empty unless it failed."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        return hdf5.status_of(file), hdf5.text(file["time"].attrs["message"])
+
+
+def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:
+    """Write error estimates of recorded variables, by full name, to the file of a complete run."""
+    with translate_errors(path, "write"):
+        store = Store.resume(path, lambda _: None)
+        try:
+            for name, error in errors.items():
+                for attribute, value in zip(_ERRORS, (error.absolute, error.relative), strict=True):
+                    store.file["time"][name].attrs.modify(attribute, np.float64(value))
+        finally:
+            store.close()
+
+
+def read_errors(path: str | Path) -> dict[str, ErrorEstimate]:
+    """Read the error estimates of a time-domain run by variable; empty where the run was not verified."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        group = file["time"]
+        found = {
+            name: ErrorEstimate(*(float(dataset.attrs.get(attribute, np.nan)) for attribute in _ERRORS))
+            for name, dataset in group.items()
+        }
+    return {name: error for name, error in found.items() if np.isfinite(error.absolute)}
