@@ -155,7 +155,7 @@ class Rig:
                 self.master.initialize(starts={**own, **start.values, f"{bench.source}.{_RAMP}": 0.0})
                 self.master.remember(start.earlier)
                 return start
-            except StepError:
+            except (StepError, StructureError):
                 pass
         self.master.initialize(starts=own)
         return None

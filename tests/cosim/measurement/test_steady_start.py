@@ -26,6 +26,9 @@ LINEAR = [
     ("beam_payload", {}),
     ("beam_bode", {}),
 ]
+OTHERS = ("linearized_feedback", "jacobi_plain")
+"""One takes FMUs with ports; of the other inputs lag behind outputs, which no start value gives."""
+
 STEPPING = [name for name, row in ALGORITHMS.items() if row.is_limited]
 
 
@@ -68,7 +71,7 @@ def test_a_linear_scene_is_settled_from_the_first_window_on(library, name, argum
     assert np.max(windows(library, name, arguments)) < 1e-9
 
 
-@pytest.mark.parametrize("algorithm", [name for name in STEPPING if name != "linearized_feedback"])
+@pytest.mark.parametrize("algorithm", [name for name in STEPPING if name not in OTHERS])
 def test_whatever_the_algorithm(library, algorithm):
     accuracy = 1e-6 if ALGORITHMS[algorithm].inputs == "iterated" else 1e-9  # their passes end at 1e-10 of a value
     assert np.max(windows(library, "sdelta_hfsa", {"execution": "continuous"}, algorithm, points=2)) < accuracy
@@ -117,10 +120,8 @@ def test_what_does_not_let_its_states_be_set_starts_at_rest(library, monkeypatch
     try:
         plain = rig.measure(Task(0, 0, bench, settings, 20.0, 1e-3))
         misled = rig.measure(Task(0, 0, bench, settings, 20.0, 1e-3, wrong))
-        unsettable = replace(wrong, values={"mass.position": float("nan")})
-        refused = rig.measure(
-            Task(0, 0, bench, settings, 20.0, 1e-3, replace(unsettable, values={"mass.position": 1.0}))
-        )
+        unsettable = replace(wrong, values={"mass.position": 1.0})  # an output
+        refused = rig.measure(Task(0, 0, bench, settings, 20.0, 1e-3, unsettable))
     finally:
         rig.close()
     for other in (misled, refused):
