@@ -52,7 +52,7 @@ class Geometry(NamedTuple):
     tilt: float
     spacing: float
     outer_spacing: float
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
 
 
 Stiffnesses = list[np.ndarray]
@@ -73,7 +73,7 @@ class ModuleKind(NamedTuple):
 
     element: Literal["beam", "sheet"]
     arguments: tuple[str, ...]
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]
     layers: int
     compliance: Callable[[Geometry, Stiffnesses], np.ndarray]
 

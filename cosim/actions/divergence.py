@@ -15,6 +15,7 @@ An output without a scale stops a run only where it is not finite. For an input,
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.signals.prefixes import readable
@@ -55,7 +56,7 @@ class DivergenceError(StepError):
         super().__init__(instance, variable, "diverged", time, message)
         self.signal, self.value, self.scale = signal, value, scale
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.signal, self.value, self.scale, self.time)
 
 

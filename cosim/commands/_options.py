@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
@@ -50,8 +50,12 @@ Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+if TYPE_CHECKING:
+    Choice = str
+else:
+    Choice = Literal[(AUTO, *ALGORITHMS)]
 AlgorithmName = Annotated[
-    Literal[(AUTO, *ALGORITHMS)] | None,  # type: ignore[valid-type]
+    Choice | None,
     Parameter(
         "--algorithm",
         help="Co-simulation algorithm (default: the scene's). `auto` chooses the cheapest one with a predicted error "
@@ -120,7 +124,8 @@ class SteppingOptions:
     @property
     def arguments(self) -> dict[str, Any]:
         """Arguments of an experiment for the options that are given."""
-        if self.backend is not None and self.algorithm in ALGORITHMS and ALGORITHMS[self.algorithm].is_model_exchange:
+        chosen = ALGORITHMS.get(self.algorithm or "")
+        if self.backend is not None and chosen is not None and chosen.is_model_exchange:
             raise StructureError(f"--backend: {self.algorithm} takes no steps and has no stepping loop")
         return given({"step_size" if name == "step" else name: value for name, value in asdict(self).items()})
 

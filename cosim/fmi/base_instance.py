@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import fmpy
 import numpy as np
@@ -63,7 +63,7 @@ class StepError(RuntimeError):
         self.instance, self.function, self.status, self.time = instance, function, status, time
         self.message = message
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.instance, self.function, self.status, self.time, self.message)
 
 

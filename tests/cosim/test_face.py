@@ -48,7 +48,7 @@ def counted(monkeypatch) -> dict[str, Counter]:
     monkeypatch.setattr(description, "read_model_description", counted_parse)
     monkeypatch.setattr(build, "fmu_file", counted_build)
     description._read.cache_clear()
-    description._described.cache_clear()
+    description._interface_description.cache_clear()
     return counts
 
 

@@ -53,9 +53,9 @@ OWNERS = {
     "force per volt of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.full_voltage"},
     "free stroke of the stacks": {"pzt.stroke"},
     "full voltage of the stacks": {"pzt.full_voltage"},
-    "mass of what the beams carry": {"payload.mass"},
-    "inertia of what the beams carry": {"payload.inertia"},
-    "mass centre of what the beams carry": {"payload.center"},
+    "mass of the body on the beams": {"payload.mass"},
+    "inertia of the body on the beams": {"payload.inertia"},
+    "mass centre of the body on the beams": {"payload.center"},
 }
 
 
@@ -278,7 +278,7 @@ def test_a_scene_of_the_users_own_is_checked_too(tmp_path):
     file.write_text(scene_text(scene))
     (sentence,) = disagreements(str(file), {}, load_scene(str(file)))
     assert sentence == (
-        "mass of what the beams carry differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
+        "mass of the body on the beams differs: 0.1 kg in suspension.platform.mass; 0.2 kg in payload.body.mass; "
         "the scene has no argument that changes all of them"
     )
 
@@ -286,7 +286,7 @@ def test_a_scene_of_the_users_own_is_checked_too(tmp_path):
 def test_members_of_one_fmu_are_checked_too():
     system = fused(load_scene("beam_payload", MASSLESS).system, [["suspension", "payload"]])
     assert len(system.components) == 1
-    assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of what the beams carry"]
+    assert [conflict.fact.name for conflict in conflicts(system)] == ["mass of the body on the beams"]
 
 
 def test_what_cannot_be_read_is_left_to_those_who_build_it():

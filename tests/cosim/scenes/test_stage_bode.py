@@ -162,10 +162,10 @@ def test_a_bias_that_the_stacks_cannot_have():
 
 def coupled_step(opened, algorithm: str, stacks_first: bool) -> CoupledStep:
     made = bench(scene().inputs[0])
-    source, stage, *rest = made.system.components
-    components = [source, *rest[:3], stage, *rest[3:]] if stacks_first else made.system.components
-    system = System(components, made.system.connections)
-    return CoupledStep(system, opened(made.files), algorithm, source="source", lock_in="lock_in")
+    source, stage, *rest = made.assembly.system.components
+    components = [source, *rest[:3], stage, *rest[3:]] if stacks_first else made.assembly.system.components
+    system = System(components, made.assembly.system.connections)
+    return CoupledStep(system, opened(made.assembly.files), algorithm, source="source", lock_in="lock_in")
 
 
 def test_the_stage_first_makes_the_error_one_of_second_order(opened):
