@@ -19,8 +19,8 @@ def sine_source(*, unit: str = "1") -> Model:
     m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)
-    ramp = m.parameter("ramp", 1.0, "1", "1: amplitude ramped up, 0: full amplitude from the start", min=0, max=1)
     offset = m.parameter("offset", 0.0, unit, "Mean of value, about which the sinusoid swings")
+    ramp = m.parameter("ramp", 1.0, "1", "1: amplitude ramped up, 0: full amplitude from the start", min=0, max=1)
     omega = 2 * ca.pi * frequency
     ramp_time = ca.fmax(2 / frequency, 0.5)
     phase, turn = omega * m.time, ca.pi / ramp_time

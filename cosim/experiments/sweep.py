@@ -52,9 +52,6 @@ GRIDS = ("response", "log")
 # number of frequencies of the dense grid, and of the theoretical line
 _DENSE, _LINE = 5000, 1000
 
-STEADY_SOURCE = "sine_source"
-"""Part whose sine may have its full amplitude from the start."""
-
 _AROUND = 1e-6
 """Relative width of the band in which levels and orders are judged for a single frequency."""
 
@@ -270,8 +267,9 @@ def sweep_scene(
         for sentence in sentences:
             warn(sentence)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
-        is_steady = request.start == STARTS[0] and scene.source.part == STEADY_SOURCE
-        starts = known.steady_starts(scene, plan.frequency) if is_steady else {}
+        starts, reason = known.steady_starts(scene, plan.frequency) if request.start == STARTS[0] else ({}, "")
+        if reason:
+            warn(f"points start at rest, which takes longer: their steady state is not known, as {reason}")
     settings = request.settings(scene)
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}

@@ -30,7 +30,7 @@ from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.linear.linearize import upstream
 from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED
 from hfsa.cosim.results.files import AlgorithmChoice
-from hfsa.cosim.systems.scene import AUTO, Scene
+from hfsa.cosim.systems.scene import AUTO, SINE_SOURCE, Scene
 from hfsa.cosim.systems.system import System
 
 
@@ -91,20 +91,28 @@ class Judge:
         except NOT_KNOWN:
             return None
 
-    def steady_starts(self, scene: Scene, frequency: NDArray[np.float64]) -> dict[str, Sequence[SteadyStart]]:
-        """Return the steady states at frequencies [Hz] by excited input, without inputs for which none is known."""
-        if self.analysis is None or scene.algorithm not in LIMITED:
-            return {}
+    def steady_starts(
+        self, scene: Scene, frequency: NDArray[np.float64]
+    ) -> tuple[dict[str, Sequence[SteadyStart]], str]:
+        """Return the steady states at frequencies [Hz] by excited input, and why those of others are not known."""
+        if self.analysis is None:
+            return {}, self.unknown
+        if scene.source.part != SINE_SOURCE:
+            return {}, f"the source {scene.source.part} raises its amplitude by itself"
+        if scene.algorithm not in LIMITED:
+            return {}, f"{scene.algorithm} has no one-step matrix"
+        found, reason = {}, ""
         try:
             coupled = self.analysis.coupled_steps(scene.algorithm)
-            found = {
-                e.name: steady_starts(one, scene.step_size, frequency, e.amplitude)
-                for e, one in zip(self.analysis.excitations, coupled, strict=True)
-                if e.lock_in is not None
-            }
-        except NOT_KNOWN:
-            return {}
-        return {name: starts for name, starts in found.items() if starts is not None}
+            for excitation, one in zip(self.analysis.excitations, coupled, strict=True):
+                starts = steady_starts(one, scene.step_size, frequency, excitation.amplitude)
+                if starts is None:
+                    reason = "a mode of the system does not decay"
+                elif excitation.lock_in is not None:
+                    found[excitation.name] = starts
+        except NOT_KNOWN as error:
+            return {}, str(error)
+        return found, reason
 
 
 @contextlib.contextmanager

@@ -117,48 +117,58 @@ class Rig:
         self._limits = self.master.record(limits, rows=1000) if limits else None
 
     def measure(self, task: Task) -> Point:
-        """Measure one point; raises as the master."""
-        settings = task.settings
+        """Measure one point; raises as the master.
+
+        Where the system does not run from the predicted steady state, it starts at rest, and the message says why.
+        """
+        try:
+            return self._measure(task)
+        except (StepError, StructureError) as error:
+            if task.start is None:
+                raise
+            point = self._measure(replace(task, start=None))
+            return replace(point, message=point.message or f"started at rest: {error}")
+
+    def _measure(self, task: Task) -> Point:
+        """Measure one point from its steady state, or from rest without one; raises as the master."""
+        settings, start = task.settings, task.start
         steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
         window = steps * settings.step_size
-        start = self._initialize(task, window)
-        ramp = 0 if start is not None else math.ceil(ramp_time(task.frequency) / window - 1e-9)
-        most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
+        self._initialize(task, window)
         settling = Settling(settings.settling_tolerance)
-        if start is not None:
+        ramp = 0
+        if start is None:
+            ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
+        else:
             settling.expected, settling.keeps = start.gain, math.exp(start.growth * window)
+        most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
+        simulated = 0.0
         for k in range(1, ramp + most + 1):
             if self._limits is not None:
                 self._limits.clear()
             self.master.advance(steps)
+            simulated = k * window
             if k > ramp:
                 gain = self._gain(k)
                 settling.floor = noise_floor(gain, self.units, self.nominal)
                 settling.add(gain)
             if settling.settled or is_stopping():
                 break
-        return self._point(task, settling, k * window)
+        return self._point(task, settling, simulated)
 
-    def _initialize(self, task: Task, window: float) -> SteadyStart | None:
-        """Bring the system to the start of a point, windows of a length [s]; return the steady state it starts on.
-
-        Where an FMU does not let its states be set it starts at rest.
-        """
-        bench, start = self.bench, task.start
-        own = {
-            f"{bench.source}.frequency": task.frequency,
-            f"{bench.source}.amplitude": task.amplitude,
-            f"{bench.lock_in}.window": window,
+    def _initialize(self, task: Task, window: float) -> None:
+        """Bring the system to the start of a point, windows of a length [s]; raises as the master."""
+        source = self.bench.source
+        starts = {
+            f"{source}.frequency": task.frequency,
+            f"{source}.amplitude": task.amplitude,
+            f"{self.bench.lock_in}.window": window,
         }
-        if start is not None:
-            try:
-                self.master.initialize(starts={**own, **start.values, f"{bench.source}.{_RAMP}": 0.0})
-                self.master.remember(start.earlier)
-                return start
-            except (StepError, StructureError):
-                pass
-        self.master.initialize(starts=own)
-        return None
+        if task.start is None:
+            self.master.initialize(starts=starts)
+        else:
+            self.master.initialize(starts={**starts, **task.start.values, f"{source}.{_RAMP}": 0.0})
+            self.master.remember(task.start.earlier)
 
     def _gain(self, window: int) -> np.ndarray:
         """Return the complex amplitudes of the outputs over the last window."""

@@ -17,8 +17,11 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
     """Raise `ResultsError`, with the differences, unless the file has the settings, axes and FMUs of this sweep."""
     if "bode" not in file:
         raise ResultsError(f"{path} holds no sweep to resume; it has {', '.join(file) or 'nothing'}")
+    settings = hdf5.plain(file["sweep"].attrs)
+    if earlier_version(file):  # which may lack settings of today
+        settings = {**plan.settings, **settings}
     differences = [
-        *_differences(hdf5.plain(file["sweep"].attrs), dict(plan.settings)),
+        *_differences(settings, dict(plan.settings)),
         *_axis_differences(file["bode"], plan),
         *_system_differences(file["system"], system, is_earlier=bool(earlier_version(file))),
     ]

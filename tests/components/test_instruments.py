@@ -97,7 +97,7 @@ def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
     ramp = max(2 / frequency, 0.5)
 
     def at(t: float) -> np.ndarray:
-        return np.array(out(t, [], [], [], [2e-3, frequency, 0.0])).reshape(-1)
+        return np.array(out(t, [], [], [], [2e-3, frequency, 0.0, 1.0])).reshape(-1)
 
     for t in np.array([0.1, 0.37, 0.83, 1.9]) * ramp:
         h = 1e-4 / frequency
@@ -110,10 +110,22 @@ def test_sine_source_rates_are_its_derivatives_also_in_the_ramp(frequency):
     assert at(1.5 * ramp)[0] == pytest.approx(2e-3 * np.sin(2 * np.pi * frequency * 1.5 * ramp))
 
 
+def test_sine_source_may_have_its_amplitude_from_the_start():
+    """Without the ramp it is the plain sine with its derivatives."""
+    out = functions(sine_source(unit="m")).out
+    for t in (0.0, 0.01, 0.3, 7.0):
+        w, phase = 2 * np.pi * 3.0, 2 * np.pi * 3.0 * t
+        sine, cosine = np.sin(phase), np.cos(phase)
+        expected = 2e-3 * np.array([sine, w * cosine, -(w**2) * sine, -(w**3) * cosine])
+        scale = 2e-3 * w ** np.arange(4)
+        found = np.array(out(t, [], [], [], [2e-3, 3.0, 0.0, 0.0])).ravel()[:4]
+        np.testing.assert_allclose(found / scale, expected / scale, atol=1e-13)
+
+
 def test_sine_source_swings_about_its_offset():
     """The offset moves the value and nothing else, ramp or not."""
     out = functions(sine_source(unit="V")).out
     for t in (0.0, 0.2, 3.3):
-        about, plain = (np.array(out(t, [], [], [], [0.5, 1.0, offset])).ravel() for offset in (75.0, 0.0))
+        about, plain = (np.array(out(t, [], [], [], [0.5, 1.0, offset, 1.0])).ravel() for offset in (75.0, 0.0))
         assert about[0] == pytest.approx(75.0 + plain[0], rel=1e-15)
         assert about[1:].tolist() == plain[1:].tolist()
