@@ -83,12 +83,13 @@ SCENES = [
     ("sdelta_hfsa", ["--input", "command.position[1]"], 3),
     ("sdelta_hfsa", ["-p", "law=ctc", "--input", "command.rotation[2]"], 3),
     ("sdelta_accelerometer", ["--input", "command.position[3]"], 2),
-    (
+    pytest.param(
         "accelerometer_shaker",
         ["--input", "sensor.base.acceleration[2]", "-p", "sensor.level=nonlinear", "--to", "500"],
         2,
+        marks=pytest.mark.slow,
     ),
-    ("stage_bode", ["--input", "stack[1].command.voltage", "--to", "300"], 2),
+    ("stage_bode", ["--input", "stack[1].command.voltage", "--from", "100", "--to", "300"], 2),
     ("stage_accelerometer", ["--input", "stack[1].command.voltage", "--to", "300"], 2),
     ("beam_payload", ["--input", "payload.base.acceleration[3]"], 3),
     ("beam_bode", ["--input", "stage.wrench.force[3]"], 3),
