@@ -44,7 +44,9 @@ Fuse = Annotated[
 ]
 Jobs = Annotated[
     int | None,
-    Parameter(("-j", "--jobs"), validator=Number(gte=1), help="Number of processes (default: one per processor)."),
+    Parameter(
+        ("-j", "--jobs"), validator=Number(gte=1), help="Number of threads or processes (default: one per processor)."
+    ),
 ]
 Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]

@@ -61,7 +61,7 @@ class SweepRequest:
     """Options of a sweep; `None` stands for the default of the scene or of the method.
 
     `inputs` and `outputs` are full or short names; `low` and `high` in Hz; `amplitude` in the unit of each input;
-    `jobs` is the number of processes (default: one per processor); `backend` is one of `BACKENDS`.
+    `jobs` is the number of threads or processes (default: one per processor); `backend` is one of `BACKENDS`.
     """
 
     method: Literal["stepped", "linear"] = "stepped"
@@ -153,7 +153,7 @@ def sweep(
         measurement_periods: periods in a measurement window.
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
-        jobs: processes (default: one per processor).
+        jobs: threads or processes (default: one per processor).
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.

@@ -1,9 +1,12 @@
-"""Worker processes: results in order of completion; a crash loses only its own task; Ctrl-C ends all workers.
+"""Workers: results in order of completion; a crash loses only its own task; Ctrl-C ends all workers.
 
-Only the parent handles signals: its workers ignore signals to the whole process group (Ctrl-C, SIGTERM of a batch
-system). A thread in each worker ends the process when the parent has died, or when a task does not end within a grace
-period after a stop request because an FMU does not return. Temporary folders of the workers lie in a folder of the
-parent, which is deleted however a worker ends.
+Threads suit work in C that holds no lock and does not crash: they share what is loaded. All other work runs in
+processes.
+
+Only the parent handles signals: its processes ignore signals to the whole process group (Ctrl-C, SIGTERM of a batch
+system). A thread in each process ends it when the parent has died, or when a task does not end within a grace period
+after a stop request because an FMU does not return. Temporary folders of the processes lie in a folder of the parent,
+which is deleted however a process ends.
 """
 
 import contextlib
@@ -15,7 +18,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from functools import partial
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -35,6 +38,7 @@ _IGNORED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasat
 _stop: Event | None = None
 _is_ending = False
 _is_busy = False
+_thread = threading.local()
 
 
 def results(
@@ -62,9 +66,27 @@ def results(
             yield task, work(task)
 
 
+def in_threads(
+    work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int
+) -> Generator[tuple[Task, Result | None]]:
+    """Yield each task with its result as `results`, from threads of this process; a single job runs in this thread."""
+    if min(jobs, len(tasks)) <= 1:
+        yield from results(work, tasks)
+        return
+    stop = threading.Event()
+    pool = ThreadPoolExecutor(min(jobs, len(tasks)), "hfsa", partial(setattr, _thread, "stop"), (stop,))
+    try:
+        for i, result in _submitted(work, tasks, pool):
+            yield tasks[i], result
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
 def is_stopping() -> bool:
-    """Whether the result is no longer needed; always false outside the worker processes of this module."""
-    return _is_ending or (_stop is not None and _stop.is_set())
+    """Whether the result is no longer needed; always false outside the workers of this module."""
+    stops = (_stop, getattr(_thread, "stop", None))
+    return _is_ending or any(stop is not None and stop.is_set() for stop in stops)
 
 
 def _in_processes(

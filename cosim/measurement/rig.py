@@ -4,6 +4,7 @@ A `Rig` is a system with its instruments, loaded once per process and reused for
 """
 
 import math
+import threading
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -85,6 +86,9 @@ class Task:
     start: SteadyStart | None = None
 
 
+_SPELL = 100_000
+"""Largest number of steps between two looks for a stop request."""
+
 _RAMP = "ramp"
 """Parameter of the sine source: 0 for full amplitude from the start."""
 
@@ -146,15 +150,22 @@ class Rig:
         for k in range(1, ramp + most + 1):
             if self._limits is not None:
                 self._limits.clear()
-            self.master.advance(steps)
+            self._advance(steps)
             simulated = k * window
             if k > ramp:
                 gain = self._gain(k)
                 settling.floor = noise_floor(gain, self.units, self.nominal)
                 settling.add(gain)
-            if settling.settled or is_stopping():
+            if settling.settled:
                 break
         return self._point(task, settling, simulated)
+
+    def _advance(self, steps: int) -> None:
+        """Take the steps of a window; `KeyboardInterrupt` where the point is no longer needed."""
+        for first in range(0, steps, _SPELL):
+            if is_stopping():
+                raise KeyboardInterrupt
+            self.master.advance(min(_SPELL, steps - first))
 
     def _initialize(self, task: Task, window: float) -> None:
         """Bring the system to the start of a point, windows of a length [s]; raises as the master."""
@@ -218,12 +229,12 @@ class Rig:
         self.master.close()
 
 
-_rigs: dict[str, Rig] = {}
+_rigs: dict[tuple[int, str], Rig] = {}
 
 
 def _rig(bench: Bench, settings: Settings) -> Rig:
-    """Return the rig of this process for a bench; it is created at the first point."""
-    key = repr((bench.key, settings))
+    """Return the rig of this thread for a bench; it is created at the first point."""
+    key = threading.get_ident(), repr((bench.key, settings))
     if key not in _rigs:
         _rigs[key] = Rig(bench, settings)
     return _rigs[key]

@@ -13,7 +13,7 @@ the caller writes the file. A failed point is a status in the file with its mess
 import contextlib
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
+from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.measurement import pool
 from hfsa.cosim.measurement.rig import Bench, Settings, Task, close_rigs, measure
 from hfsa.cosim.results.files import (
@@ -202,9 +203,8 @@ def stepped(
     """Measure all unfinished points of the file, and write each when it is finished.
 
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
-    Points run on `executor`, else in `jobs` processes; with 1 in this
-    process. Raises `StructureError` for wrong wiring, before a run, and `ResultsError` where the file cannot be
-    written.
+    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process. Raises `StructureError` for
+    wrong wiring, before a run, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
@@ -224,9 +224,7 @@ def stepped(
     tasks.sort(key=_work, reverse=True)
     total, finished = sum(map(_work, tasks)), 0.0
     points = len(plan.frequency) * len(plan.inputs)
-    # a foreign FMU may crash, which must not end this process
-    is_foreign = any(bench.assembly.is_foreign for bench in benches.values())
-    with contextlib.closing(pool.results(measure, tasks, jobs, executor, apart=is_foreign)) as results, _rigs_closed():
+    with _rigs_closed(), contextlib.closing(_points(tasks, jobs, executor)) as results:
         for n, (task, point) in enumerate(results, points - len(tasks) + 1):
             if point is None:
                 message = "the process ended without a result: an FMU must have crashed"
@@ -235,6 +233,18 @@ def stepped(
             finished += _work(task)
             if report is not None:
                 report(Progress(point, n, points, finished / total))
+
+
+def _points(tasks: Sequence[Task], jobs: int, executor: Executor | None) -> Generator[tuple[Task, Point | None]]:
+    """Yield each task with its point as it is measured."""
+    # a foreign FMU may crash, which must not end this process
+    is_foreign = any(task.bench.assembly.is_foreign for task in tasks)
+    is_stepped = all(
+        task.bench.library is not None and ALGORITHMS[task.settings.algorithm].is_limited for task in tasks
+    )
+    if executor is None and is_stepped and not is_foreign:
+        return pool.in_threads(measure, tasks, jobs)
+    return pool.results(measure, tasks, jobs, executor, apart=is_foreign)
 
 
 @contextlib.contextmanager

@@ -31,7 +31,7 @@ def test_a_reader_that_goes_away_is_no_error():
 
 def test_an_interrupted_sweep_keeps_its_points_and_resumes(tmp_path):
     path = tmp_path / "sweep.h5"
-    words = ["sweep", "mass_on_spring", "-p", "damping=0.5", "--points", "12", "--jobs", "2", "-o", str(path)]
+    words = ["sweep", "mass_on_spring", "-p", "damping=0.5", "--points", "12", "--start", "rest", "-o", str(path)]
     command = [sys.executable, "-m", "hfsa.cosim.cli", *words]
     child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     while not (path.is_file() and measured(path)):

@@ -1,4 +1,4 @@
-"""Worker processes: a crash loses only its own task, and an early stop does not wait."""
+"""Workers: a crash loses only its own task, and an early stop does not wait."""
 
 import contextlib
 import time
@@ -11,10 +11,11 @@ from hfsa.cosim.measurement import pool
 SUMS = ["1 + 1", "2 + 2", "3 + 3"]
 
 
+@pytest.mark.parametrize("results", [pool.results, pool.in_threads])
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_results_belong_to_their_tasks(jobs):
-    assert dict(pool.results(eval, SUMS, jobs)) == {"1 + 1": 2, "2 + 2": 4, "3 + 3": 6}
-    assert list(pool.results(eval, [], jobs)) == []
+def test_results_belong_to_their_tasks(results, jobs):
+    assert dict(results(eval, SUMS, jobs)) == {"1 + 1": 2, "2 + 2": 4, "3 + 3": 6}
+    assert list(results(eval, [], jobs)) == []
 
 
 def test_any_executor_will_do():
@@ -29,14 +30,15 @@ def test_a_process_that_dies_takes_only_its_own_task_with_it():
     assert dict(pool.results(eval, tasks, 2)) == expected
 
 
-def test_who_stops_waiting_ends_what_runs(tmp_path):
+@pytest.mark.parametrize("results", [pool.results, pool.in_threads])
+def test_who_stops_waiting_ends_what_runs(tmp_path, results):
     module = "__import__('hfsa.cosim.measurement.pool', fromlist=['is_stopping'])"
     begun, told = tmp_path / "begun", tmp_path / "told"
     sleep = f"all(__import__('time').sleep(0.01) is None for _ in iter({module}.is_stopping, True))"
     wait = f"open({str(begun)!r}, 'w').close() or {sleep} and open({str(told)!r}, 'w').close()"
     begin = time.monotonic()
-    with contextlib.closing(pool.results(eval, ["1", wait, wait], 2)) as results:
-        next(results)
+    with contextlib.closing(results(eval, ["1", wait, wait], 2)) as found:
+        next(found)
         while not begun.exists():  # a task that has not begun is never told
             time.sleep(0.01)
     assert told.exists()

@@ -1,6 +1,7 @@
 """A swept response equals the linear one; a failure is a status in the file, and a sweep resumes where it stopped."""
 
-from concurrent.futures import ThreadPoolExecutor
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,14 +115,14 @@ def test_a_linear_part_has_no_distortion(mass, tmp_path):
     assert np.nanmax(bode.harmonic_distortion) < 1e-6
 
 
-def test_processes_threads_and_this_process_measure_the_same(mass, tmp_path):
+def test_threads_processes_and_this_process_measure_the_same(mass, tmp_path):
     frequency = [10.0, 20.0, 30.0]
     here = mass.stepped(tmp_path / "here.h5", frequency)
-    processes = mass.stepped(tmp_path / "processes.h5", frequency, jobs=2)
-    with ThreadPoolExecutor(1) as executor:
-        thread = mass.stepped(tmp_path / "thread.h5", frequency, executor=executor)
+    threads = mass.stepped(tmp_path / "threads.h5", frequency, jobs=2)
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        processes = mass.stepped(tmp_path / "processes.h5", frequency, executor=executor)
+    assert np.array_equal(here.response, threads.response)
     assert np.array_equal(here.response, processes.response)
-    assert np.array_equal(here.response, thread.response)
 
 
 def test_progress_ends_at_all(mass, tmp_path):
