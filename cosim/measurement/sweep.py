@@ -270,6 +270,6 @@ def _solver(description: Description) -> str:
 def _work(task: Task) -> float:
     """Return the estimated simulated time [s] of a point."""
     if task.start is not None:
-        return 2 * task.settings.measurement_periods / task.frequency
+        return task.settings.measurement_periods / task.frequency
     ramp = ramp_time(task.frequency)
     return ramp + max(FEWEST_WINDOWS * task.settings.measurement_periods / task.frequency, _TYPICAL_SETTLING)

@@ -20,8 +20,10 @@ and its sum over all later windows gives the remaining transient in closed form;
 
     g_inf - g[k] = (c_1 (g[k] - g[k - 1]) + ... + c_p (g[k] - g[k - p])) / (1 - c_1 - ... - c_p)
 
-A run that has started on the predicted steady state needs no such fit while it stays there: after two windows, what
-remains is at most their change over 1 - |lambda|, lambda being that of the slowest predicted transient.
+A run that has started on the predicted steady state needs no such fit while it stays there. The prediction counts as
+the gain of a window before the first, and what remains is at most twice the change from one window to the next over
+1 - |lambda|, lambda being that of the slowest predicted transient: a gain is the mean over a window, and a run that
+leaves the prediction is at half of its way on average.
 
 The method is Prony's; its limit is that of minimal polynomial extrapolation (Cabay and Jackson, SIAM J. Numer.
 Anal. 13, 1976, 734).
@@ -75,17 +77,10 @@ class Settling:
         """Add the complex gains of the next window, shape (outputs,)."""
         self._gains = [*self._gains[1 - _LONGEST_MEMORY :], np.array(gain, dtype=complex)]
         self.remaining = remaining_transient(np.array(self._gains), self.scale)
-        if 2 <= len(self._gains) < FEWEST_WINDOWS and self._is_as_expected:
-            change = np.abs(self._gains[-1] - self._gains[-2])
-            self.remaining = change / max(1 - self.keeps, np.finfo(float).tiny)
-
-    @property
-    def _is_as_expected(self) -> bool:
-        """Whether all gains of the last two windows are the predicted ones, within the tolerance."""
-        if self.expected is None:
-            return False
-        differences = np.abs(np.array(self._gains[-2:]) - self.expected)
-        return bool(np.all(differences <= self.tolerance * self.scale))
+        if self.expected is not None and len(self._gains) < FEWEST_WINDOWS:
+            before, now = np.array([self.expected, *self._gains])[-2:]
+            if np.all(np.abs(np.array([before, now]) - self.expected) <= self.tolerance * self.scale):
+                self.remaining = 2 * np.abs(now - before) / max(1 - self.keeps, np.finfo(float).tiny)
 
     @property
     def gain(self) -> NDArray[np.complex128]:
