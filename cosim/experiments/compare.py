@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hfsa.cosim.assembly.native_loop import chosen_loop
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import Warn, set_up
 from hfsa.cosim.measurement import pool
@@ -66,7 +67,7 @@ class Comparison:
 def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Return values by name from words NAME=VALUES; values are separated by semicolons if there is one, else by commas.
 
-    `StructureError` for a word without `=`, a name or value given twice, and an empty value.
+    `StructureError` for a word without `=`, a name given twice, and an empty value.
     """
     over: dict[str, tuple[str, ...]] = {}
     for word in words:
@@ -78,15 +79,11 @@ def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
         values = [value.strip() for value in text.split(";" if ";" in text else ",")]
         if not all(values):
             raise StructureError(f"--over {word!r} has an empty value; expected values between commas or semicolons")
-        seen: dict[Any, str] = {}
-        for value in values:
-            if other := seen.get(_identity_key(value)):
-                raise StructureError(f"--over {name} has the value {value} twice{f', as {other}' * (other != value)}")
-            seen[_identity_key(value)] = value
         over[name] = tuple(values)
     return over
 
 
+@checked(zero=("amplitude",))
 def compare(
     scene: str | Path | Scene,
     over: Mapping[str, Sequence[Any]],
@@ -125,9 +122,7 @@ def compare(
     an existing file, unless `force` replaces it.
     """
     parameters = dict(parameters or {})
-    for name in over:
-        if name in parameters:
-            raise StructureError(f"{name} is given with -p and with --over; expected one of them")
+    _check_compared(over, parameters)
     show = report or (lambda *_: None)
     combinations = [dict(zip(over, values, strict=True)) for values in itertools.product(*over.values())]
     stem = "scene" if isinstance(scene, Scene) else Path(scene).stem
@@ -169,6 +164,24 @@ def compare(
         for message in run.outcome.warnings:
             warn(f"{run.label}: {message}")
     return Comparison(str(scene) if stem != "scene" else stem, title, {n: tuple(v) for n, v in over.items()}, runs)
+
+
+def _check_compared(over: Mapping[str, Sequence[Any]], parameters: Mapping[str, Any]) -> None:
+    """Raise `StructureError` for nothing to compare, and for a name or a value that is given twice."""
+    if not over:
+        raise StructureError("there is nothing to compare; expected values by name, such as law=pd,ctc")
+    for name, values in over.items():
+        if name in parameters:
+            raise StructureError(f"{name} is given with -p and with --over; expected one of them")
+        if not len(values):
+            raise StructureError(f"{name} has no values to compare")
+        seen: dict[Any, Any] = {}
+        for value in values:
+            key = _identity_key(value)
+            if key in seen:
+                same = str(seen[key]) == str(value)
+                raise StructureError(f"{name} has the value {value} twice{'' if same else f', as {seen[key]}'}")
+            seen[key] = value
 
 
 def _warn_of(values: Mapping[str, Any], warn: Callable[[str], None], sentence: str) -> None:
@@ -223,12 +236,12 @@ def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, Any]]) -
     return paths
 
 
-def _identity_key(value: str) -> Any:
+def _identity_key(value: Any) -> Any:
     """Return the key that identifies equal values: numbers by size."""
     try:
         return float(value)
-    except ValueError:
-        return value
+    except (TypeError, ValueError):
+        return str(value)
 
 
 def _words(values: Mapping[str, Any]) -> str:

@@ -18,6 +18,7 @@ from hfsa.cosim.analysis.margins import Margins, OpenedLoop, find_connection
 from hfsa.cosim.analysis.margins import open_loop as opened_at
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
 from hfsa.cosim.experiments.sweep import usage_errors
 from hfsa.cosim.fidelity import levels
@@ -51,6 +52,7 @@ class OpenLoop:
     margins: Margins
 
 
+@checked()
 def open_loop(
     scene: str | Path | Scene,
     connection: str,

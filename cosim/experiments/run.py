@@ -17,6 +17,7 @@ from hfsa.cosim.analysis.aliasing import check_resolved
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with_levels
@@ -47,6 +48,7 @@ class SineInput:
     amplitude: float | None = None
 
 
+@checked(zero=("amplitude",))
 def run(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,

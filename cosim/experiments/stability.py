@@ -14,6 +14,7 @@ from typing import Any
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
 from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, Warn, set_up, with_levels
 from hfsa.cosim.fidelity.step_judge import with_algorithm
@@ -49,6 +50,7 @@ class Stability:
     order: OrderChoice | None = None
 
 
+@checked()
 def stability(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,

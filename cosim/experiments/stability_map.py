@@ -30,6 +30,7 @@ from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import load_scene, with_arguments
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED, open_master
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
@@ -73,6 +74,7 @@ def parse_axis(words: str) -> Axis:
     return Axis(match["name"].strip(), spaced(low, high, points))
 
 
+@checked()
 def stability_map(
     name: str | Path | Scene,
     arguments: Mapping[str, str],

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude
 from hfsa.cosim.experiments.setup import (
@@ -102,6 +103,7 @@ class SweepRequest:
         return (low, high * (1 + _AROUND)) if low == high else (low, high)
 
 
+@checked()
 def sweep(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,

@@ -14,6 +14,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+import sys
 import tempfile
 import threading
 import time
@@ -22,6 +23,7 @@ from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, Th
 from functools import partial
 from multiprocessing.synchronize import Event
 from pathlib import Path
+from types import ModuleType
 from typing import TypeVar
 
 Task = TypeVar("Task")
@@ -116,7 +118,7 @@ def _submitted(
     work: Callable[[Task], Result], tasks: Sequence[Task], executor: Executor
 ) -> Iterator[tuple[int, Result]]:
     """Yield the indices of tasks with results in order of completion; cancel the remaining tasks at the end."""
-    with _signals_blocked():
+    with _signals_blocked(), _without_main():
         futures = {executor.submit(work, task): i for i, task in enumerate(tasks)}
     try:
         for future in as_completed(futures):
@@ -139,6 +141,17 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def _without_main() -> Iterator[None]:
+    """Context in which new processes do not import the script that is running, which would run again in each."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 @contextlib.contextmanager

@@ -18,7 +18,6 @@ from hfsa.cosim.measurement.limit_flags import ActiveLimit
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, measure, thinned
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.signals.prefixes import readable
-from hfsa.cosim.systems.errors import StructureError
 
 # Numbers --------------------------------------------------------------------------------------------------------------
 
@@ -228,8 +227,6 @@ def test_a_run_that_diverges_does_not_hide_the_others():
 
 def test_values_of_an_argument():
     assert parse_over(["law=pd, ctc", "at=0,0,1;1,0,1"]) == {"law": ("pd", "ctc"), "at": ("0,0,1", "1,0,1")}
-    with pytest.raises(StructureError, match="has the value 3 twice"):
-        parse_over(["bandwidth=3,6,3"])
 
 
 WRONG = {
