@@ -12,6 +12,8 @@ import pytest
 
 from hfsa.cosim.cli import app, main
 from hfsa.cosim.commands._shell import plain
+from hfsa.cosim.masters.algorithms import ALGORITHMS
+from hfsa.cosim.systems.scene import AUTO
 from hfsa.cosim.systems.scene_file import read_scene_text
 
 ROOT = Path(__file__).parents[1]
@@ -107,6 +109,13 @@ def same_file(one: Path, other: Path) -> None:
         for name in names:
             if not name.endswith("wall_time") and a[name].dtype.kind in "fci":
                 np.testing.assert_array_equal(a[name][...], b[name][...], name)
+
+
+def test_the_advice_names_every_algorithm_once_and_no_other():
+    text = (ROOT / "docs/algorithms.md").read_text()
+    table = text[text.index("| algorithm | needs") :].split("\n\n")[0]
+    named = [name for row in table.splitlines()[2:] for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+    assert sorted(named) == sorted([AUTO, *ALGORITHMS])
 
 
 def test_the_readme_is_read_in_two_minutes():
