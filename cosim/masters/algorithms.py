@@ -38,17 +38,17 @@ def _found() -> dict[str, Algorithm]:
     modules = [importlib.import_module(name) for name in files]
     rows = [(row, module.__file__) for module in modules for row in getattr(module, "ALGORITHMS", ())]
     rows.sort(key=lambda found: found[0].rank)
-    names: dict[str, str | None] = {}
+    places: dict[str, str | None] = {}
     ranks: dict[int, tuple[str, str | None]] = {}
     for row, file in rows:
-        if row.name in names:
-            raise StructureError(f"two algorithms are called {row.name!r}, in {names[row.name]} and {file}")
+        if row.name in places:
+            raise StructureError(f"two algorithms are called {row.name!r}, in {places[row.name]} and {file}")
         if row.rank in ranks:
-            other, place = ranks[row.rank]
+            other, holder = ranks[row.rank]
             raise StructureError(
-                f"{row.name} in {file} has rank {row.rank}, as has {other} in {place}; expected a number of its own"
+                f"{row.name} in {file} has rank {row.rank}, as has {other} in {holder}; expected a number of its own"
             )
-        names[row.name], ranks[row.rank] = file, (row.name, file)
+        places[row.name], ranks[row.rank] = file, (row.name, file)
     return {row.name: row for row, _ in rows}
 
 
