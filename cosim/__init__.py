@@ -23,10 +23,12 @@ if TYPE_CHECKING:
     from hfsa.cosim.experiments.stability_map import stability_map
     from hfsa.cosim.experiments.sweep import sweep
     from hfsa.cosim.results.read import read
+    from hfsa.cosim.results.stability_map import Axis
     from hfsa.cosim.systems.scene import Scene
     from hfsa.cosim.systems.system import Component, Connection, System
 
 __all__ = [
+    "Axis",
     "Component",
     "Connection",
     "Scene",
@@ -44,6 +46,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Axis": "results.stability_map",
     "Component": "systems.system",
     "Connection": "systems.system",
     "Scene": "systems.scene",

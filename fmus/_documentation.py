@@ -3,6 +3,7 @@
 from lxml import etree
 
 from hfsa.components import Model
+from hfsa.fmus._solvers import SOLVERS
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
 from hfsa.fmus.model_description import Version
@@ -30,13 +31,6 @@ _TABLES = (
     ),
 )
 
-_SOLVERS = {
-    "exact": "Co-Simulation uses the exact solution of the linear equations: no step size is unstable.",
-    "rosenbrock": "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
-    "cvode": "Co-Simulation uses CVODE of SUNDIALS, restarted in every step, with the analytic Jacobian.",
-    "rk4": "Co-Simulation uses the classical Runge-Kutta method with a maximum step.",
-}
-
 _STYLE = "body{font:15px sans-serif;margin:2em;max-width:70em}td,th{text-align:left;padding:.2em 1em .2em 0}"
 
 
@@ -51,7 +45,7 @@ def documentation(model: Model, sources: Sources, version: Version) -> bytes:
     _text(body, "h1", model.name)
     _text(body, "p", model.description + ".")
     if any(v.role is Role.STATE for v in sources.variables):
-        _text(body, "p", _SOLVERS[sources.solver])
+        _text(body, "p", SOLVERS[sources.solver].sentence)
     if model.is_sampled:
         _text(
             body,

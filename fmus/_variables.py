@@ -13,6 +13,7 @@ from hfsa.components import Model
 from hfsa.components._modelling.functions import Functions
 from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.units import rate_unit
+from hfsa.fmus._solvers import SOLVERS
 
 
 class Role(StrEnum):
@@ -54,26 +55,6 @@ class Variable:
     fixed: bool = False
 
 
-_TOLERANCE = (
-    "solver.relative_tolerance",
-    1e-8,
-    "1",
-    "Relative tolerance; the absolute tolerance of a state is this * its nominal value",
-    (0.0, None),
-)
-SOLVER_SETTINGS = {
-    "exact": (),
-    "rk4": (("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver", (0.0, None)),),
-    "rosenbrock": (_TOLERANCE, ("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver", (0.0, None))),
-    "cvode": (
-        _TOLERANCE,
-        ("solver.maximum_step", 1.0, "s", "Largest step of CVODE", (0.0, None)),
-        ("solver.maximum_order", 5.0, "1", "Largest order of CVODE; stable for any oscillation up to 2", (1.0, 5.0)),
-    ),
-}
-"""Settings by solver: name, start, unit, description, bounds. They are fixed parameters of the FMU, above 0."""
-
-
 def solver_of(model: Model, functions: Functions) -> str:
     """Return the Co-Simulation solver: that of the model, by default `exact` if it is linear, else `rosenbrock`."""
     return model.solver or ("exact" if functions.is_linear else "rosenbrock")
@@ -93,8 +74,8 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
         rows += [_row(q, Role(kind.value)) for q in model.of(kind)]
     if states:
         rows += [
-            (name, Role.SOLVER, unit, description, start, {"fixed": True, "min": low, "max": high})
-            for name, start, unit, description, (low, high) in SOLVER_SETTINGS[solver_of(model, functions)]
+            (s.name, Role.SOLVER, s.unit, s.description, s.start, {"fixed": True, "min": s.low, "max": s.high})
+            for s in SOLVERS[solver_of(model, functions)].settings
         ]
     for name, value in model.information.items():
         role = Role.TEXT if isinstance(value, str) else Role.CONSTANT

@@ -14,6 +14,7 @@ import casadi as ca
 
 from hfsa.components import Model
 from hfsa.components._modelling.functions import ARGUMENTS, Functions, functions
+from hfsa.fmus._solvers import SOLVERS
 from hfsa.fmus._variables import Role, Variable, solver_of, variables
 from hfsa.fmus.errors import ExportError
 
@@ -75,9 +76,9 @@ def generate(model: Model) -> Sources:
     model_functions = functions(model)
     solver = solver_of(model, model_functions)
     if solver == "exact" and not model_functions.is_linear:
-        raise ExportError(
-            f"{model.name}: solver 'exact' is for linear models; this one needs 'rosenbrock', 'rk4' or 'cvode'"
-        )
+        *others, last = (repr(name) for name in SOLVERS if name != "exact")
+        needs = f"{', '.join(others)} or {last}"
+        raise ExportError(f"{model.name}: solver 'exact' is for linear models; this one needs {needs}")
     listed = variables(model, model_functions)
     equations = (
         _PROLOGUE.format(name=model.name) + _casadi_code(model.name, model_functions) + '\n#include "model_table.h"\n'

@@ -12,6 +12,8 @@ import pytest
 
 from hfsa.cosim.cli import app, main
 from hfsa.cosim.commands._shell import plain
+from hfsa.cosim.masters.algorithms import ALGORITHMS
+from hfsa.cosim.systems.scene import AUTO
 from hfsa.cosim.systems.scene_file import read_scene_text
 
 ROOT = Path(__file__).parents[1]
@@ -78,6 +80,9 @@ def test_a_command_and_its_python_do_the_same(command, python, tmp_path, monkeyp
     monkeypatch.chdir(other)
     found: dict = {}
     exec(python, found)
+    if "--vary" in command:
+        same_map(one / answer["file"], found)
+        return
     assert written(one) == written(other)
     for file in written(one):
         same_file(one / file, other / file)
@@ -95,6 +100,21 @@ def written(folder: Path) -> set[Path]:
     return {file.relative_to(folder) for file in folder.rglob("*") if file.suffix in (".h5", ".fmu")}
 
 
+def same_map(file: Path, found: dict) -> None:
+    """A map in a file and the same one returned, with the values of its axis that are stable."""
+    mapped = found["found"]
+    with h5py.File(file) as written_map:
+        growth, stable, verified, values = (
+            written_map["map"][name][...] for name in ("growth", "stable", "verified", mapped.axes[0].name)
+        )
+    np.testing.assert_array_equal(mapped.growth, growth)
+    np.testing.assert_array_equal(mapped.stable, stable)
+    np.testing.assert_array_equal(mapped.verified, verified)
+    np.testing.assert_array_equal(mapped.axes[0].values, values)
+    np.testing.assert_array_equal(found["stable"], values[stable.astype(bool)])
+    assert 0 < found["stable"].size < values.size
+
+
 def same_file(one: Path, other: Path) -> None:
     """Two results files with the same numbers, or two FMUs with the same bytes."""
     if one.suffix == ".fmu":
@@ -107,6 +127,13 @@ def same_file(one: Path, other: Path) -> None:
         for name in names:
             if not name.endswith("wall_time") and a[name].dtype.kind in "fci":
                 np.testing.assert_array_equal(a[name][...], b[name][...], name)
+
+
+def test_the_advice_names_every_algorithm_once_and_no_other():
+    text = (ROOT / "docs/algorithms.md").read_text()
+    table = text[text.index("| algorithm | needs") :].split("\n\n")[0]
+    named = [name for row in table.splitlines()[2:] for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+    assert sorted(named) == sorted([AUTO, *ALGORITHMS])
 
 
 def test_the_readme_is_read_in_two_minutes():

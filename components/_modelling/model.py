@@ -32,7 +32,7 @@ __all__ = ["SOLVERS", "Kind", "Model", "ModelError", "Motion", "Quantity", "expa
 _NAME = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?(\.[A-Za-z_]\w*(\[[1-9]\d*\])?)*$")
 
 SOLVERS = ("exact", "rosenbrock", "rk4", "cvode")
-"""Solvers of an exported Co-Simulation FMU; see `fmus/README.md`."""
+"""Names of the solvers of an exported Co-Simulation FMU; `fmus/_solvers.py` has the table of what they are."""
 
 
 @dataclass(frozen=True, eq=False)

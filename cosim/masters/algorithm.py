@@ -1,12 +1,12 @@
 """A co-simulation algorithm: one row of the table (`algorithms.py`), beside the code that it names.
 
     ALGORITHMS = (
-        Algorithm("jacobi", "all instances step with the outputs of the communication point", order=1, rank=2,
+        Algorithm("jacobi", "all instances step with the outputs of the communication point", order=1, rank=20,
                   inputs="held", scheme=jacobi, make=stepped),
     )
 
-An algorithm is complete with a file of this folder that has such a tuple. The command line, the README, the advice on
-steps, and the tests of orders and limits read the table.
+An algorithm is complete with a file of this folder that has such a tuple. The command line, the first table of
+`docs/algorithms.md`, the advice on steps, and the tests of orders and limits read the table.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -68,7 +68,7 @@ class Algorithm:
     Attributes:
         name: name on the command line.
         summary: description in one line.
-        rank: place in the table; cheaper steps first.
+        rank: place in the table, cheaper steps first: any whole number that no other row has.
         inputs: behaviour of inputs within a step.
         order: order of the error in the communication step; `None` where the algorithm chooses its steps.
         scheme: function that returns the actions on the instances of a system.

@@ -28,12 +28,28 @@ from hfsa.cosim.systems.system import System
 
 
 def _found() -> dict[str, Algorithm]:
-    """Return the rows of all files in this folder by name, cheaper steps first."""
+    """Return the rows of all files in this folder by name, cheaper steps first.
+
+    `StructureError` where two rows have one name or one rank.
+    """
     room = hfsa.cosim.masters
     names = [info.name for info in pkgutil.walk_packages(room.__path__, f"{room.__name__}.")]
     files = [name for name in names if name != __name__ and "._" not in name]  # the stepping loop is `_step_...`
-    rows = [row for file in files for row in getattr(importlib.import_module(file), "ALGORITHMS", ())]
-    return {row.name: row for row in sorted(rows, key=lambda row: row.rank)}
+    modules = [importlib.import_module(name) for name in files]
+    rows = [(row, module.__file__) for module in modules for row in getattr(module, "ALGORITHMS", ())]
+    rows.sort(key=lambda found: found[0].rank)
+    places: dict[str, str | None] = {}
+    ranks: dict[int, tuple[str, str | None]] = {}
+    for row, file in rows:
+        if row.name in places:
+            raise StructureError(f"two algorithms are called {row.name!r}, in {places[row.name]} and {file}")
+        if row.rank in ranks:
+            other, holder = ranks[row.rank]
+            raise StructureError(
+                f"{row.name} in {file} has rank {row.rank}, as has {other} in {holder}; expected a number of its own"
+            )
+        places[row.name], ranks[row.rank] = file, (row.name, file)
+    return {row.name: row for row, _ in rows}
 
 
 ALGORITHMS: Mapping[str, Algorithm] = _found()

@@ -297,7 +297,7 @@ ALGORITHMS = (
     Algorithm(
         "error_controlled",
         "as quasi_newton, with steps as long as the error they make lets them be",
-        rank=10,
+        rank=100,
         inputs="iterated",
         order=None,
         scheme=QUASI_NEWTON.scheme,

@@ -48,7 +48,7 @@ ALGORITHMS = (
     Algorithm(
         "gauss_seidel",
         f"{_WORDS}; inputs are held",
-        rank=1,
+        rank=10,
         inputs="held",
         order=1,
         scheme=held(gauss_seidel),
@@ -60,7 +60,7 @@ ALGORITHMS = (
     Algorithm(
         "gauss_seidel_linear",
         f"{_WORDS}; inputs move on straight lines",
-        rank=4,
+        rank=40,
         inputs="extrapolated",
         order=2,
         scheme=extrapolated(gauss_seidel_extrapolated, 1),
@@ -72,7 +72,7 @@ ALGORITHMS = (
     Algorithm(
         "gauss_seidel_quadratic",
         f"{_WORDS}; inputs move on parabolas",
-        rank=5,
+        rank=50,
         inputs="extrapolated",
         order=3,
         scheme=extrapolated(gauss_seidel_extrapolated, 2),

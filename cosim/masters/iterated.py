@@ -28,7 +28,7 @@ def scheme(method: str, instances: Mapping[str, Instance], system: System) -> Sc
 FIXED_POINT = Algorithm(
     "fixed_point",
     "all instances step until inputs and outputs agree at the step's end, each pass from the last one's outputs",
-    rank=8,
+    rank=80,
     inputs="iterated",
     order=2,
     scheme=partial(scheme, "fixed_point"),
@@ -37,7 +37,7 @@ FIXED_POINT = Algorithm(
 QUASI_NEWTON = Algorithm(
     "quasi_newton",
     "all instances step until inputs and outputs agree at the step's end, by Newton's method on linearised FMUs",
-    rank=9,
+    rank=90,
     inputs="iterated",
     order=2,
     scheme=partial(scheme, "quasi_newton"),

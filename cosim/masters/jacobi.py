@@ -34,7 +34,7 @@ ALGORITHMS = (
     Algorithm(
         "jacobi",
         f"{_WORDS}; inputs are held",
-        rank=2,
+        rank=20,
         inputs="held",
         order=1,
         scheme=held(jacobi),
@@ -43,7 +43,7 @@ ALGORITHMS = (
     Algorithm(
         "jacobi_linear",
         f"{_WORDS}; inputs move on straight lines",
-        rank=6,
+        rank=60,
         inputs="extrapolated",
         order=2,
         scheme=extrapolated(jacobi_extrapolated, 1),
@@ -52,7 +52,7 @@ ALGORITHMS = (
     Algorithm(
         "jacobi_quadratic",
         f"{_WORDS}; inputs move on parabolas",
-        rank=7,
+        rank=70,
         inputs="extrapolated",
         order=3,
         scheme=extrapolated(jacobi_extrapolated, 2),

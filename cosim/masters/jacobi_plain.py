@@ -33,7 +33,7 @@ ALGORITHMS = (
     Algorithm(
         "jacobi_plain",
         "all outputs are fetched, all inputs set, all instances step, as in other masters",
-        rank=3,
+        rank=30,
         inputs="held",
         order=1,
         scheme=scheme,

@@ -113,7 +113,7 @@ ALGORITHMS = (
     Algorithm(
         NAME,
         "plants integrate the linearised feedback of their controllers implicitly",
-        rank=11,
+        rank=110,
         inputs="fed back",
         order=2,
         scheme=scheme,

@@ -2,6 +2,7 @@
 
 import inspect
 import multiprocessing
+import typing
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -138,6 +139,20 @@ def test_public_names_are_typed_and_documented(name):
         signature = inspect.signature(member)
         assert signature.return_annotation is not inspect.Signature.empty
         assert all(p.annotation is not inspect.Parameter.empty for p in signature.parameters.values())
+
+
+def classes(annotation) -> set[type]:
+    """Classes of this project in an annotation."""
+    inner = annotation if isinstance(annotation, list) else typing.get_args(annotation)
+    own = {annotation} if getattr(annotation, "__module__", "").startswith("hfsa.") else set()
+    return own.union(*map(classes, inner))
+
+
+@pytest.mark.parametrize("name", [n for n in hfsa.cosim.__all__ if inspect.isfunction(getattr(hfsa.cosim, n))])
+def test_what_a_public_function_takes_is_public(name):
+    taken = typing.get_type_hints(getattr(hfsa.cosim, name))
+    needed = {c for word, annotation in taken.items() if word != "return" for c in classes(annotation)}
+    assert needed <= {getattr(hfsa.cosim, public) for public in hfsa.cosim.__all__}
 
 
 def test_a_name_that_is_not_public_is_an_attribute_error():

@@ -1,7 +1,8 @@
-"""The three solvers: exact to rounding, order 5 and its tolerance, order 4."""
+"""The solvers: one list of them everywhere; exact to rounding, order 5 and its tolerance, order 4."""
 
 import ctypes
 import math
+import re
 import subprocess
 from pathlib import Path
 
@@ -12,9 +13,47 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from hfsa.components import Model
+from hfsa.components._modelling.model import SOLVERS as NAMES
+from hfsa.fmus._solvers import SOLVERS
+from hfsa.fmus.c_code import RUNTIME
 from hfsa.fmus.compile import FLAGS, compiler
 
 N = 4
+
+
+def declared() -> set[str]:
+    """Solvers that the generated table can point to."""
+    lists = re.findall(r"extern const Solver ([^;]+);", (RUNTIME / "model.h").read_text())
+    return {name.strip().removeprefix("hfsa_") for names in lists for name in names.split(",")}
+
+
+def defined() -> set[str]:
+    """Solvers that a file of their name defines."""
+    found = r"^const Solver hfsa_{} = "
+    files = RUNTIME.glob("*.c")
+    return {file.stem for file in files if re.search(found.format(file.stem), file.read_text(), re.MULTILINE)}
+
+
+def documented() -> set[str]:
+    """Solvers in the table of `docs/your-tool.md`."""
+    text = (Path(__file__).parents[2] / "docs/your-tool.md").read_text()
+    return set(re.findall(r"^\| `(\w+)` \|", text.split("## Solvers of Co-Simulation")[1], re.MULTILINE))
+
+
+@pytest.mark.parametrize(
+    ("place", "names"),
+    [
+        ("SOLVERS of components/_modelling/model.py", set(NAMES)),
+        ("a file fmus/runtime/NAME.c with `const Solver hfsa_NAME`", defined()),
+        ("`extern const Solver` in fmus/runtime/model.h", declared()),
+        ("the table of docs/your-tool.md", documented()),
+    ],
+    ids=["models", "runtime", "header", "page"],
+)
+def test_every_place_that_lists_solvers_lists_those_of_the_table(place, names):
+    lacking, unknown = set(SOLVERS) - names, names - set(SOLVERS)
+    assert not lacking, f"fmus/_solvers.py has {lacking}, {place} has not"
+    assert not unknown, f"{place} has {unknown}, fmus/_solvers.py has not"
 
 
 @pytest.fixture(scope="session")

@@ -221,7 +221,7 @@ ALGORITHMS = (
     Algorithm(
         "monolithic",
         "all FMUs in Model Exchange as one differential equation, integrated by CVODE",
-        rank=12,
+        rank=120,
         inputs="exact",
         order=None,
         scheme=scheme,
@@ -231,7 +231,7 @@ ALGORITHMS = (
     Algorithm(
         "monolithic_dae",
         "the same with the values between the FMUs among the unknowns, integrated by IDA",
-        rank=13,
+        rank=130,
         inputs="exact",
         order=None,
         scheme=scheme,

@@ -47,7 +47,8 @@ def test_choices_are_those_of_the_tables(found, table):
 
 def test_the_table_of_algorithms_is_whole():
     assert DEFAULT == "gauss_seidel"
-    assert [row.rank for row in ALGORITHMS.values()] == list(range(1, len(ALGORITHMS) + 1))
+    ranks = [row.rank for row in ALGORITHMS.values()]
+    assert ranks == sorted(set(ranks))
     assert all(row.name == name and row.summary for name, row in ALGORITHMS.items())
     assert set(CANDIDATES) | set(ORDERED) <= set(LIMITED)
     assert all(row.order is None for row in ALGORITHMS.values() if row.is_model_exchange)

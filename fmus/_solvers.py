@@ -1,0 +1,64 @@
+"""The solvers of Co-Simulation FMUs: what the page of an FMU says of each, and its settings.
+
+A solver is a file `runtime/NAME.c` that defines `const Solver hfsa_NAME`, which `runtime/model.h` declares, a row here
+and its name in `components/_modelling/model.py`, where models choose.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Setting(NamedTuple):
+    """A fixed parameter of the FMU, above its `low`."""
+
+    name: str
+    start: float
+    unit: str
+    description: str
+    low: float = 0.0
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A solver: a sentence for the page of an FMU, and its settings."""
+
+    sentence: str
+    settings: tuple[Setting, ...] = ()
+
+
+_TOLERANCE = Setting(
+    "solver.relative_tolerance",
+    1e-8,
+    "1",
+    "Relative tolerance; the absolute tolerance of a state is this * its nominal value",
+)
+
+SOLVERS: Mapping[str, Solver] = {
+    "exact": Solver("Co-Simulation uses the exact solution of the linear equations: no step size is unstable."),
+    "rosenbrock": Solver(
+        "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
+        (_TOLERANCE, Setting("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver")),
+    ),
+    "rk4": Solver(
+        "Co-Simulation uses the classical Runge-Kutta method with a maximum step.",
+        (Setting("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"),),
+    ),
+    "cvode": Solver(
+        "Co-Simulation uses CVODE of SUNDIALS, restarted in every step, with the analytic Jacobian.",
+        (
+            _TOLERANCE,
+            Setting("solver.maximum_step", 1.0, "s", "Largest step of CVODE"),
+            Setting(
+                "solver.maximum_order",
+                5.0,
+                "1",
+                "Largest order of CVODE; stable for any oscillation up to 2",
+                1.0,
+                5.0,
+            ),
+        ),
+    ),
+}
+"""All solvers by name."""
