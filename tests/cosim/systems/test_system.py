@@ -248,7 +248,7 @@ def test_a_scene_that_makes_no_sense(change, words):
     [
         ('algorithm = "auto"', 'algoritm = "jacobi"', "own.toml has no key 'algoritm'; did you mean algorithm"),
         ('part = "sdelta"', 'prt = "sdelta"', "component has no key 'prt'; did you mean part"),
-        ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
+        ("band = [1.0, 50.0]", "band = 3", "band is 3, expected a list of two numbers"),
         ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
         ('marks = { "vibration test" = 255.0 }', "marks = 255", "marks is 255, expected a table of numbers"),
         ('scale = { "robot.z" = 0.001', 'scale = "small" # {', "scale is 'small', expected a table of numbers"),
