@@ -37,8 +37,10 @@ def named_part(component: Component) -> Part:
 
 
 def part_of(component: Component) -> Part:
-    """Return a component's part; `StructureError` where its level is still to be chosen."""
+    """Return a component's part; `StructureError` where its level is still to be chosen, or it has no model."""
     part = named_part(component)
+    if part.build is None:
+        raise StructureError(f"{component.name}: {part.name} is an analysis and has no model, expected a part with one")
     if component.level == AUTO:
         raise StructureError(
             f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "

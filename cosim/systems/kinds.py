@@ -20,9 +20,16 @@ _LONGEST = 100
 
 def refuse(what: str, value: Any, expected: str) -> NoReturn:
     """Raise `StructureError`: `what` is a value, expected another."""
-    found = " ".join(repr(value).split())
-    found = found if len(found) <= _LONGEST else f"{found[:_LONGEST]}..."
-    raise StructureError(f"{what} is {found}, expected {expected}")
+    raise StructureError(f"{what} is {_shown(value)}, expected {expected}")
+
+
+def _shown(value: Any) -> str:
+    """Return a value on one line, its beginning if it is long."""
+    try:
+        found = " ".join(repr(value).split())
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        return "a number of too many digits"
+    return found if len(found) <= _LONGEST else f"{found[:_LONGEST]}..."
 
 
 def is_number(value: Any) -> bool:
