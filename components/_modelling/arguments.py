@@ -8,7 +8,7 @@ import dataclasses
 import difflib
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import NoneType, UnionType
@@ -163,6 +163,8 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
     if origin in (Union, UnionType):
         return _read_union(where, members, value)
     if origin in (tuple, list):
+        if not isinstance(value, Iterable) or isinstance(value, Mapping):
+            raise ModelError(f"{where} is {value!r}, expected a list of values")
         items = value.split(",") if isinstance(value, str) else list(value)
         fixed = origin is tuple and Ellipsis not in members
         if fixed and len(items) != len(members):
@@ -175,10 +177,12 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
             raise ModelError(f"{where} is {value!r}, expected true or false")
         return words[str(value).lower()]
     if annotation in (int, float, str):
+        kind = {int: "a whole number", float: "a number", str: "a text"}[annotation]
+        if isinstance(value, bool) and annotation is not str:
+            raise ModelError(f"{where} is {value!r}, expected {kind}")
         try:
             return annotation(value.strip() if isinstance(value, str) else value)
-        except (TypeError, ValueError):
-            kind = {int: "a whole number", float: "a number", str: "a text"}[annotation]
+        except (TypeError, ValueError, OverflowError):
             raise ModelError(f"{where} is {value!r}, expected {kind}") from None
     return value
 

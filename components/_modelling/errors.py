@@ -25,5 +25,5 @@ def one_of(name: str, names: Iterable[str], subject: str) -> str:
     The message begins with `subject`, such as `sdelta: level`.
     """
     if name not in (names := list(names)):
-        raise ModelError(f"{subject} is {name!r}{nearest(name, names)}")
+        raise ModelError(f"{subject} is {name!r}{nearest(str(name), names)}")
     return name

@@ -119,12 +119,11 @@ class Part:
         """Whether a name is that of a structural argument, or of an element of one."""
         return takes(self.arguments, name)
 
-    def model(self, level: str | None = None, **arguments: Any) -> Model:
+    def model(self, level: str | None = None, /, **arguments: Any) -> Model:
         """Build the model; unknown names and inadmissible values are a `ModelError` that names them."""
         if self.build is None:
             raise ModelError(f"{self.name} is an analysis and has no model; use its analysis instead")
-        if level is not None:
-            arguments = {"level": level, **arguments}
+        arguments = _with_level(level, arguments)
         structural = {name: value for name, value in arguments.items() if self.has_argument(name)}
         model = returned(self.build, Model, self.build(**read_arguments(self.name, self.build, structural)))
         parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
@@ -141,15 +140,14 @@ class Part:
         model.information = _information(self, structural, taken=set(parameters))
         return model
 
-    def analysis(self, level: str | None = None, **arguments: Any) -> dict[str, Any]:
+    def analysis(self, level: str | None = None, /, **arguments: Any) -> dict[str, Any]:
         """Return the part's engineering numbers in SI (`units`); errors as in `model`.
 
         An analysis that knows no level holds at all of the part's.
         """
         if self.analyze is None:
             raise ModelError(f"{self.name} has no analysis of its own; it is a model to export")
-        if level is not None:
-            arguments = {"level": level, **arguments}
+        arguments = _with_level(level, arguments)
         if self.build is not None and "level" in self.arguments and "level" not in self.analysis_arguments:
             read_arguments(
                 self.name, self.build, {name: arguments.pop(name) for name in ("level",) if name in arguments}
@@ -174,8 +172,7 @@ class Part:
         """Return the part's design study; errors as in `model`."""
         if self.study is None:
             raise ModelError(f"{self.name} has no design study")
-        if level is not None:
-            arguments = {"level": level, **arguments}
+        arguments = _with_level(level, arguments)
         found = self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
         return returned(self.study, Study, found)
 
@@ -414,6 +411,12 @@ def usable(parts: Mapping[str, Part]) -> Iterator[Part]:
             yield parts[name]
         except ModelError:
             continue
+
+
+def _with_level(level: str | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments with the level, given by place or by name, where there is one."""
+    named = {"level": level, **arguments}
+    return {name: value for name, value in named.items() if name != "level" or value is not None}
 
 
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:

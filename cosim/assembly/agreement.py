@@ -23,7 +23,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.parts import Argument, Part, argument_values, part_named
 from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
-from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, level_of
+from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, level_of, named_part
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact, expand
 from hfsa.cosim.systems.scene import Scene
@@ -120,7 +120,7 @@ def same(one: Any, other: Any) -> bool:
 
 def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder]]:
     """Yield what a component knows by its arguments and variables."""
-    part = part_named(component.part, available_parts())
+    part = named_part(component)
     level = level_of(component)
     relevant = {
         fact: known

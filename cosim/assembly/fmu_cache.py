@@ -26,8 +26,8 @@ import hfsa.controllers
 import hfsa.fmus
 from hfsa.components import Model, ModelError
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
-from hfsa.components._modelling.parts import SOLVER, Part, part_named, read_arguments
-from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, model_of, part_of
+from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
+from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
@@ -80,7 +80,7 @@ def own_parts(scene: Scene) -> str:
     digest = hashlib.sha256()
     for component in scene.system.components:
         for member in component.members or (component,):
-            part = part_named(member.part, available_parts()) if is_part(member.part) else None
+            part = named_part(member) if is_part(member.part) else None
             if part is not None and part.is_own:
                 for level in part.levels if member.level == AUTO else (member.level,):
                     digest.update(_text(part, level, member.arguments, FMI).encode())
@@ -143,8 +143,11 @@ def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
     if component.level is not None:
         structural["level"] = component.level
     read = read_arguments(part.name, part.build, structural)
-    rest = {name: value for name, value in component.arguments.items() if not part.has_argument(name)}
-    rest = {name: value if name == SOLVER else float(value) for name, value in rest.items()}
+    rest = {
+        name: value if name == SOLVER else read_value(f"{part.name}: {name}", float, value)
+        for name, value in component.arguments.items()
+        if not part.has_argument(name)
+    }
     return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
 
 

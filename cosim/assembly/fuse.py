@@ -24,6 +24,7 @@ from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import available_parts, model_of
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import texts
 from hfsa.cosim.systems.names import reorder, resolve_names
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -41,7 +42,7 @@ def with_fusion(scene: Scene, groups: Iterable[str]) -> Scene:
     Without groups, those that the scene itself names are spelt out. `StructureError` for a name that does not exist, a
     foreign FMU, a group of one, or a component in two groups.
     """
-    typed = [group.split(",") for group in groups] or scene.fuse
+    typed = [group.split(",") for group in texts("fuse", groups, "a list of groups, such as robot,drive")] or scene.fuse
     resolved = [tuple(_in_order(scene.system, group)) for group in typed]
     for i, group in enumerate(resolved):
         for other in resolved[:i]:

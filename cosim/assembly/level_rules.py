@@ -1,8 +1,7 @@
 """Levels that do not fit together although their ports do: parts declare by which others alone they may be fed."""
 
 from hfsa.components._modelling.joins import Join
-from hfsa.components._modelling.parts import part_named
-from hfsa.cosim.assembly.models import available_parts, is_part, level_of
+from hfsa.cosim.assembly.models import is_part, level_of, named_part
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, System
 
@@ -27,10 +26,10 @@ def _joins(component: Component) -> list[Join]:
     """Return what a component's part declares at the component's level."""
     if not is_part(component.part):
         return []
-    declared = part_named(component.part, available_parts()).joins
+    declared = named_part(component).joins
     return [join for join in declared if join.level == level_of(component)]
 
 
 def _name(component: Component) -> str:
     """Return the name of a component's part; that of a foreign FMU is its path."""
-    return part_named(component.part, available_parts()).name if is_part(component.part) else component.part
+    return named_part(component).name if is_part(component.part) else component.part

@@ -5,6 +5,7 @@ the part of that file if there is one. A bare name that is also that of another 
 """
 
 import dataclasses
+import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -28,10 +29,11 @@ from hfsa.components._modelling.parts import (
     read_arguments,
 )
 from hfsa.cosim.assembly.fmu_cache import fmu_file
-from hfsa.cosim.assembly.models import AUTO, available_parts
+from hfsa.cosim.assembly.models import AUTO, available_parts, named_part
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import refuse, table, text
 from hfsa.cosim.systems.names import compact, expand, nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene
@@ -46,14 +48,15 @@ def available_scenes() -> Catalogue:
     return find([hfsa.cosim.scenes], "hfsa.scenes", "scene")
 
 
-def load_scene(name: str, arguments: Mapping[str, Any] | None = None) -> Scene:
+def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene by name, or from the path of a `.py` or `.toml` file.
 
     `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value, of one
     component or of a range of them, `stack[1..3].maximum.force`. Values may be text as typed on a command line.
     `StructureError` names what does not exist, and the nearest names.
     """
-    arguments = dict(arguments or {})
+    name = text("a scene", str(name) if isinstance(name, Path) else name, "the name or path of a scene")
+    arguments = dict(_checked(arguments))
     if name.endswith(".toml"):
         if not Path(name).is_file():
             raise StructureError(f"there is no file {name}")
@@ -73,9 +76,14 @@ def with_arguments(scene: Scene, arguments: Mapping[str, Any] | None = None) -> 
     Paths of its parts count from the working folder.
     """
     scene = located(scene, None)
-    scene = _with_parameters(_analyzed(scene), arguments or {}, [], "the scene")
+    scene = _with_parameters(_analyzed(scene), _checked(arguments), [], "the scene")
     check_algorithm(scene.algorithm)
     return scene
+
+
+def _checked(arguments: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """Return arguments of a scene; `StructureError` for what is no mapping by name."""
+    return table("the arguments of a scene", {} if arguments is None else arguments, "a table of values by name")
 
 
 def _with_parameters(scene: Scene, arguments: Mapping[str, Any], own: Sequence[str], words: str) -> Scene:
@@ -162,7 +170,7 @@ def _has_argument(component: Component, argument: str) -> bool:
     """Whether a part of ours has a level, an argument or a variable with a start value of this name."""
     if component.part.endswith(".fmu"):
         return False
-    part = part_named(component.part, available_parts())
+    part = named_part(component)
     if part.has_argument(argument) or argument == SOLVER:
         return True
     try:
@@ -188,7 +196,7 @@ def scene_part(name: str) -> Part:
 def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     """Return the scene with one level, structural argument or start value of a component changed."""
     component = scene.source if name == scene.source.name else scene.system[name]
-    part = None if component.part.endswith(".fmu") else part_named(component.part, available_parts())
+    part = None if component.part.endswith(".fmu") else named_part(component)
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
     elif part is not None and (part.has_argument(argument) or argument == SOLVER):
@@ -212,9 +220,11 @@ def _start_value(component: Component, part: Part | None, argument: str, value: 
             names = [*known, *(part.arguments if part else ())]
             raise StructureError(f"{component.name} has no argument {member!r}{nearest(member, names)}")
     try:
-        number = float(value)
-    except ValueError:
-        raise StructureError(f"{component.name}.{argument} is {value!r}, expected a number") from None
+        number = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if math.isnan(number):
+        refuse(f"{component.name}.{argument}", value, "a number")
     if model is not None:
         for member in expand(argument):
             model.set_start(member, number)
@@ -250,8 +260,13 @@ def analysis_value(wanted: Analysis) -> float | list[float]:
     name, _, members = wanted.key.partition("[")
     if name not in result:
         raise StructureError(f"the analysis of {wanted.part} has no result {name!r}{nearest(name, result)}")
-    values = np.asarray(result[name], dtype=float)
+    try:
+        values = np.asarray(result[name], dtype=float)
+    except (TypeError, ValueError):
+        refuse(f"the result {name} of the analysis of {wanted.part}", result[name], "numbers")
     if members:
+        if values.ndim == 0:
+            refuse(f"the result {name} of the analysis of {wanted.part}", result[name], f"a list for {wanted.key}")
         low, _, high = members.removesuffix("]").partition("..")
         values = values[int(low) - 1 : int(high or low)]
     return values.tolist()

@@ -4,7 +4,7 @@ from functools import cache
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components import Model
+from hfsa.components import Model, ModelError
 from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.loading import is_path
 from hfsa.components._modelling.parts import Catalogue, Part, find, part_named
@@ -26,9 +26,21 @@ def is_part(name: str) -> bool:
     return not name.endswith(".fmu") and (is_path(name) or name in available_parts())
 
 
+def named_part(component: Component) -> Part:
+    """Return a component's part, whatever its level; where there is none, `ModelError` names the component."""
+    try:
+        return part_named(component.part, available_parts())
+    except ModelError as error:
+        if getattr(error, "is_located", False):
+            raise
+        raise ModelError(f"{component.name}: {error}") from error.__cause__
+
+
 def part_of(component: Component) -> Part:
-    """Return a component's part; `StructureError` where its level is still to be chosen."""
-    part = part_named(component.part, available_parts())
+    """Return a component's part; `StructureError` where its level is still to be chosen, or it has no model."""
+    part = named_part(component)
+    if part.build is None:
+        raise StructureError(f"{component.name}: {part.name} is an analysis and has no model, expected a part with one")
     if component.level == AUTO:
         raise StructureError(
             f"{component.name}: level auto is a scene's question, and there is no FMU of it; name one of "
@@ -41,7 +53,7 @@ def level_of(component: Component) -> str | None:
     """Return the component's level, its part's default where it names none, `None` where the part has no levels."""
     if component.part.endswith(".fmu"):
         return None
-    default = part_named(component.part, available_parts()).arguments.get("level")
+    default = named_part(component).arguments.get("level")
     return component.level or component.arguments.get("level") or (default.default if default else None)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import is_number
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.system import System
 
@@ -79,7 +80,7 @@ def _check_start(variable: Connector, name: str, value: Any) -> None:
     """Raise `StructureError` for a start value that is no number or outside the bounds of its variable."""
     low = -math.inf if variable.min is None else variable.min
     high = math.inf if variable.max is None else variable.max
-    if not (isinstance(value, int | float) and math.isfinite(value) and low <= value <= high):
+    if not (is_number(value) and math.isfinite(value) and low <= value <= high):
         unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
         raise StructureError(f"{name} starts at {value}{unit}, expected a number from {low:g} to {high:g}{unit}")
 

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import text
 
 DERIVATIVES = ("rate", "acceleration", "jerk")
 """First to third time derivative of a signal: outputs of a sine source, and inputs beside the input of the signal."""
@@ -21,7 +22,7 @@ _NUMBERED = re.compile(r"^([^[]*)\[(\d+)\](.*)$")
 
 def expand(name: str) -> list[str]:
     """Return the members of a name with ranges, `drive[1..3].slide` -> `drive[1].slide`, ...; else the name alone."""
-    parts = _RANGE.split(name)
+    parts = _RANGE.split(text("a name", name))
     literals, bounds = parts[::3], list(zip(parts[1::3], parts[2::3], strict=True))
     for low, high in bounds:
         if int(low) > int(high):

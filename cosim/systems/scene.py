@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import instance, is_number, is_positive, listed, refuse, table, text, texts
 from hfsa.cosim.systems.names import expand
 from hfsa.cosim.systems.system import Component, System
 
@@ -52,9 +53,16 @@ class Scene:
     scale: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
-        object.__setattr__(self, "fuse", tuple(tuple(group) for group in self.fuse))
+        instance("system", self.system, System)
+        instance("source", self.source, Component)
+        text("algorithm", self.algorithm, "the name of an algorithm")
+        self._check_numbers()
+        groups = listed("fuse", self.fuse, "a list of lists of component names")
+        fuse = tuple(texts("a group of fuse", group, "a list of component names") for group in groups)
+        object.__setattr__(self, "fuse", fuse)
         for label in ("inputs", "outputs"):
-            names = tuple(member for name in getattr(self, label) for member in expand(name))
+            given = texts(label, getattr(self, label), "a list of full names")
+            names = tuple(member for name in given for member in expand(name))
             for name in names:
                 self.system.split(name)
             object.__setattr__(self, label, names)
@@ -62,19 +70,31 @@ class Scene:
             raise StructureError("a scene needs outputs; found none")
         if self.inputs and not self.amplitude:
             raise StructureError("a scene with inputs needs their amplitude, by unit; found none")
-        low, high = self.band
-        object.__setattr__(self, "band", (float(low), float(high)))
+        scale = table("scale", self.scale, "a table of numbers")
+        object.__setattr__(self, "scale", {n: size for name, size in scale.items() for n in expand(name)})
+        for name, size in self.scale.items():
+            self.system.split(name)
+            if not is_positive(size):
+                refuse(f"the scale of {name}", size, "a positive number in its unit")
+
+    def _check_numbers(self) -> None:
+        """Raise `StructureError` for a band, step, time, tolerance, amplitude or mark that is no such number."""
+        band = listed("band", self.band, "a list of two numbers")
+        if len(band) != 2 or not all(map(is_number, band)):
+            refuse("band", list(band), "a list of two numbers")
+        low, high = map(float, band)
+        object.__setattr__(self, "band", (low, high))
         if not 0 < low < high < math.inf:
             raise StructureError(f"band is {low:g} to {high:g} Hz, expected 0 < lowest < highest")
         for label in ("step_size", "stop_time", "tolerance"):
             value = getattr(self, label)
-            if not 0 < value < math.inf:
+            if not is_number(value):
+                refuse(label, value, "a number")
+            if not is_positive(value):
                 raise StructureError(f"{label} is {value:g}, expected a positive number")
-        for label, frequency in self.marks.items():
-            if not (isinstance(frequency, int | float) and 0 < frequency < math.inf):
+        for unit, amplitude in table("amplitude", self.amplitude, "a table of numbers by unit").items():
+            if not is_number(amplitude):
+                refuse(f"the amplitude in {unit}", amplitude, "a number")
+        for label, frequency in table("marks", self.marks, "a table of numbers").items():
+            if not is_positive(frequency):
                 raise StructureError(f"mark {label!r} is at {frequency!r}, expected a frequency in Hz")
-        object.__setattr__(self, "scale", {n: size for name, size in self.scale.items() for n in expand(name)})
-        for name, size in self.scale.items():
-            self.system.split(name)
-            if isinstance(size, bool) or not (isinstance(size, int | float) and 0 < size < math.inf):
-                raise StructureError(f"the scale of {name} is {size!r}, expected a positive number in its unit")

@@ -19,10 +19,12 @@ import dataclasses
 import json
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import refuse
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -51,7 +53,14 @@ def read_scene(file: Path) -> Scene:
     The path of a foreign `.fmu` is relative to the folder of the scene.
     """
     file = Path(file)
-    scene = read_scene_text(file.read_text(encoding="utf-8"), str(file))
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        byte = error.object[error.start]
+        raise StructureError(
+            f"{file}: not a TOML document: byte {error.start} is {byte:#04x}, expected text in UTF-8"
+        ) from None
+    scene = read_scene_text(text, str(file))
     components = [
         dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.part.endswith(".fmu") else c
         for c in scene.system.components
@@ -63,53 +72,41 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
     """Return the scene of a TOML document; `where` names the document in messages."""
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also a number of too many digits, and arrays within arrays
         raise StructureError(f"{where}: not a TOML document: {error}") from None
     fields = [f.name for f in dataclasses.fields(Scene) if f.name != "system"]
     _check_keys(where, table, [*fields, "components", "connections"], _REQUIRED)
-    components = [_component(where, item) for item in _tables(where, table.pop("components"), "components")]
-    connections = []
-    for item in _tables(where, table.pop("connections", []), "connections"):
+    parts = _tables(where, table.pop("components"), "components")
+    joined = _tables(where, table.pop("connections", []), "connections")
+    for item in joined:
         _check_keys(f"{where}: connection", item, ("start", "end"), ("start", "end"))
-        connections.append(Connection(**item))
-    if "source" in table:
-        table["source"] = _component(where, table["source"])
-    for key in _NUMBERS:
-        if key in table and not isinstance(table[key], int | float):
-            raise StructureError(f"{where}: {key} is {table[key]!r}, expected a number")
-    for key, size in (("inputs", None), ("outputs", None), ("band", 2)):
-        if key in table and (not isinstance(table[key], list) or size not in (None, len(table[key]))):
-            raise StructureError(f"{where}: {key} is {table[key]!r}, expected an array{f' of {size}' if size else ''}")
-    groups = table.get("fuse", [])
-    if not isinstance(groups, list) or not all(isinstance(group, list) for group in groups):
-        raise StructureError(f"{where}: fuse is {groups!r}, expected an array of arrays of names")
-    for key in ("amplitude", "marks", "scale"):
-        if not isinstance(table.get(key, {}), dict):
-            raise StructureError(f"{where}: {key} is {table[key]!r}, expected a table of numbers")
     try:
-        return Scene(System(components, connections), **table)
+        components = [_component("component", item) for item in parts]
+        if "source" in table:
+            table["source"] = _component("source", table["source"])
+        return Scene(System(components, [Connection(**item) for item in joined]), **table)
     except StructureError as error:
         raise StructureError(f"{where}: {error}") from None
 
 
-def _component(where: str, table: Any) -> Component:
-    """Return the component of a table."""
+def _component(label: str, table: Any) -> Component:
+    """Return the component of a table; `label` is what it is called in messages."""
     fields = [f.name for f in dataclasses.fields(Component) if f.name not in ("members", "connections", "computed")]
-    _check_keys(f"{where}: component", table, fields, ("name", "part"))
+    _check_keys(label, table, fields, ("name", "part"))
     return Component(**table)
 
 
 def _tables(where: str, value: Any, key: str) -> list[dict[str, Any]]:
     """Return the value if it is a list of tables, else raise `StructureError`."""
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
-        raise StructureError(f"{where}: {key} must be tables, written [[{key}]]")
+        refuse(f"{where}: {key}", value, f"tables, written [[{key}]]")
     return value
 
 
 def _check_keys(where: str, table: Any, known: Iterable[str], required: Iterable[str]) -> None:
     """Raise `StructureError` for an unknown or missing key."""
     if not isinstance(table, dict):
-        raise StructureError(f"{where} is {table!r}, expected a table")
+        refuse(where, table, "a table")
     for key in table:
         if key not in known:
             raise StructureError(f"{where} has no key {key!r}{nearest(key, known)}")
@@ -130,9 +127,9 @@ def _value(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value)
-    if isinstance(value, int):
+    if isinstance(value, Integral):
         return str(int(value))
-    if isinstance(value, float):
+    if isinstance(value, Real):
         return repr(float(value))
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{json.dumps(key)} = {_value(item)}" for key, item in value.items()) + " }"

@@ -16,9 +16,12 @@ from functools import cached_property
 from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import instances, is_number, refuse, table, text
 from hfsa.cosim.systems.names import expand, nearest, reorder
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
+
+_KEY = re.compile(r"^[^\[\]]+(\[[1-9]\d*(\.\.[1-9]\d*)?\])?$")
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,12 @@ class Analysis:
     part: str
     key: str
     arguments: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        text("the part of an analysis", self.part, "the name or path of a part")
+        if not _KEY.match(text("the key of an analysis", self.key, "the name of a result")):
+            refuse("the key of an analysis", self.key, "the name of a result, such as angle or angles[3..4]")
+        table("the arguments of an analysis", self.arguments, "a table of arguments")
 
 
 @dataclass(frozen=True)
@@ -56,11 +65,20 @@ class Component:
     computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
 
     def __post_init__(self):
-        if not _COMPONENT.match(self.name):
+        if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):
             raise StructureError(f"component name {self.name!r} is not an identifier, such as robot or drive[1]")
-        arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in self.arguments.items()}
+        label = f"component {self.name}"
+        text(f"{label}: part", self.part, "the name or path of a part")
+        if self.level is not None:
+            text(f"{label}: level", self.level, "the name of a level")
+        arguments = table(f"{label}: arguments", self.arguments, "a table of arguments")
+        arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)
-        object.__setattr__(self, "start", _members(self.name, self.start))
+        start = table(f"{label}: start", self.start, "a table of start values")
+        object.__setattr__(self, "start", _members(self.name, start))
+        object.__setattr__(self, "members", instances(f"{label}: members", self.members, Component))
+        object.__setattr__(self, "connections", instances(f"{label}: connections", self.connections, Connection))
+        table(f"{label}: computed", self.computed, "a table of analyses")
 
     def variable(self, member: str, name: str) -> str:
         """Return the name of a member's variable in the fused FMU; all members share sample time and solver."""
@@ -74,6 +92,10 @@ class Connection:
     start: str
     end: str
 
+    def __post_init__(self):
+        text("start of a connection", self.start, "the full name of an output")
+        text(f"end of the connection from {self.start}", self.end, "the full name of an input")
+
     def __str__(self) -> str:
         return f"{self.start} -> {self.end}"
 
@@ -86,8 +108,9 @@ class System:
     connections: Sequence[Connection] = ()
 
     def __post_init__(self):
-        pairs = [pair for connection in self.connections for pair in _pairwise(connection)]
-        object.__setattr__(self, "components", tuple(self.components))
+        connections = instances("connections", self.connections, Connection)
+        pairs = [pair for connection in connections for pair in _pairwise(connection)]
+        object.__setattr__(self, "components", instances("components", self.components, Component))
         object.__setattr__(self, "connections", tuple(pairs))
         names = [component.name for component in self.components]
         for name in names:
@@ -123,7 +146,7 @@ class System:
 
         `member.variable` is a full name as well: that of a variable of the fused component.
         """
-        component, dot, variable = name.partition(".")
+        component, dot, variable = text("a full name", name).partition(".")
         if not dot:
             raise StructureError(f"{name!r} is not a full name; expected component.variable")
         if component in self._wholes:
@@ -155,14 +178,26 @@ def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
     members: dict[str, Any] = {}
     for name, value in start.items():
         if isinstance(value, Analysis | Mapping):
-            members[name] = value if isinstance(value, Analysis) else Analysis(**value)
+            members[name] = value if isinstance(value, Analysis) else _analysis(f"{component}.{name}", value)
             continue
         names = expand(name)
         values = value if isinstance(value, list | tuple) else [value] * len(names)
         if len(values) != len(names):
             raise StructureError(f"{component}.{name} has {len(values)} start values, expected {len(names)}")
+        if not all(map(is_number, values)):
+            refuse(f"{component}.{name}", value, "a number, or a list of numbers for a range")
         members |= dict(zip(names, values, strict=True))
     return members
+
+
+def _analysis(label: str, value: Mapping[str, Any]) -> Analysis:
+    """Return the analysis that a table stands for; `label` is the start value."""
+    if not {"part", "key"} <= set(value) <= {"part", "key", "arguments"}:
+        refuse(label, value, "a number, or an analysis with the keys part, key and, if need be, arguments")
+    try:
+        return Analysis(**value)
+    except StructureError as error:
+        raise StructureError(f"{label}: {error}") from None
 
 
 def _pairwise(connection: Connection) -> list[Connection]:

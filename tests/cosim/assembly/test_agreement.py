@@ -294,7 +294,7 @@ def test_what_cannot_be_read_is_left_to_those_who_build_it():
     assert conflicts(System(components, joined)) == []
     assert conflicts(System([*components, Component("stranger", "no_such_part")], joined)) == []
     stacks = [
-        Component(f"stack[{i}]", "pzt_stack", None, {}, {"maximum.force": force}) for i, force in ((1, "much"), (2, 1))
+        Component(f"stack[{i}]", "pzt_stack", None, {"maximum.force": force}) for i, force in ((1, "much"), (2, 1))
     ]
     pushed = [Connection(f"stack[{i}].stack.blocking_force", f"stage.stack[{i}].blocking_force") for i in (1, 2)]
     assert conflicts(System([*stacks, Component("stage", "rrr_stage", None, {"causality": "forced"})], pushed)) == []

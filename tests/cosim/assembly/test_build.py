@@ -68,6 +68,51 @@ def test_names_that_do_not_exist(name, arguments, words):
         load_scene(name, arguments)
 
 
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        (5, {}, "a scene is 5, expected the name or path of a scene"),
+        (None, {}, "a scene is None, expected the name or path of a scene"),
+        ("mass_on_spring", 5, "the arguments of a scene is 5, expected a table"),
+        ("mass_on_spring", {5: 1}, "the arguments of a scene is {5: 1}, expected a table"),
+        ("mass_on_spring", {"mass.level": 5}, "component mass: level is 5, expected the name of a level"),
+        ("mass_on_spring", {"mass.damping": None}, "mass.damping is None, expected a number"),
+        ("mass_on_spring", {"mass.damping": True}, "mass.damping is True, expected a number"),
+    ],
+)
+def test_scenes_and_arguments_of_a_wrong_type(name, arguments, words):
+    with pytest.raises(StructureError) as refusal:
+        load_scene(name, arguments)
+    assert str(refusal.value).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("part", "arguments", "words"),
+    [
+        ("mass_on_spring", {"level": 5}, "mass_on_spring has no argument 'level'"),
+        ("mass_on_spring", {"self": 5}, "mass_on_spring has no argument 'self'"),
+        ("mass_on_spring", {"solver": 5}, "mass_on_spring: solver is 5"),
+        ("mass_on_spring", {"damping": [1]}, "mass_on_spring: damping is (1,), expected a number"),
+        ("mass_on_spring", {"damping": True}, "mass_on_spring: damping is True, expected a number"),
+        ("sdelta", {"level": 5}, "sdelta: level is 5, expected one of"),
+        ("sdelta", {"posture.rotation": 5}, "sdelta: posture.rotation is 5, expected a list of values"),
+        ("sdelta_tuning", {}, "it: sdelta_tuning is an analysis and has no model"),
+        (".", {}, "it: . is a folder"),
+    ],
+)
+def test_arguments_of_a_part_of_a_wrong_type(counted, tmp_path, monkeypatch, part, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ModelError, StructureError)) as refusal:
+        build(System([Component("it", part, None, arguments)]))
+    assert str(refusal.value).startswith(words)
+    assert not counted
+
+
+def test_the_level_may_be_among_the_arguments():
+    by_name = model_of(Component("it", "sdelta", None, {"level": "rigid"}))
+    assert by_name.information == model_of(Component("it", "sdelta", "rigid")).information
+
+
 def test_arguments_that_make_no_sense():
     with pytest.raises(ModelError, match="stiffness is 'ch5', expected one of"):
         load_scene("sdelta_shaker", {"stiffness": "ch5"})

@@ -148,7 +148,7 @@ def test_a_scene_keeps_its_groups_as_text():
     scene = with_fusion(load_scene("sdelta_hfsa"), ["drive[1..2],robot"])
     assert tomllib.loads(scene_text(scene))["fuse"] == [["drive[1]", "drive[2]", "robot"]]
     assert read_scene_text(scene_text(scene)).fuse == scene.fuse
-    with pytest.raises(StructureError, match="fuse is 'robot', expected an array of arrays"):
+    with pytest.raises(StructureError, match="fuse is 'robot', expected a list of lists"):
         read_scene_text('fuse = "robot"\n' + scene_text(load_scene("sdelta_hfsa")))
 
 

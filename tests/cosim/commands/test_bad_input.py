@@ -175,6 +175,75 @@ def test_a_ring_of_feedthrough_of_another_gain_is_solved(hfsa, ring):
     np.testing.assert_allclose(found["right.drive[2].slide"], -y / np.sqrt(3), rtol=0, atol=1e-17)  # rounding of 0.1 m
 
 
+# Wrong types in a scene -----------------------------------------------------------------------------------------------
+
+TOML = """
+inputs = ["mass.base.position"]
+outputs = ["mass.position"]
+band = [1, 100]
+amplitude = { m = 1e-3 }
+step_size = 1e-3
+stop_time = 0.01
+[[components]]
+name = "mass"
+part = "mass_on_spring"
+start = { damping = 1 }
+"""
+
+START = "start = { damping = 1 }"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('inputs = ["mass.base.position"]', "inputs = [5]", "inputs is [5], expected"),
+        (
+            'inputs = ["mass.base.position"]',
+            'inputs = "mass.base.position"',
+            "inputs is 'mass.base.position', expected",
+        ),
+        ('outputs = ["mass.position"]', "outputs = [true]", "outputs is [True], expected"),
+        ("band = [1, 100]", 'band = ["a", 5.0]', "band is ['a', 5.0], expected"),
+        ("band = [1, 100]", "fuse = [[5]]", "a group of fuse is [5], expected"),
+        ("band = [1, 100]", "algorithm = 5", "algorithm is 5, expected"),
+        ("band = [1, 100]", "source = 5", "source is 5, expected a table"),
+        ("step_size = 1e-3", "step_size = true", "step_size is True, expected a number"),
+        ("amplitude = { m = 1e-3 }", "amplitude = { m = true }", "the amplitude in m is True, expected a number"),
+        ('name = "mass"', "name = 5", "component name 5 is not an identifier"),
+        ('part = "mass_on_spring"', "part = 5", "component mass: part is 5, expected"),
+        ('part = "mass_on_spring"', 'part = "./folder"', "error: mass: "),
+        ('part = "mass_on_spring"', 'part = "sdelta_tuning"', "mass: sdelta_tuning is an analysis and has no model"),
+        (START, "start = 5", "component mass: start is 5, expected"),
+        (START, "start = { damping = { a = 1 } }", "mass.damping is {'a': 1}, expected a number, or an analysis"),
+        (START, "arguments = 5", "component mass: arguments is 5, expected"),
+        (START, "arguments = { level = 5 }", "mass_on_spring has no argument 'level'"),
+        (START, "arguments = { damping = [1] }", "mass_on_spring: damping is (1,), expected a number"),
+        (START, "arguments = { solver = 5 }", "mass_on_spring: solver is 5"),
+        (START, '[[connections]]\nstart = 5\nend = "mass.u"', "start of a connection is 5, expected"),
+    ],
+)
+def test_a_wrong_type_in_a_scene_file(hfsa, old, new, words):
+    assert old in TOML
+    Path("folder").mkdir()
+    Path("x.toml").write_text(TOML.replace(old, new))
+    code, out, err = hfsa("run", "./x.toml", "-o", "run.h5")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert words in err
+    assert "Traceback" not in err
+    assert not Path("run.h5").exists()
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", TOML.replace("[1, 100]", "5").encode()], ids=["bytes", "number"])
+def test_one_broken_scene_breaks_no_listing(hfsa, text):
+    Path("broken.toml").write_bytes(text)
+    Path("good.toml").write_text(TOML)
+    code, out, err = hfsa("list", ".")
+    assert (code, err) == (0, "")
+    assert "broken" in out
+    assert "good" in out
+
+
 # A torque beyond the limit --------------------------------------------------------------------------------------------
 
 LIMIT = [word for i in range(1, 7) for word in ("-p", f"controller.axis[{i}].limit=1e-4")]

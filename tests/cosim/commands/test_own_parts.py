@@ -234,7 +234,10 @@ def test_a_broken_part_is_a_line_in_the_list_and_leaves_the_others(hfsa, machine
         ("def cart():\n    x = {}['a']\n", "cart.py:2: KeyError: 'a'; expected cart() to return a Scene"),
         ("def cart() -> None\n", "cart.py:1: SyntaxError: "),
         ("def card(): ...\n", "cart.py defines no function cart; a scene is a function named as its file"),
-        ("from hfsa.cosim import System\ndef cart():\n    System([1])\n", "cart.py:3: AttributeError: "),
+        (
+            "from hfsa.cosim import System\ndef cart():\n    System([1])\n",
+            "cart.py:3: components[1] is 1, expected a Component",
+        ),
         (
             "from hfsa.cosim import Component\n\ndef cart():\n    Component('a b', 'c')\n",
             "cart.py:4: component name 'a b'",

@@ -1,5 +1,8 @@
 """Systems and scenes as data: refusals before anything runs, and the text of a stored scene."""
 
+from typing import Any
+
+import numpy as np
 import pytest
 
 from hfsa.cosim.systems.connectors import Connector, check
@@ -8,7 +11,7 @@ from hfsa.cosim.systems.feedthrough import feedthrough, refuse_loops
 from hfsa.cosim.systems.names import companions, expand
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene, read_scene_text, scene_text
-from hfsa.cosim.systems.system import Component, Connection, System
+from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
 
 def ports(**kinds: str) -> dict[str, Connector]:
@@ -248,7 +251,7 @@ def test_a_scene_that_makes_no_sense(change, words):
     [
         ('algorithm = "auto"', 'algoritm = "jacobi"', "own.toml has no key 'algoritm'; did you mean algorithm"),
         ('part = "sdelta"', 'prt = "sdelta"', "component has no key 'prt'; did you mean part"),
-        ("band = [1.0, 50.0]", "band = 3", "band is 3, expected an array of 2"),
+        ("band = [1.0, 50.0]", "band = 3", "band is 3, expected a list of two numbers"),
         ("step_size = 5e-05", 'step_size = "small"', "step_size is 'small', expected a number"),
         ('marks = { "vibration test" = 255.0 }', "marks = 255", "marks is 255, expected a table of numbers"),
         ('scale = { "robot.z" = 0.001', 'scale = "small" # {', "scale is 'small', expected a table of numbers"),
@@ -262,3 +265,108 @@ def test_a_scene_file_that_is_wrong(old, new, words):
     assert old in text
     with pytest.raises(StructureError, match=words):
         read_scene_text(text.replace(old, new), "own.toml")
+
+
+# Wrong types ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("system", 5, "system is 5, expected a System"),
+        ("source", "sine", "source is 'sine', expected a Component"),
+        ("inputs", [5], "inputs is [5], expected a list of full names"),
+        ("inputs", "a.u", "inputs is 'a.u', expected a list of full names"),
+        ("outputs", None, "outputs is None, expected a list of full names"),
+        ("outputs", [True], "outputs is [True], expected a list of full names"),
+        ("band", 3, "band is 3, expected a list of two numbers"),
+        ("band", ["a", 5.0], "band is ['a', 5.0], expected a list of two numbers"),
+        ("band", [1.0, 2.0, 3.0], "band is [1.0, 2.0, 3.0], expected a list of two numbers"),
+        ("band", [True, 5.0], "band is [True, 5.0], expected a list of two numbers"),
+        ("amplitude", 5, "amplitude is 5, expected a table of numbers"),
+        ("amplitude", {"m": "1e-5"}, "the amplitude in m is '1e-5', expected a number"),
+        ("step_size", True, "step_size is True, expected a number"),
+        ("step_size", 10**400, "step_size is 1000000"),
+        ("stop_time", [10**5000], "stop_time is a number of too many digits, expected a number"),
+        ("stop_time", "2 s", "stop_time is '2 s', expected a number"),
+        ("tolerance", None, "tolerance is None, expected a number"),
+        ("algorithm", 5, "algorithm is 5, expected the name of an algorithm"),
+        ("marks", [255.0], "marks is [255.0], expected a table of numbers"),
+        ("marks", {"test": True}, "mark 'test' is at True, expected a frequency in Hz"),
+        ("fuse", 5, "fuse is 5, expected a list of lists of component names"),
+        ("fuse", ["ab"], "a group of fuse is 'ab', expected a list of component names"),
+        ("fuse", [[5]], "a group of fuse is [5], expected a list of component names"),
+        ("scale", 5, "scale is 5, expected a table of numbers"),
+        ("scale", {"robot.z": True}, "the scale of robot.z is True, expected a positive number"),
+    ],
+)
+def test_a_value_of_a_wrong_type_in_a_scene(key, value, words):
+    with pytest.raises(StructureError) as refusal:
+        scene(**{key: value})
+    assert str(refusal.value).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"name": 5}, "component name 5 is not an identifier"),
+        ({"part": None}, "component m: part is None, expected the name or path of a part"),
+        ({"level": 5}, "component m: level is 5, expected the name of a level"),
+        ({"arguments": 5}, "component m: arguments is 5, expected a table of arguments"),
+        ({"arguments": {5: 1}}, "component m: arguments is {5: 1}, expected a table of arguments"),
+        ({"start": 5}, "component m: start is 5, expected a table of start values"),
+        ({"start": {"damping": True}}, "m.damping is True, expected a number"),
+        ({"start": {"damping": "much"}}, "m.damping is 'much', expected a number"),
+        ({"start": {"damping": [[1]]}}, "m.damping is [[1]], expected a number"),
+        ({"start": {"damping": {"a": 1}}}, "m.damping is {'a': 1}, expected a number, or an analysis with the keys"),
+        ({"start": {"damping": {"part": 5, "key": "k"}}}, "m.damping: the part of an analysis is 5, expected"),
+        ({"members": 5}, "component m: members is 5, expected a list of Components"),
+        ({"connections": ["ab"]}, "component m: connections[1] is 'ab', expected a Connection"),
+        ({"computed": 5}, "component m: computed is 5, expected a table of analyses"),
+    ],
+)
+def test_a_value_of_a_wrong_type_in_a_component(changes, words):
+    with pytest.raises(StructureError) as refusal:
+        Component(**{"name": "m", "part": "x", **changes})
+    assert str(refusal.value).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "words"),
+    [
+        (Connection, (5, "b.u"), "start of a connection is 5, expected the full name of an output"),
+        (Connection, ("a.y", None), "end of the connection from a.y is None, expected the full name of an input"),
+        (System, (5,), "components is 5, expected a list of Components"),
+        (System, ([5],), "components[1] is 5, expected a Component"),
+        (System, ([], [("a.y", "b.u")]), "connections[1] is ('a.y', 'b.u'), expected a Connection"),
+        (Analysis, ("x", "angles[a..b]"), "the key of an analysis is 'angles[a..b]', expected the name of a result"),
+        (Analysis, ("x", "angles", 5), "the arguments of an analysis is 5, expected a table of arguments"),
+        (expand, (5,), "a name is 5, expected a text"),
+    ],
+)
+def test_a_value_of_a_wrong_type_in_a_system(kind: Any, values, words):
+    with pytest.raises(StructureError) as refusal:
+        kind(*values)
+    assert str(refusal.value).startswith(words)
+
+
+def test_numbers_of_numpy_are_numbers():
+    given = scene(step_size=np.float64(5e-5), band=np.array([1, 50]), stop_time=np.int64(2), tolerance=np.float32(0.5))
+    assert given == scene(tolerance=0.5)
+    assert read_scene_text(scene_text(given)) == given
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (b"\xff\xfe", "own.toml: not a TOML document: byte 0 is 0xff, expected text in UTF-8"),
+        (b"step_size = " + b"9" * 5000, "own.toml: not a TOML document: "),
+        (b"step_size = " + b"[" * 5000, "own.toml: not a TOML document: "),
+    ],
+    ids=["bytes", "digits", "brackets"],
+)
+def test_a_file_that_is_no_toml(tmp_path, text, words):
+    (tmp_path / "own.toml").write_bytes(text)
+    with pytest.raises(StructureError) as refusal:
+        read_scene(tmp_path / "own.toml")
+    assert words in str(refusal.value)
