@@ -1,4 +1,4 @@
-"""Names that stand for a scene where a part is expected, and folders where the file of a scene is."""
+"""Names of scenes where a part is expected, and of parts and folders where a scene is."""
 
 from pathlib import Path
 
@@ -19,7 +19,9 @@ def refuse_scene(name: str, advice: str) -> None:
         raise StructureError(f"{name} is a scene, expected a part; {advice}")
 
 
-def refuse_folder(name: str) -> None:
-    """Raise `StructureError` for a folder with the ending of the file of a scene."""
+def refuse_other(name: str) -> None:
+    """Raise `StructureError` for the name of a part and for a folder `*.toml`, where a scene is expected."""
+    if name in available_parts() and name not in available_scenes():
+        raise StructureError(f"{name} is a part, expected a scene; `export` and `analyze` take it")
     if name.endswith(".toml") and Path(name).is_dir():
         raise StructureError(f"{name} is a folder, expected the file of a scene")

@@ -108,10 +108,10 @@ def sweep(
         `results/SCENE_open_loop.h5`).
     """
     from hfsa.cosim.commands._reports import sweep_report
-    from hfsa.cosim.commands._scenes import refuse_folder
+    from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.experiments.sweep import sweep as sweep_experiment
 
-    refuse_folder(scene)
+    refuse_other(scene)
     parameters = _shell.named_values(parameter)
     band = given({"low": low, "high": high, "points": points}) | {"grid": grid}
     measured: dict[str, Any] = {

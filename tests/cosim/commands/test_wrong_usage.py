@@ -13,6 +13,7 @@ from hfsa.fmus.errors import ExportError
 
 WRONG = {
     "scene": (["sweep", "sdelta_shakr"], "no scene is called 'sdelta_shakr'; did you mean sdelta_shaker"),
+    "part for scene": (["run", "sdelta"], "sdelta is a part, expected a scene; `export` and `analyze` take it"),
     "scene file": (["run", "mine.toml"], "there is no file mine.toml"),
     "scene argument": (["run", "mass_on_spring", "-p", "dampin=1"], "has no argument 'dampin'; did you mean damping"),
     "scene value": (["run", "mass_on_spring", "-p", "damping=much"], "damping is 'much', expected a number"),
@@ -43,7 +44,7 @@ WRONG = {
     "results": (["bode", "none.h5"], "there is no file none.h5"),
     "fmu": (["check", "none.fmu"], "there is no file none.fmu"),
     "results folder": (["bode", "."], ". is a folder, expected a results file"),
-    "fmu folder": (["check", "."], ". is a folder, expected FMU files"),
+    "fmu folder": (["check", "."], ".: a folder, expected the files of FMUs"),
     "a scene's part": (["analyze", "sdelta_hfsa"], "sdelta_hfsa is a scene, expected a part; `run`, `sweep` and"),
     "a scene's fmu": (["export", "sdelta_hfsa"], "sdelta_hfsa is a scene, expected a part; `--fuse NAME,NAME` exports"),
     "proc": (["export", "mass_on_spring", "-o", "/proc/x"], "cannot write /proc/x/MassOnSpring.fmi2.fmu: /proc takes"),
