@@ -36,7 +36,7 @@ def source_files(sources: Sources) -> dict[str, str]:
 def compile_library(sources: Sources, folder: Path) -> Path:
     """Compile the sources into `folder` and return the path of the shared library, `<name>.so` on Linux.
 
-    The compiler is the first of `$CC`, cc, gcc, clang and the one of PyPI's ziglang.
+    The compiler is `$CC`, else the first of cc, gcc, clang and the one of PyPI's ziglang.
 
     Raises:
         ExportError: a failed compilation, with the messages of the compiler; no compiler, with the commands tried; a
@@ -69,13 +69,31 @@ def compile_files(
 
 
 def compiler() -> list[str]:
-    """Return the command of the first available C compiler; `ExportError` with the commands tried if there is none."""
-    candidates = [shlex.split(os.environ.get("CC", "")), ["cc"], ["gcc"], ["clang"]]
+    """Return the command of `$CC`, else of the first available C compiler.
+
+    `ExportError` where the command of `$CC` does not exist, and with the commands tried if there is none.
+    """
+    if chosen := os.environ.get("CC", "").strip():
+        return _command(chosen)
+    candidates = [["cc"], ["gcc"], ["clang"]]
     for command in candidates:
-        if command and shutil.which(command[0]):
+        if shutil.which(command[0]):
             return command
     zig = [sys.executable, "-m", "ziglang", "cc"]
     if importlib.util.find_spec("ziglang") is not None:
         return zig
-    tried = ", ".join(shlex.join(command) for command in [*candidates, zig] if command)
+    tried = ", ".join(shlex.join(command) for command in [*candidates, zig])
     raise ExportError(f"no C compiler: tried {tried}; set $CC, or pip install hfsa[zig]")
+
+
+def _command(chosen: str) -> list[str]:
+    """Return the words of `$CC`; `ExportError` where there is no such command."""
+    try:
+        words = shlex.split(chosen)
+    except ValueError as error:
+        raise ExportError(f"$CC is {chosen!r}, which is no command: {error}; expected a C compiler") from error
+    if not (words and shutil.which(words[0])):
+        raise ExportError(
+            f"$CC is {chosen!r}, but there is no such command; expected a C compiler, or unset $CC for cc, gcc or clang"
+        )
+    return words

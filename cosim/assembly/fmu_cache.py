@@ -50,6 +50,21 @@ def cache_folder() -> Path:
     return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hfsa"
 
 
+def cache_subfolder(name: str) -> Path:
+    """Return a folder of the cache, made where it is not there; `StructureError` where that cannot be written."""
+    folder = cache_folder() / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.rmdir(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    except OSError as error:
+        variable = next((word for word in ("HFSA_CACHE", "XDG_CACHE_HOME") if os.environ.get(word)), "HOME")
+        raise StructureError(
+            f"${variable} is {os.environ.get(variable, Path.home())}, but its folder {folder} cannot be written "
+            f"({error.strerror or error}); expected a folder to keep FMUs in, which HFSA_CACHE names"
+        ) from error
+    return folder
+
+
 def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> Path:
     """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it.
 
@@ -159,7 +174,7 @@ def _files(package: ModuleType) -> list[Path]:
 
 def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
     """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
+    cache_subfolder(folder.parent.name)
     for left in folder.parent.glob(".unfinished-*"):
         with contextlib.suppress(FileNotFoundError):  # its owner has just finished
             if time.time() - left.stat().st_mtime > _ABANDONED:
@@ -178,6 +193,8 @@ def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
 def _finished(component: Component) -> Path:
     """Return a component's own file, which somebody else has made; errors as of `fmu_file`."""
     file = Path(component.part).resolve()
+    if file.is_dir():
+        raise StructureError(f"{component.name}: {file} is a folder, expected the file of an FMU")
     if not file.is_file():
         raise StructureError(f"{component.name}: there is no file {file}")
     if component.arguments or component.level:

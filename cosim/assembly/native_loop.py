@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from hfsa.cosim.assembly.fmu_cache import cache_folder
+from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder
 from hfsa.cosim.masters.native.headers import library_name, sources
 from hfsa.cosim.masters.native.library import installed_library
 from hfsa.fmus.compile import SUFFIX, compile_files
@@ -28,8 +28,7 @@ def stepping_library() -> Path:
         return installed
     library = cache_folder() / "loop" / f"{library_name()}-{sysconfig.get_platform()}{SUFFIX}"
     if not library.is_file():
-        library.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=library.parent) as folder:
+        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=cache_subfolder("loop")) as folder:
             unfinished = Path(folder, library.name)
             compile_files(sources(), unfinished)
             os.replace(unfinished, library)

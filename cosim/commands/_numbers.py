@@ -46,6 +46,7 @@ def _cleared(part: np.ndarray, scale: np.ndarray | float) -> np.ndarray:
 
 def _lines(name: str, value: Any, unit: str) -> Iterator[str]:
     """Yield the lines of one quantity."""
+    value = _rows(value)
     if np.ndim(value) == 0 and not isinstance(value, Mapping):
         yield f"{name} = {_text(value)}{'' if unit == '1' else f' {unit}'}"
         return
@@ -60,6 +61,17 @@ def _lines(name: str, value: Any, unit: str) -> Iterator[str]:
             _folded([*map(_text, array)]) if is_vector else [[_text(item) for item in np.atleast_1d(r)] for r in array]
         )
     yield from (f"  {row}" for row in _aligned(rows))
+
+
+def _rows(value: Any) -> Any:
+    """Return a value, where it is a list of rows of unequal lengths as an array of them."""
+    try:
+        np.ndim(value)
+    except ValueError:
+        rows = np.empty(len(value), dtype=object)
+        rows[:] = [[*row] if isinstance(row, list | tuple | np.ndarray) else [row] for row in value]
+        return rows
+    return value
 
 
 def _folded(cells: Sequence[str]) -> Sequence[Sequence[str]]:

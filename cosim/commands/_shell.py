@@ -11,6 +11,7 @@ import json
 import math
 import os
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,8 @@ _WIDEST = 10_000
 def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     """Run a verb and return its exit code.
 
-    Errors with an `exit_code` are printed as one line on stderr, or raised with `traced`; all others are bugs.
+    Errors with an `exit_code` are printed as one line on stderr, with `traced` below their traceback; all others are
+    bugs and raised.
     """
     try:
         with handled_signals():
@@ -48,10 +50,12 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         return DONE
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
-        if code is None or traced:
+        if code is None:
             raise
         if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
             code = SIMULATION_FAILED
+        if traced:
+            traceback.print_exc()
         print(f"error: {error}", file=sys.stderr)
         return code
 
@@ -115,19 +119,28 @@ def part_arguments(level: str | None, words: list[str] | None) -> dict[str, str]
     return named_values([*([] if level is None else [f"level={level}"]), *(words or ())])
 
 
-def plain(value: Any) -> Any:
-    """Return a value for JSON: arrays as nested lists, complex numbers by part, NaN and infinity as null."""
+def plain(value: Any, name: str = "the answer") -> Any:
+    """Return a value for JSON: arrays as nested lists, complex numbers by part, NaN and infinity as null.
+
+    `StructureError` for a value that JSON does not know, with its place in what is called `name`.
+    """
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return {str(key): plain(item, f"{name}[{key!r}]") for key, item in value.items()}
+    if callable(getattr(value, "tolist", None)):
+        return plain(value.tolist(), name)
     if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
+        return [plain(item, f"{name}[{index}]") for index, item in enumerate(value)]
     if isinstance(value, complex):
         return {"real": plain(value.real), "imaginary": plain(value.imag)}
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    return str(value) if isinstance(value, Path) else value
+    if isinstance(value, Path):
+        return str(value)
+    if value is None or isinstance(value, str | int):
+        return value
+    from hfsa.cosim.systems.errors import StructureError
+
+    raise StructureError(f"{name} is of the type {type(value).__name__}, expected a number, a text or a list of them")
 
 
 @contextlib.contextmanager

@@ -45,8 +45,10 @@ def analyze(
     from hfsa.components._modelling.parts import part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
+    from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
+    refuse_scene(name, "`run`, `sweep` and `stability` examine it")
     values = _shell.part_arguments(level, parameter)
     request = StudyRequest(sensitivity, map, optimize, bounds, output, force)
     if request.is_study():
@@ -57,5 +59,7 @@ def analyze(
     part = part_named(name, available_parts())
     numbers = part.analysis(**values)
     units = {key: part.units[key] for key in numbers if key in part.units}
+    if json:
+        numbers = _shell.plain(numbers, f"{part.name}: analyze()")
     _shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)
     return _shell.DONE

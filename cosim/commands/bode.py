@@ -35,8 +35,14 @@ def bode(
     from hfsa.cosim.figures.bode import bode_figure, save
     from hfsa.cosim.results.files import read_sweep
     from hfsa.cosim.results.target import check_picture
+    from hfsa.cosim.systems.errors import StructureError
     from hfsa.cosim.systems.names import refuse_signal
 
+    known: set[Path] = set()
+    for path in files:
+        if path.resolve() in known:
+            raise StructureError(f"{path} is given twice; expected each results file once")
+        known.add(path.resolve())
     sweeps = [read_sweep(path) for path in files]
     if output is not None:
         refuse_signal(output, [s.name for bode in sweeps for s in (*bode.outputs, *bode.inputs)])

@@ -20,6 +20,8 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     from hfsa.cosim.systems.errors import StructureError
     from hfsa.fmus.check import examine
 
+    if folders := [str(file) for file in files if file.is_dir()]:
+        raise StructureError(f"{', '.join(folders)}: a folder, expected the files of FMUs")
     if missing := [str(file) for file in files if not file.is_file()]:
         raise StructureError(f"there is no file {', '.join(missing)}")
     reports = {file: examine(file) for file in files}

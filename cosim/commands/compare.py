@@ -56,11 +56,13 @@ def compare(
         Figure; its ending gives the format (default: `results/SCENE_compare.png`). An existing picture is replaced.
     """
     from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
+    from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.experiments.compare import compare as compare_experiment
     from hfsa.cosim.experiments.compare import parse_over
     from hfsa.cosim.figures.comparison import comparison_figure, save
     from hfsa.cosim.results.target import check_picture
 
+    refuse_other(scene)
     path = output or Path("results", f"{Path(scene).stem}_compare.png")
     check_picture(path)
     with _shell.progress("compare") as show:

@@ -31,10 +31,16 @@ def export(
         Folder (default: `fmus/built` in a checkout, else the working folder). An FMU of the same name is replaced.
     """
     from hfsa.cosim.assembly.fuse import models_to_export
+    from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.results.target import check_fmu
+    from hfsa.cosim.systems.errors import StructureError
     from hfsa.fmus.export import export as export_model
     from hfsa.fmus.export import file_of
 
+    if not fuse:
+        refuse_scene(name, "`--fuse NAME,NAME` exports components of it as one FMU, `run` and `sweep` simulate it")
+    if output is not None and output.exists() and not output.is_dir():
+        raise StructureError(f"-o {output} is a file, expected a folder")
     values = _shell.part_arguments(level, parameter)
     models = models_to_export(name, values.pop("level", None), values, fuse or ())
     folder = output or _export_folder()

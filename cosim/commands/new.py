@@ -54,9 +54,16 @@ def _package_name(folder: Path) -> str:
 
     word = folder.resolve().name
     name = re.sub(r"\W+", "_", word.lower())
-    if not name.isidentifier() or iskeyword(name):
-        raise StructureError(f"{word!r} is no name of a Python package; expected letters and digits, a letter first")
+    if not re.fullmatch(r"[a-z]([a-z0-9_]*[a-z0-9])?", name) or iskeyword(name):
+        raise StructureError(
+            f"{word!r} is no name of a Python package; expected the letters a to z, digits and hyphens, a letter "
+            "first, and no word of Python's own"
+        )
     found = None if name in sys.stdlib_module_names else find_spec(name)
-    if name in (*sys.stdlib_module_names, "tests", "results") or (found is not None and found.origin is not None):
+    # a package without __init__.py may be a mere folder: the one to be filled, or one beside it
+    places = [Path(place) for place in (found and found.submodule_search_locations) or ()]
+    mere = {folder.resolve(), Path(name).resolve()}
+    is_taken = found is not None and (found.origin is not None or any(p.resolve() not in mere for p in places))
+    if is_taken or name in (*sys.stdlib_module_names, "tests", "results"):
         raise StructureError(f"{name} is a Python package already; name the folder otherwise, such as {name}_machine")
     return name

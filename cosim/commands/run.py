@@ -50,8 +50,10 @@ def run(
         Results file (default: `results/SCENE_run.h5`).
     """
     from hfsa.cosim.commands._reports import run_report
+    from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.experiments.run import run as run_experiment
 
+    refuse_other(scene)
     with _shell.progress("run") as show:
         show(0.0, "building FMUs")
         found = run_experiment(

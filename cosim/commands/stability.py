@@ -39,8 +39,10 @@ def stability(
     output
         With `--vary`: file of the map (default: `results/SCENE_stability.h5`).
     """
+    from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.commands._stability import StabilityRequest, stability_answer
 
+    refuse_other(scene)
     request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force)
     with _shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)

@@ -108,8 +108,10 @@ def sweep(
         `results/SCENE_open_loop.h5`).
     """
     from hfsa.cosim.commands._reports import sweep_report
+    from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.experiments.sweep import sweep as sweep_experiment
 
+    refuse_other(scene)
     parameters = _shell.named_values(parameter)
     band = given({"low": low, "high": high, "points": points}) | {"grid": grid}
     measured: dict[str, Any] = {
@@ -119,12 +121,14 @@ def sweep(
         "--jobs": jobs,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
+    if method == "linear":
+        stepped = {**({} if open_loop is not None else measured), "--tolerance": stepping.tolerance}
+        if given(stepped) and not _chooses_levels(scene, parameters):
+            refuse(stepped, "the linear method takes no steps, and no level is auto")
     if open_loop is not None:
         others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
         others |= {"--fuse": stepping.fuse, "--order": stepping.order}
         return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
-    if method == "linear" and given(measured) and not _chooses_levels(scene, parameters):
-        refuse(measured, "the linear method takes no steps")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         found = sweep_experiment(

@@ -24,7 +24,7 @@ from pathlib import Path
 
 from hfsa.components import ModelError
 from hfsa.components._modelling.parts import part_named
-from hfsa.cosim.assembly.fmu_cache import cache_folder, fmu_file, own_parts, sources
+from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder, fmu_file, own_parts, sources
 from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
@@ -60,8 +60,9 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
         choices = _LevelChoices(scene, library).choices()
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, encoding="utf-8") as unfinished:
+        with tempfile.NamedTemporaryFile(
+            "w", dir=cache_subfolder("levels"), delete=False, encoding="utf-8"
+        ) as unfinished:
             json.dump({name: dataclasses.asdict(choice) for name, choice in choices.items()}, unfinished)
         os.replace(unfinished.name, file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}

@@ -103,7 +103,8 @@ def name_curves(by_output: Mapping[str, Sequence[Curve]], sweeps: Sequence[Bode]
             label = f"{curve.output.name}: {label}"
         curve.label = label
         # a line and its measured points share a colour; further outputs and files have colours of their own
-        sibling = [bode for bode in sweeps if bode.settings.get("method") == method].index(curve.bode)
+        siblings = [bode for bode in sweeps if bode.settings.get("method") == method]
+        sibling = next(i for i, bode in enumerate(siblings) if bode is curve.bode)
         curve.colour = COLOURS[(outputs.index(curve.output.name) + sibling) % len(COLOURS)]
 
 

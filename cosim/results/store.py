@@ -74,8 +74,7 @@ class Store:
     @classmethod
     def resume(cls, path: Path, check: Callable[[Node], None]) -> "Store":
         """Open an existing results file for writing; `check` may raise before anything is changed."""
-        if not path.is_file():
-            raise ResultsError(f"there is no file {path}")
+        _check_is_file(path)
         disk = LockedFile(path, path, "r+")
         try:
             if not Identity.of(disk.fileno()).is_at(path):
@@ -159,8 +158,7 @@ class LockedFile(io.FileIO):
 
 def open_file(path: Path) -> Node:
     """Open a results file for reading; `ResultsError` where it is missing, open for writing, or no results file."""
-    if not path.is_file():
-        raise ResultsError(f"there is no file {path}")
+    _check_is_file(path)
     with translate_errors(path, "open"):
         file: Node = h5py.File(path, "r", locking=None if has_locks(path) else False)
     try:
@@ -169,6 +167,14 @@ def open_file(path: Path) -> Node:
         file.close()
         raise
     return file
+
+
+def _check_is_file(path: Path) -> None:
+    """Raise `ResultsError` for a folder, and where there is no file."""
+    if path.is_dir():
+        raise ResultsError(f"{path} is a folder, expected a results file")
+    if not path.is_file():
+        raise ResultsError(f"there is no file {path}")
 
 
 def _check_version(path: Path, file: Node) -> None:

@@ -12,12 +12,16 @@ apply to the file that it refers to, and that file is replaced.
 
 import os
 import stat
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from hfsa.cosim.results.file_kind import PICTURE_SIGNATURES, FileKind, identify, is_picture
 from hfsa.cosim.results.locks import check_not_written
 from hfsa.cosim.results.records import ResultsError
+
+_ANOTHER = "-o names another file"
+_ANOTHER_FOLDER = "-o names another folder"
 
 REPLACING = "--force replaces it, -o names another file"
 """Advice for a results file that exists."""
@@ -98,10 +102,14 @@ def check_fmu(path: Path) -> None:
     """Raise `ResultsError` unless the target of an export is an FMU or does not exist."""
     target = inspect(path)
     if target.kind is FileKind.OTHER or target.kind is FileKind.RESULTS:
-        raise _not_replaced(path, target)
+        raise _not_replaced(path, target, _ANOTHER_FOLDER)
     if target.kind is FileKind.FMU:
-        _check_writable(path, target)
-    _check_folder(path, target)
+        _check_writable(path, target, _ANOTHER_FOLDER)
+    folder = _check_folder(path, target)
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".hfsa-", dir=folder))  # some file systems, such as /proc, take no files
+    except OSError as error:
+        raise ResultsError(f"cannot write {path}: {folder} takes no files ({error.strerror or error})") from error
 
 
 def os_refusal(path: Path, error: OSError) -> ResultsError:
@@ -117,14 +125,14 @@ def _check_results(path: Path, target: Target) -> None:
     check_not_written(target.real, path)
 
 
-def _check_writable(path: Path, target: Target) -> None:
+def _check_writable(path: Path, target: Target, advice: str = _ANOTHER) -> None:
     """Raise `ResultsError` for a file that is marked read-only, for root as well."""
     if not os.access(target.real, os.W_OK) or not os.stat(target.real).st_mode & 0o222:
-        raise ResultsError(f"cannot write {path}: it is {target.description} that is read-only; -o names another file")
+        raise ResultsError(f"cannot write {path}: it is {target.description} that is read-only; {advice}")
 
 
-def _check_folder(path: Path, target: Target) -> None:
-    """Raise `ResultsError` where the folder of a target can neither be used nor made."""
+def _check_folder(path: Path, target: Target) -> Path:
+    """Return the folder of a target, or the one to make it in; `ResultsError` where neither is possible."""
     folder = target.real.parent
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
@@ -132,10 +140,9 @@ def _check_folder(path: Path, target: Target) -> None:
         raise ResultsError(f"cannot write {path}: {folder} is no folder")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ResultsError(f"cannot write {path}: the folder {folder} is not writable")
+    return folder
 
 
-def _not_replaced(path: Path, target: Target) -> ResultsError:
+def _not_replaced(path: Path, target: Target, advice: str = _ANOTHER) -> ResultsError:
     """Return the error for a file that is never replaced."""
-    return ResultsError(
-        f"cannot write {path}: it is {target.description}, which is not replaced; -o names another file"
-    )
+    return ResultsError(f"cannot write {path}: it is {target.description}, which is not replaced; {advice}")

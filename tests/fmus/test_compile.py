@@ -93,6 +93,15 @@ def test_cc_of_the_environment_goes_first(monkeypatch, tmp_path):
     assert compiler() == ["mine", "-m64"]
 
 
+def test_a_cc_that_does_not_exist_is_no_reason_for_another(monkeypatch, tmp_path):
+    empty_path(monkeypatch, tmp_path, "cc")
+    monkeypatch.setenv("CC", "nowhere -m64")
+    with pytest.raises(ExportError, match=r"\$CC is 'nowhere -m64', but there is no such command"):
+        compiler()
+    monkeypatch.setenv("CC", " ")
+    assert compiler() == ["cc"]
+
+
 def test_the_order_of_compilers(monkeypatch, tmp_path):
     empty_path(monkeypatch, tmp_path, "clang")
     assert compiler() == ["clang"]
@@ -108,11 +117,10 @@ def test_ziglang_serves_where_there_is_no_compiler(monkeypatch, tmp_path):
 
 def test_no_compiler_names_what_was_tried(monkeypatch, tmp_path, models):
     empty_path(monkeypatch, tmp_path)
-    monkeypatch.setenv("CC", "nowhere")
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(ExportError) as error:
         compile_library(generate(models["gain"]()), tmp_path)
-    for word in ("nowhere", "cc, gcc, clang", "-m ziglang cc", "pip install hfsa[zig]"):
+    for word in ("cc, gcc, clang", "-m ziglang cc", "pip install hfsa[zig]"):
         assert word in str(error.value)
 
 

@@ -70,6 +70,11 @@ LINEAR = ["sweep", "sdelta_hfsa", "--method", "linear", "--points", "3", "-o", "
         (["--jobs", "1"], "--jobs would have no effect: the linear method takes no steps"),
         (["--step", "1e-5"], "--step would have no effect"),
         (["--algorithm", "jacobi", "--settling-time", "3"], "--algorithm, --settling-time would have no effect"),
+        (
+            ["--tolerance", "1e-9"],
+            "--tolerance would have no effect: the linear method takes no steps, and no level is",
+        ),
+        (["--open-loop", "controller.axis[1].command", "--tolerance", "1e-9"], "--tolerance would have no effect"),
         (["--backend", "python"], "--backend would have no effect"),
         (["--open-loop", "controller.axis[1].command", "--fuse", "robot,drives"], "--fuse would have no effect"),
         (["--open-loop", "controller.axis[1].command", "--amplitude", "1"], "--amplitude would have no effect"),

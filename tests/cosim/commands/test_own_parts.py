@@ -7,13 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.components import ModelError
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.experiments.run import run
 from hfsa.cosim.results.files import read_run, read_sweep
-from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, System
 
@@ -264,13 +262,27 @@ def test_a_broken_part_in_a_scene_is_one_line(hfsa, machine):
 
 def test_traceback_shows_where_it_was_raised(hfsa, machine):
     write(machine, spring=SPRING.replace("m.output(", "m.outputt("))
-    with pytest.raises(ModelError) as error:
-        hfsa("export", "machine/spring.py", "--traceback")
-    assert isinstance(error.value.__cause__, AttributeError)
+    code, _, err = hfsa("export", "machine/spring.py", "--traceback")
+    assert code == 2
+    assert "Traceback (most recent call last)" in err
+    assert "\nAttributeError: 'Model' object has no attribute 'outputt'" in err
+    assert err.splitlines()[-1].startswith("error: machine/spring.py:18: AttributeError")
     write(machine, pair=PYTHON.replace("System(", "Systm("))
-    with pytest.raises((ModelError, StructureError)) as error:
-        hfsa("run", "machine/pair.py", "--traceback")
-    assert isinstance(error.value.__cause__, NameError)
+    code, _, err = hfsa("run", "machine/pair.py", "--traceback")
+    assert code == 2
+    assert "\nNameError: name 'Systm'" in err
+
+
+def test_numbers_that_json_does_not_know_are_named(hfsa):
+    Path("p.py").write_text("def analyze():\n    return {'a': 1.0, 'b': [0, object()]}\n")
+    assert hfsa("analyze", "./p.py", "--json") == (
+        2, "", "error: p: analyze()['b'][1] is of the type object, expected a number, a text or a list of them\n"
+    )  # fmt: skip
+
+
+def test_rows_of_unequal_lengths_are_printed(hfsa):
+    Path("p.py").write_text("def analyze():\n    return {'b': [[1.0], [2.0, 3.0]]}\n")
+    assert hfsa("analyze", "./p.py") == (0, "b =\n  1\n  2  3\n", "")
 
 
 # Installed ------------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from hfsa.fmus.errors import ExportError
 
 WRONG = {
     "scene": (["sweep", "sdelta_shakr"], "no scene is called 'sdelta_shakr'; did you mean sdelta_shaker"),
+    "part for scene": (["run", "sdelta"], "sdelta is a part, expected a scene; `export` and `analyze` take it"),
     "scene file": (["run", "mine.toml"], "there is no file mine.toml"),
     "scene argument": (["run", "mass_on_spring", "-p", "dampin=1"], "has no argument 'dampin'; did you mean damping"),
     "scene value": (["run", "mass_on_spring", "-p", "damping=much"], "damping is 'much', expected a number"),
@@ -42,6 +43,11 @@ WRONG = {
     "listed": (["list", "sdlta"], "nothing is called 'sdlta'; did you mean sdelta"),
     "results": (["bode", "none.h5"], "there is no file none.h5"),
     "fmu": (["check", "none.fmu"], "there is no file none.fmu"),
+    "results folder": (["bode", "."], ". is a folder, expected a results file"),
+    "fmu folder": (["check", "."], ".: a folder, expected the files of FMUs"),
+    "a scene's part": (["analyze", "sdelta_hfsa"], "sdelta_hfsa is a scene, expected a part; `run`, `sweep` and"),
+    "a scene's fmu": (["export", "sdelta_hfsa"], "sdelta_hfsa is a scene, expected a part; `--fuse NAME,NAME` exports"),
+    "proc": (["export", "mass_on_spring", "-o", "/proc/x"], "cannot write /proc/x/MassOnSpring.fmi2.fmu: /proc takes"),
     "verb": (["sweeep"], 'Did you mean "sweep"'),
     "option": (["sweep", "mass_on_spring", "--metod", "linear"], "--method"),
     "method": (["sweep", "mass_on_spring", "--method", "multisine"], "stepped"),
@@ -81,6 +87,74 @@ def test_a_build_that_fails_is_exit_code_3(hfsa, monkeypatch):
 
     monkeypatch.setattr("hfsa.fmus.export.export", fail)
     assert hfsa("export", "mass_on_spring") == (3, "", "error: no C compiler: tried cc, gcc, clang\n")
+
+
+@pytest.mark.parametrize("code", [2, 3, 4])
+def test_a_traceback_keeps_the_exit_code(hfsa, monkeypatch, code):
+    def fail(*_):
+        error = ExportError("it failed")
+        error.exit_code = code
+        raise error
+
+    monkeypatch.setattr("hfsa.fmus.export.export", fail)
+    found, _, err = hfsa("export", "mass_on_spring", "--traceback")
+    assert found == code
+    assert err.startswith("Traceback (most recent call last)")
+    assert err.endswith("\nerror: it failed\n")
+
+
+@pytest.mark.parametrize("variable", ["HFSA_CACHE", "XDG_CACHE_HOME"])
+def test_a_cache_that_cannot_be_written_is_named(hfsa, monkeypatch, variable):
+    monkeypatch.delenv("HFSA_CACHE", raising=False)
+    Path("a_file").touch()
+    monkeypatch.setenv(variable, "a_file")
+    code, out, err = hfsa("run", "mass_on_spring")
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: ${variable} is a_file, but its folder a_file/")
+    assert "cannot be written (" in err
+
+
+def test_a_compiler_that_does_not_exist_is_named(hfsa, monkeypatch):
+    for command in ("nonexistent -O3", "'open"):
+        monkeypatch.setenv("CC", command)
+        code, out, err = hfsa("export", "mass_on_spring", "-o", "built")
+        assert (code, out) == (3, "")
+        assert err.startswith(f"error: $CC is {command!r}, ")
+    assert not list(Path().rglob("*.fmu"))
+
+
+def test_a_file_given_twice_is_named(hfsa):
+    hfsa(*LINEAR, "--points", "3", "-o", "l.h5")
+    for again in ("l.h5", "./l.h5"):
+        code, _, err = hfsa("bode", "l.h5", again, "-o", "x.png")
+        assert (code, err) == (2, "error: l.h5 is given twice; expected each results file once\n")
+
+
+@pytest.mark.parametrize("verb", ["run", "sweep", "stability", "compare --over mass.damping=1,2"])
+def test_a_folder_is_no_scene(hfsa, verb):
+    Path("dir.toml").mkdir()
+    code, _, err = hfsa(*verb.split(), "./dir.toml")
+    assert (code, err) == (2, "error: ./dir.toml is a folder, expected the file of a scene\n")
+
+
+@pytest.mark.parametrize("verb", ["export", "analyze"])
+def test_the_file_of_a_scene_is_no_part(hfsa, verb):
+    Path("own.toml").write_text(OWN_MOTION)
+    Path("own.py").write_text("def own() -> 'Scene':\n    return None\n")
+    for file in ("./own.toml", "./own.py"):
+        code, _, err = hfsa(verb, file)
+        assert code == 2
+        assert err.startswith(f"error: {file} is a scene, expected a part; ")
+
+
+def test_the_output_of_an_export_is_a_folder(hfsa):
+    Path("a_file").write_text("mine")
+    code, _, err = hfsa("export", "mass_on_spring", "-o", "a_file")
+    assert (code, err) == (2, "error: -o a_file is a file, expected a folder\n")
+    Path("MassOnSpring.fmi2.fmu").write_text("mine")
+    code, _, err = hfsa("export", "mass_on_spring", "-o", ".")
+    assert code == 2
+    assert err.endswith("it is a text file, which is not replaced; -o names another folder\n")
 
 
 def test_a_full_disk_is_exit_code_4(hfsa):
