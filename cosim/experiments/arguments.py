@@ -20,7 +20,7 @@ from typing import Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
 
-from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import is_number, refuse
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -49,7 +49,7 @@ def checked(zero: Collection[str] = ()) -> Callable[[Callable[Arguments, Result]
         def checking(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
             for name, value in signature.bind(*args, **kwargs).arguments.items():
                 if not _fits(value, hints[name], name in zero):
-                    raise StructureError(f"{name} is {value!r}, expected {_expected(hints[name], name in zero)}")
+                    refuse(name, value, _expected(hints[name], name in zero))
             return function(*args, **kwargs)
 
         return checking
@@ -78,7 +78,7 @@ def _fits(value: Any, hint: Any, may_be_zero: bool) -> bool:
 
 def _is_in_range(value: Any, may_be_zero: bool) -> bool:
     """Whether a number is finite and positive, or zero where it may be."""
-    return not isinstance(value, bool) and math.isfinite(value) and (value > 0 or (may_be_zero and value == 0))
+    return is_number(value) and math.isfinite(value) and (value > 0 or (may_be_zero and value == 0))
 
 
 def _expected(hint: Any, may_be_zero: bool) -> str:
