@@ -11,7 +11,6 @@ it may be zero.
 
 import functools
 import inspect
-import math
 import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
 from numbers import Integral, Real
@@ -20,7 +19,7 @@ from typing import Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
 
-from hfsa.cosim.systems.kinds import is_number, refuse
+from hfsa.cosim.systems.kinds import is_number, is_positive, refuse
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -78,7 +77,7 @@ def _fits(value: Any, hint: Any, may_be_zero: bool) -> bool:
 
 def _is_in_range(value: Any, may_be_zero: bool) -> bool:
     """Whether a number is finite and positive, or zero where it may be."""
-    return is_number(value) and math.isfinite(value) and (value > 0 or (may_be_zero and value == 0))
+    return is_positive(value) or (may_be_zero and is_number(value) and value == 0)
 
 
 def _expected(hint: Any, may_be_zero: bool) -> str:

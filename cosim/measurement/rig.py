@@ -1,6 +1,6 @@
 """Measurement of one input at one frequency: excite, wait for the transient to settle, read the lock-in amplifier.
 
-A `Rig` is a system with its instruments, loaded once per process and reused for every point.
+A `Rig` is a system with its instruments, loaded once per thread and reused for every point.
 """
 
 import math
@@ -139,12 +139,12 @@ class Rig:
         steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
         window = steps * settings.step_size
         self._initialize(task, window)
-        settling = Settling(settings.settling_tolerance)
-        ramp = 0
         if start is None:
+            settling = Settling(settings.settling_tolerance)
             ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
         else:
-            settling.expected, settling.keeps = start.gain, math.exp(start.growth * window)
+            keeps = math.exp(start.growth * window)
+            settling, ramp = Settling(settings.settling_tolerance, expected=start.gain, keeps=keeps), 0
         most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
         simulated = 0.0
         for k in range(1, ramp + most + 1):

@@ -5,8 +5,8 @@
         stepped(file, plan, benches, settings, jobs=2)          # or file.write(points_of(linear(...).response(...)))
 
 `stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`).
-FMUs are loaded once per process and reused. A task is one point: it receives plain data and returns numbers, and only
-the caller writes the file. A failed point is a status in the file with its message; all other points are measured.
+FMUs are loaded once per thread or process and reused. A task is one point: it receives plain data and returns numbers,
+and only the caller writes the file. A failed point is a status in the file with its message; all others are measured.
 `linear` computes the response from the FMUs' directional derivatives (`linear/linearize.py`), all points at once.
 """
 
@@ -220,7 +220,7 @@ def stepped(
         )
         for i, k in file.unfinished()
     ]
-    # longest first, so that all processes end at about the same time
+    # longest first, so that all workers end at about the same time
     tasks.sort(key=_work, reverse=True)
     total, finished = sum(map(_work, tasks)), 0.0
     points = len(plan.frequency) * len(plan.inputs)
