@@ -19,7 +19,8 @@ import hfsa.components
 import hfsa.controllers
 import hfsa.cosim
 import hfsa.cosim.scenes
-from hfsa.components._modelling.parts import Part, find
+from hfsa.components._modelling.catalogue import find
+from hfsa.components._modelling.parts import Part
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 
 _CHOICES = re.compile(r"`--algorithm CHOICE`(.*?) \*\[choices: auto, [^\]]*\]\*")

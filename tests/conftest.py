@@ -20,7 +20,7 @@ from published import entries, numbers
 import hfsa.components
 import hfsa.controllers
 from hfsa.components import Model
-from hfsa.components._modelling.parts import find
+from hfsa.components._modelling.catalogue import find
 from hfsa.fmus.c_code import generate
 from hfsa.fmus.export import export
 

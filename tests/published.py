@@ -26,7 +26,7 @@ import published_probes
 
 import hfsa.components
 import hfsa.controllers
-from hfsa.components._modelling.parts import find, part_named
+from hfsa.components._modelling.catalogue import find, part_named
 from hfsa.components._modelling.units import unit as parse_unit
 
 Text = str | list[str] | list[list[str]]

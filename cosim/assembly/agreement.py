@@ -20,8 +20,9 @@ from typing import Any, Union, get_args, get_origin
 import numpy as np
 
 from hfsa.components import ModelError
+from hfsa.components._modelling.catalogue import part_named
 from hfsa.components._modelling.facts import Fact, Known
-from hfsa.components._modelling.parts import Argument, Part, argument_values, part_named
+from hfsa.components._modelling.parts import Argument, Part, argument_values
 from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
 from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, level_of, named_part
 from hfsa.cosim.systems.errors import StructureError

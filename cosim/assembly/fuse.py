@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from hfsa.components import Model
+from hfsa.components._modelling.catalogue import part_named
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import part_named
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import available_parts, model_of
 from hfsa.cosim.fmi.description import describe

@@ -16,18 +16,10 @@ import numpy as np
 
 import hfsa.cosim.scenes
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.catalogue import Catalogue, find, hint, part_named
 from hfsa.components._modelling.loading import is_path, kind_of, returned, shown
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import (
-    SOLVER,
-    Catalogue,
-    Part,
-    find,
-    hint,
-    own_part,
-    part_named,
-    read_arguments,
-)
+from hfsa.components._modelling.parts import SOLVER, Part, own_part, read_arguments
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, available_parts, named_part
 from hfsa.cosim.fmi.description import describe

@@ -5,9 +5,10 @@ from functools import cache
 import hfsa.components
 import hfsa.controllers
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.catalogue import Catalogue, find, part_named
 from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.loading import is_path
-from hfsa.components._modelling.parts import Catalogue, Part, find, part_named
+from hfsa.components._modelling.parts import Part
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component
 

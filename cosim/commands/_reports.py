@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.components import ModelError
+from hfsa.components._modelling.catalogue import hint, part_named
 from hfsa.components._modelling.loading import files_of, is_path, kind_of
 from hfsa.components._modelling.model import Kind, Quantity
-from hfsa.components._modelling.parts import Argument, Part, hint, part_named
+from hfsa.components._modelling.parts import Argument, Part
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit

@@ -42,7 +42,7 @@ def analyze(
     output
         With `--map`: file of the map (default: `results/NAME_map.h5`).
     """
-    from hfsa.components._modelling.parts import part_named, studied
+    from hfsa.components._modelling.catalogue import part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
     from hfsa.cosim.commands._scenes import refuse_scene

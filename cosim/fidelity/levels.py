@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import ModelError
-from hfsa.components._modelling.parts import part_named
+from hfsa.components._modelling.catalogue import part_named
 from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder, fmu_file, own_parts, sources
 from hfsa.cosim.assembly.models import AUTO, available_parts
 from hfsa.cosim.fidelity.level_error import Reference, reference_of

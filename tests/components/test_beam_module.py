@@ -14,7 +14,7 @@ from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.beam_module import Dimensions, Material, Normalised, compliant_module
 from hfsa.components._mechanics.elastostatics import eigenscrews
 from hfsa.components._mechanics.screws import GAMMA, skew
-from hfsa.components._modelling.parts import find
+from hfsa.components._modelling.catalogue import find
 from hfsa.components.beam_module import analyze
 
 PART = find([hfsa.components])["beam_module"]

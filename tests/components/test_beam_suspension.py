@@ -9,10 +9,10 @@ from hfsa.components import Model, ModelError
 from hfsa.components import beam_stage as stage
 from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.rigid_body import Body
+from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import find
 from hfsa.components.beam_suspension import analyze, beam_suspension
 from hfsa.components.rigid_body import rigid_body
 

@@ -9,8 +9,9 @@ import pytest
 
 import hfsa.components
 from hfsa.components import ModelError
+from hfsa.components._modelling.catalogue import find, part_named
 from hfsa.components._modelling.loading import files_of, kind_of
-from hfsa.components._modelling.parts import find, own_part, part_named
+from hfsa.components._modelling.parts import own_part
 
 SPRING = '''
 """A spring."""

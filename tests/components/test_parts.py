@@ -11,7 +11,8 @@ import pytest
 import hfsa.components
 import hfsa.controllers
 from hfsa.components import Model, ModelError
-from hfsa.components._modelling.parts import Part, find, part_named, read_arguments
+from hfsa.components._modelling.catalogue import find, part_named
+from hfsa.components._modelling.parts import Part, read_arguments
 from hfsa.components._modelling.units import BASE, unit
 
 PARTS = find([hfsa.components, hfsa.controllers])

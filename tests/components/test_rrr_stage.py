@@ -9,10 +9,10 @@ import hfsa.components
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
+from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import find
 from hfsa.components.rrr_stage import analyze, rrr_stage
 
 PARTS = find([hfsa.components])

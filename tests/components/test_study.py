@@ -9,7 +9,8 @@ import pytest
 import hfsa.components
 from hfsa.components import ModelError
 from hfsa.components._mechanics import tba_design as designs
-from hfsa.components._modelling.parts import Part, find, studied
+from hfsa.components._modelling.catalogue import find, studied
+from hfsa.components._modelling.parts import Part
 from hfsa.components._modelling.study import Response, Study, Variable, bounds, optimum, response_map, slopes
 
 PARTS = find([hfsa.components])

@@ -11,10 +11,10 @@ import hfsa.components
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics.tba_base import Mounting
+from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components._modelling.parts import find
 from hfsa.components.tba_accelerometer import GRAVITY, analyze, tba_accelerometer
 
 PART = find([hfsa.components])["tba_accelerometer"]

@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 from hfsa import components
-from hfsa.components._modelling.parts import find
+from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.study import optimum, response_map
 from hfsa.cosim.commands._studies import as_record
 from hfsa.cosim.figures.response_map import response_map_figure

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hfsa.cosim.scenes
-from hfsa.components._modelling.parts import find
+from hfsa.components._modelling.catalogue import find
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.co_simulation import open_instances
