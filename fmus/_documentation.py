@@ -19,6 +19,11 @@ _TABLES = (
     ("Parameters", (Role.PARAMETER,), "Tunable at any communication point unless fixed."),
     ("Solver", (Role.SOLVER,), "Settings of Co-Simulation, fixed after initialization."),
     (
+        "Counters",
+        (Role.COUNTER,),
+        "Work of the solver, rejected communication steps included; not a part of the FMU state, 0 in Model Exchange.",
+    ),
+    (
         "Input derivatives",
         (Role.INPUT_DERIVATIVE,),
         "Tunable at any communication point: in a step from t an input is u(t + s) = u + u' s + u'' s^2/2.",

@@ -1,4 +1,4 @@
-"""The solvers of Co-Simulation FMUs: what the page of an FMU says of each, and its settings.
+"""The solvers of Co-Simulation FMUs: what the page of an FMU says of each, its settings and its counters.
 
 A solver is a file `runtime/NAME.c` that defines `const Solver hfsa_NAME`, which `runtime/model.h` declares, a row here
 and its name in `components/_modelling/model.py`, where models choose.
@@ -20,12 +20,30 @@ class Setting(NamedTuple):
     high: float | None = None
 
 
+class Counter(NamedTuple):
+    """A count of the solver's work since initialization, a read-only variable of the FMU."""
+
+    name: str
+    description: str
+
+
 @dataclass(frozen=True)
 class Solver:
-    """A solver: a sentence for the page of an FMU, and its settings."""
+    """A solver: a sentence for the page of an FMU, its settings, and the first ones of `COUNTERS`."""
 
     sentence: str
     settings: tuple[Setting, ...] = ()
+    counters: tuple[Counter, ...] = ()
+
+
+COUNTERS = (
+    Counter("solver.steps", "Steps of the solver since initialization, without rejected ones"),
+    Counter("solver.evaluations", "Evaluations of the derivatives by the solver since initialization"),
+    Counter("solver.rejected_steps", "Steps that the solver rejected since initialization"),
+    Counter("solver.jacobians", "Evaluations of the Jacobian by the solver since initialization"),
+    Counter("solver.factorizations", "Matrices factorised by the solver since initialization"),
+)
+"""All counters, in the order of the counts in `runtime/instance.h`; a solver has all, or the first ones."""
 
 
 _TOLERANCE = Setting(
@@ -40,10 +58,12 @@ SOLVERS: Mapping[str, Solver] = {
     "rosenbrock": Solver(
         "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
         (_TOLERANCE, Setting("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver")),
+        COUNTERS,
     ),
     "rk4": Solver(
         "Co-Simulation uses the classical Runge-Kutta method with a maximum step.",
         (Setting("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"),),
+        COUNTERS[:2],  # it rejects nothing and has no matrix
     ),
     "cvode": Solver(
         "Co-Simulation uses CVODE of SUNDIALS, restarted in every step, with the analytic Jacobian.",
@@ -59,6 +79,7 @@ SOLVERS: Mapping[str, Solver] = {
                 5.0,
             ),
         ),
+        COUNTERS,
     ),
 }
 """All solvers by name."""

@@ -2,8 +2,9 @@
 
 Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. In addition to the quantities of
 the model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the
-settings of the Co-Simulation solver, the structural arguments of the model and constants computed from them. The last
-variables, in FMI 3 only, are the derivatives of the inputs within a communication step; FMI 2 has a function for them.
+settings and counters of the Co-Simulation solver, the structural arguments of the model and constants computed from
+them. The last variables, in FMI 3 only, are the derivatives of the inputs within a communication step; FMI 2 has a
+function for them.
 """
 
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ class Role(StrEnum):
     SAMPLED_OUTPUT = "sampled_output"
     PARAMETER = "parameter"
     SOLVER = "solver"
+    COUNTER = "counter"
     CONSTANT = "constant"
     TEXT = "text"
     INPUT_DERIVATIVE = "input_derivative"
@@ -73,10 +75,12 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
     for kind in (Kind.INPUT, Kind.OUTPUT, Kind.SAMPLED_OUTPUT, Kind.PARAMETER):
         rows += [_row(q, Role(kind.value)) for q in model.of(kind)]
     if states:
+        solver = SOLVERS[solver_of(model, functions)]
         rows += [
             (s.name, Role.SOLVER, s.unit, s.description, s.start, {"fixed": True, "min": s.low, "max": s.high})
-            for s in SOLVERS[solver_of(model, functions)].settings
+            for s in solver.settings
         ]
+        rows += [(c.name, Role.COUNTER, "1", c.description, None, {}) for c in solver.counters]
     for name, value in model.information.items():
         role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
         rows.append((name, role, "", f"Structural argument {name}", value, {}))

@@ -33,6 +33,7 @@ _ATTRIBUTES = {
     Role.SAMPLED_OUTPUT: ("output", "discrete", "exact"),
     Role.PARAMETER: ("parameter", "tunable", None),
     Role.SOLVER: ("parameter", "fixed", None),
+    Role.COUNTER: ("local", "discrete", "calculated"),
     Role.INPUT_DERIVATIVE: ("parameter", "tunable", None),
     Role.CONSTANT: ("local", "constant", None),
     Role.TEXT: ("local", "constant", None),

@@ -293,6 +293,8 @@ class Model:
             raise ModelError(
                 f"{self.name}: name {quantity.name!r} is not of the form terminal.member[1] with 1-based indices"
             )
+        if quantity.name.startswith("solver."):
+            raise ModelError(f"{self.name}: {quantity.name} begins as the names of the solver do; take another word")
         if quantity.name in self._quantities:
             raise ModelError(f"{self.name}: {quantity.name} is declared twice")
         try:

@@ -22,6 +22,15 @@ SAMPLE_TIME = "sample_time"
 NEXT = "next."
 """Prefix of the variable that holds the value of a sampled state after the next tick."""
 
+COUNTERS = (
+    "solver.steps",
+    "solver.evaluations",
+    "solver.rejected_steps",
+    "solver.jacobians",
+    "solver.factorizations",
+)
+"""Variables that count the work of the solver inside a Co-Simulation FMU; no value of the model depends on them."""
+
 _MISSING: dict[Interface, str] = {
     "co_simulation": "Co-Simulation interface; expected one, only the monolithic algorithms use the other",
     "model_exchange": "Model Exchange interface, which the monolithic algorithms use; the others co-simulate it",
@@ -72,11 +81,14 @@ class Description:
     def undeclared(self, outputs: Iterable[str]) -> str:
         """Return a sign of undeclared dynamics behind the outputs, as text; empty where there is none.
 
-        Signs are a clock; a discrete variable that is neither an output with a `sample_time` nor a sampled state; and,
-        of a Co-Simulation only FMU, an output that declares neither an input nor a state as its dependency.
+        Signs are a clock; a discrete variable that is neither an output with a `sample_time`, nor a sampled state, nor
+        a counter; and, of a Co-Simulation only FMU, an output that declares neither an input nor a state as its
+        dependency.
         """
         ours = {*self.sampled_states, *(f"{NEXT}{name}" for name in self.sampled_states)}
         for name, v in self.variables.items():
+            if name in self._counters:
+                continue
             if v.type.startswith("Clock"):
                 return f"its clock {name} does not declare when it ticks"
             is_held = self.has_sample_time and (v.causality == "output" or name in ours)
@@ -110,6 +122,17 @@ class Description:
             return name if self.can_interpolate else None
         parameter = f"input_derivative[{order}].{name}"
         return parameter if parameter in self.variables else None
+
+    @property
+    def counters(self) -> tuple[str, ...]:
+        """Names of the counters of its solver, in the order of `COUNTERS`; none in Model Exchange."""
+        return self._counters if self.interface == "co_simulation" else ()
+
+    @cached_property
+    def _counters(self) -> tuple[str, ...]:
+        """Names of the variables that are counters by name and kind."""
+        found = [self.variables[name] for name in COUNTERS if name in self.variables]
+        return tuple(v.name for v in found if v.is_real and (v.causality, v.variability) == ("local", "discrete"))
 
     @property
     def sampled_states(self) -> tuple[str, ...]:

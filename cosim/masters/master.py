@@ -30,6 +30,7 @@ from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.fmi.solver_counts import solver_counts, total
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
@@ -78,9 +79,19 @@ class Master(ABC):
 
     @property
     def statistics(self) -> dict[str, int]:
-        """Counts since the start: communication `steps`, and the `passes` of iterated steps."""
+        """Counts since the start: communication `steps`, and the `passes` of iterated steps.
+
+        Where FMUs count the work of their solvers, also the sums `solver_steps`, `solver_evaluations` and so on.
+        """
         moving = self._scheme.moving
-        return {"steps": self._count, **({"passes": moving.passes} if isinstance(moving, IteratedStep) else {})}
+        passes = {"passes": moving.passes} if isinstance(moving, IteratedStep) else {}
+        solvers = {f"solver_{name}": count for name, count in total(self.solver_counts).items()}
+        return {"steps": self._count, **passes, **solvers}
+
+    @property
+    def solver_counts(self) -> dict[str, dict[str, int]]:
+        """Counts of the solver inside each instance that has them, since the start, by component and name."""
+        return solver_counts(self.instances)
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None

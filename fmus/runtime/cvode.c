@@ -22,6 +22,11 @@
 #ifndef SUN_COMM_NULL /* before SUNDIALS 7 */
 #define SUN_COMM_NULL NULL
 #endif
+#if SUNDIALS_VERSION_MAJOR == 6 && SUNDIALS_VERSION_MINOR < 2
+#define get_unsolved_steps CVodeGetNumNonlinSolvConvFails
+#else
+#define get_unsolved_steps CVodeGetNumStepSolveFails
+#endif
 
 enum { LARGEST_COUNT = 1000000 };
 enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER }; /* indices of the settings */
@@ -62,6 +67,7 @@ static int newton_matrix(double t, N_Vector x, N_Vector der, SUNMatrix matrix, i
   if (!keep && hfsa_jacobian(work->m, in, in->state->time + at, N_VGetArrayPointer(x), u, work->jacobian)) return 1;
   for (int k = 0; k < n * n; k++) entries[k] = -gamma * work->jacobian[k];
   for (int i = 0; i < n; i++) entries[i * n + i] += 1.0;
+  in->counts[FACTORIZATIONS] += 1.0; /* CVODE factorises every matrix that it obtains */
   return 0;
 }
 
@@ -128,6 +134,17 @@ static int worst_state(const Work* work) {
   return worst;
 }
 
+/* Add the steps of this call; CVodeReInit has set the counts of CVODE to 0. A trial step is rejected by the test of its
+   error or because Newton's method does not converge. */
+static void count_steps(Work* work) {
+  long accepted = 0, inaccurate = 0, unsolved = 0;
+  CVodeGetNumSteps(work->memory, &accepted);
+  CVodeGetNumErrTestFails(work->memory, &inaccurate);
+  get_unsolved_steps(work->memory, &unsolved);
+  work->in->counts[ACCEPTED_STEPS] += (double)accepted;
+  work->in->counts[REJECTED_STEPS] += (double)(inaccurate + unsolved);
+}
+
 /* The tolerance of a state is the relative tolerance * magnitude + the relative tolerance * nominal value. */
 static int advance(const Model* m, Instance* in, double offset, double h) {
   Work* work = in->work;
@@ -145,6 +162,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   if (!code) code = CVodeSetMaxOrd(memory, (int)in->settings[MAXIMUM_ORDER]);
   if (!code) code = CVodeSetStopTime(memory, h);
   if (!code) code = CVode(memory, h, work->x, &reached, CV_NORMAL);
+  count_steps(work);
   if (code < 0)
     return hfsa_report(in, DISCARD, "CVODE stopped at time %.15g with its code %d; largest error in state %s",
                        in->state->time + offset + reached, code, hfsa_name(m, ROLE_STATE, worst_state(work)));

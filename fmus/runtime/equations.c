@@ -15,9 +15,11 @@ static void set_point(Instance* in, const double* t, const double* x, const doub
 
 static int call(Instance* in, Function* function) { return function(in->arg, in->res, in->iw, in->w, 0); }
 
+/* Compute der(x) for a solver, which counts; `hfsa_evaluate` computes what an importer reads. */
 int hfsa_rhs(const Model* m, Instance* in, double t, const double* x, const double* u, double* der) {
   set_point(in, &t, x, u);
   in->res[0] = der;
+  in->counts[EVALUATIONS] += 1.0;
   return call(in, m->rhs);
 }
 
@@ -26,6 +28,7 @@ int hfsa_jacobian(const Model* m, Instance* in, double t, const double* x, const
   int n = m->size[ROLE_STATE];
   set_point(in, &t, x, u);
   in->res[0] = in->jacobian;
+  in->counts[JACOBIANS] += 1.0;
   int failed = call(in, m->jacobian);
   memset(dense, 0, (size_t)n * (size_t)n * sizeof(double));
   for (int j = 0; j < n; j++)

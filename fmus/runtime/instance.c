@@ -87,11 +87,13 @@ static void point_columns(Instance* in) {
   in->column[ROLE_SAMPLED_OUTPUT] = in->held;
   in->column[ROLE_PARAMETER] = in->p;
   in->column[ROLE_SOLVER] = in->settings;
+  in->column[ROLE_COUNTER] = in->counts;
 }
 
 /* Initialise the state block, after instantiation and reset. */
 void hfsa_start_values(const Model* m, Instance* in) {
   memset(in->state, 0, in->state_size);
+  memset(in->counts, 0, sizeof in->counts);
   in->state->stop_time = HUGE_VAL;
   in->state->mode = INSTANTIATED;
   in->valid = 0;

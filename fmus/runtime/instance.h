@@ -1,7 +1,8 @@
 /* One mutable instance of the model.
 
    All data that determine the future of an instance are in one plain block, `State` followed by its columns. An FMU
-   state is a copy of this block. All other data are scratch, or caches stored with the values that they depend on. */
+   state is a copy of this block. All other data are scratch, or caches stored with the values that they depend on, or
+   counts of work, which no restored state undoes. */
 
 #ifndef HFSA_INSTANCE_H
 #define HFSA_INSTANCE_H
@@ -46,6 +47,9 @@ typedef struct {
   int once; /* 1 if `rates` apply to the next step only, 0 if they apply until changed */
 } State;
 
+/* Counts of the work of the solver, in the order of `COUNTERS` in fmus/_solvers.py. */
+enum { ACCEPTED_STEPS, EVALUATIONS, REJECTED_STEPS, JACOBIANS, FACTORIZATIONS, COUNTERS };
+
 /* Cached results: a bit is set while the result is valid for the present state block. */
 enum { DERIVATIVES_VALID = 1, OUTPUTS_VALID = 2, NEXT_VALID = 4 };
 
@@ -58,6 +62,8 @@ struct Instance {
   size_t state_size, moving_size;                  /* size of the block, and of its part up to `held` [bytes] */
   void* before;                                    /* copy of the moving part at the beginning of the step */
   double *u, *rates, *x, *z, *held, *p, *settings; /* columns of the block */
+
+  double counts[COUNTERS]; /* since initialization */
 
   unsigned valid;
   double *der, *out, *next, *next_held; /* last results; `next_held`: sampled outputs of a tick at the present time */

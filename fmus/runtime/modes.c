@@ -3,6 +3,7 @@
 #include "core.h"
 
 #include <math.h>
+#include <string.h>
 
 Status hfsa_setup(Instance* in, double start_time, int stop_defined, double stop_time) {
   Status status = hfsa_permit(in, "SetupExperiment", INSTANTIATED);
@@ -24,7 +25,9 @@ static Status change_mode(Instance* in, const char* call, int from, int to) {
 }
 
 Status hfsa_enter_initialization(Instance* in) {
-  return change_mode(in, "EnterInitializationMode", INSTANTIATED, INITIALIZATION);
+  Status status = change_mode(in, "EnterInitializationMode", INSTANTIATED, INITIALIZATION);
+  if (!status) memset(in->counts, 0, sizeof in->counts);
+  return status;
 }
 
 Status hfsa_exit_initialization(Instance* in) {

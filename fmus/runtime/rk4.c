@@ -52,6 +52,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
         stage(m, in, begin + 0.5 * step, step / 3.0, step) || stage(m, in, begin + step, step / 6.0, 0.0))
       return hfsa_report(in, ERROR, "the derivatives cannot be evaluated at time %.15g", in->state->time + begin);
     for (int i = 0; i < n; i++) in->x[i] += work->sum[i];
+    in->counts[ACCEPTED_STEPS] += 1.0;
   }
   return OK;
 }

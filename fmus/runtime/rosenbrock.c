@@ -109,6 +109,7 @@ static int try_step(const Model* m, Instance* in, double offset, double h) {
   int n = m->size[ROLE_STATE];
   for (int k = 0; k < n * n; k++) work->w[k] = -work->jacobian[k];
   for (int i = 0; i < n; i++) work->w[i * n + i] += 1.0 / (gamma_diagonal * h);
+  in->counts[FACTORIZATIONS] += 1.0;
   if (hfsa_factorize(n, work->w, work->pivot)) return 1;
   for (int s = 0; s < STAGES; s++) {
     double* k = work->k[s];
@@ -170,6 +171,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
     fresh = 1;
     double error = try_step(m, in, offset + done, step) ? HUGE_VAL : error_of(m, in, &worst);
     double factor = fmin(6.0, fmax(0.2, 0.9 * pow(error, -0.2)));
+    in->counts[error > 1.0 ? REJECTED_STEPS : ACCEPTED_STEPS] += 1.0;
     if (error > 1.0) {
       proposed = step * factor;
       continue;

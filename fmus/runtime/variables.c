@@ -60,6 +60,7 @@ static Status refuse_set(const Instance* in, const Variable* v) {
     case ROLE_DERIVATIVE:
     case ROLE_NEXT:
     case ROLE_OUTPUT:
+    case ROLE_COUNTER:
       return hfsa_report(in, ERROR, "Set: %s is calculated", v->name);
     case ROLE_CONSTANT:
     case ROLE_TEXT:
