@@ -125,12 +125,21 @@ class StepAnalysis:
             error, worst = self._largest(algorithm, step_size)
         else:
             error, worst = mode_error(coupled.exact.poles, one, self.band[0]), None
-        # free motion may grow slowly because of the steps alone: that does not reveal an oscillatory instability
-        hides_instability = bool(own) and one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all")
-        causes_instability = not own and not (one.is_stable(coupled.counting) and coupled.converges(step_size))
-        return StepEffect(
-            algorithm, step_size, error, worst, own, one.growth(coupled.counting), hides_instability, causes_instability
-        )
+        hides, causes = self._changes_of_stability(coupled, one)
+        return StepEffect(algorithm, step_size, error, worst, own, one.growth(coupled.counting), hides, causes)
+
+    def keeps_stability(self, algorithm: str, step_size: float) -> bool:
+        """Whether an algorithm at a step [s] is stable where the system is, and unstable where it is; raises as `effect`."""
+        coupled = self.coupled.with_algorithm(algorithm)
+        return not any(self._changes_of_stability(coupled, coupled.over(step_size)))
+
+    def _changes_of_stability(self, coupled: CoupledStep, one: OneStep) -> tuple[bool, bool]:
+        """Return whether steps hide an instability of the system, and whether they cause one."""
+        own = coupled.exact.growth
+        if own:
+            # free motion may grow slowly because of the steps alone: that does not reveal an oscillatory instability
+            return one.is_stable("oscillatory" if own.frequency >= OSCILLATORY else "all"), False
+        return False, not (one.is_stable(coupled.counting) and coupled.converges(one.step_size))
 
     def errors(self, algorithm: str, step_size: float, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return |G - H| / |H| at frequencies [Hz], (frequencies, outputs, excitations); NaN where H is negligible."""
@@ -159,6 +168,12 @@ class StepAnalysis:
         found = np.zeros((len(frequency), len(self.outputs), len(self.excitations)), complex)
         for k, (excitation, coupled) in enumerate(zip(self.excitations, self.coupled_steps(algorithm), strict=True)):
             found[:, self._rows(excitation), k] = coupled.over(step_size).response(frequency)
+        return found
+
+    def counts(self, size: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether the error of each entry of magnitudes, (frequencies, outputs, excitations), counts."""
+        found = (size >= COUNTING * np.abs(self._answer).max(axis=0)) & self._moves
+        found[:, [name in self.ignored for name in self.outputs]] = False
         return found
 
     def at(self, frequency: float) -> "StepAnalysis":
@@ -235,16 +250,29 @@ class StepAnalysis:
 
     def _largest(self, algorithm: str, step_size: float) -> tuple[float, tuple[str, str, float] | None]:
         """Return the largest error that counts, and its response."""
-        resolved = self.frequency <= 1 / (FEWEST_SAMPLES * step_size) * (1 + 1e-9)
-        if not resolved.any():
+        frequency = self.resolved(step_size)
+        return self.largest_error(frequency, self.stepped(algorithm, step_size, frequency))
+
+    def resolved(self, step_size: float) -> NDArray[np.float64]:
+        """Return the frequencies [Hz] of the comparison that a step [s] resolves; empty where it resolves none."""
+        return self.frequency[self.frequency <= 1 / (FEWEST_SAMPLES * step_size) * (1 + 1e-9)]
+
+    def largest_error(
+        self, frequency: NDArray[np.float64], response: NDArray[np.complex128]
+    ) -> tuple[float, tuple[str, str, float] | None]:
+        """Return the largest error that counts of a response, (frequencies, outputs, excitations), and where it is.
+
+        The place is (output, excited variable, frequency [Hz]), `None` where no entry counts; the error is infinite
+        without frequencies [Hz].
+        """
+        if not len(frequency):
             return math.inf, None
-        frequency, size = self.frequency[resolved], np.abs(self._answer[resolved])
-        counts = (size >= COUNTING * np.abs(self._answer).max(axis=0)) & self._moves
-        counts[:, [name in self.ignored for name in self.outputs]] = False
+        exact = self.exact(frequency)
+        size = np.abs(exact)
+        counts = self.counts(size)
         if not counts.any():
             return 0.0, None
-        difference = np.abs(self.stepped(algorithm, step_size, frequency) - self._answer[resolved])
-        error = np.divide(difference, size, out=np.zeros(size.shape), where=counts)
+        error = np.divide(np.abs(response - exact), size, out=np.zeros(size.shape), where=counts)
         k, output, source = (int(i) for i in np.unravel_index(int(np.argmax(error)), error.shape))
         worst = self.outputs[output], self.excitations[source].name, float(frequency[k])
         return float(error[k, output, source]), worst

@@ -111,6 +111,14 @@ def advice(base: CoupledStep, algorithm: str, step_size: float, times: Collectio
     return f"with {algorithm} at a step of {step_size:.4g} s {grows}; {' or '.join(would)} would do"
 
 
+def longest_stable(base: CoupledStep, algorithm: str, step_size: float, times: Collection[float]) -> float:
+    """Return `StepLimit.longest` of an algorithm, searched around a step [s]; `times` are the sample times [s].
+
+    Raises `StructureError` where the algorithm cannot run the system.
+    """
+    return _longest(base.with_algorithm(algorithm), step_size, times)
+
+
 def fitting(step_size: float, times: Collection[float]) -> float:
     """Return the longest step [s] up to `step_size` that divides each sample time [s], or is a multiple of it."""
     if not times:

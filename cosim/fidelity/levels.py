@@ -25,7 +25,7 @@ from pathlib import Path
 from hfsa.components import ModelError
 from hfsa.components._modelling.catalogue import part_named
 from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder, fmu_file, own_parts, sources
-from hfsa.cosim.assembly.models import AUTO, available_parts
+from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
@@ -59,13 +59,39 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
         return {}
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
-        choices = _LevelChoices(scene, library).choices()
+        ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
+        choices = choose_among(scene, ladders, library)
         with tempfile.NamedTemporaryFile(
             "w", dir=cache_subfolder("levels"), delete=False, encoding="utf-8"
         ) as unfinished:
             json.dump({name: dataclasses.asdict(choice) for name, choice in choices.items()}, unfinished)
         os.replace(unfinished.name, file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
+
+
+def choose_among(scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None) -> dict[str, LevelChoice]:
+    """Return the choice for each component of `ladders`, its levels to choose from with the reference last.
+
+    Raises as `choose`.
+    """
+    return _LevelChoices(scene, ladders, library).choices()
+
+
+def ladders_below(scene: Scene) -> dict[str, Sequence[str]]:
+    """Return the levels of each component up to that of the scene, or up to the last for `auto`, of two or more."""
+    found = {}
+    for component in scene.system.components:
+        levels = _levels(component) if component.level == AUTO else _known_levels(component)
+        own = level_of(component)
+        ladder = levels if own in (None, AUTO) else levels[: levels.index(own) + 1] if own in levels else ()
+        if len(ladder) > 1:
+            found[component.name] = ladder
+    return found
+
+
+def with_levels_at(scene: Scene, levels: Mapping[str, str]) -> Scene:
+    """Return the scene with components at levels, without start values that only another level has."""
+    return _at(scene, levels)
 
 
 def with_chosen(scene: Scene, choices: Mapping[str, LevelChoice]) -> Scene:
@@ -91,10 +117,10 @@ def _key(scene: Scene) -> str:
 class _LevelChoices:
     """Choice of levels: the reference of a scene, and the errors of the levels of its automatic components."""
 
-    def __init__(self, scene: Scene, library: Path | None):
+    def __init__(self, scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None):
         self._scene = scene
-        self._levels = {name: _levels(scene.system[name]) for name in automatic(scene)}
-        self._reference = self._opened_reference(at_highest(scene), library)
+        self._levels = ladders
+        self._reference = self._opened_reference(_at(scene, self._highest), library)
         self._errors: dict[str, dict[str, float]] = {}
         self._refusals: dict[str, dict[str, str]] = {}
 
@@ -170,9 +196,14 @@ class _LevelChoices:
         return [level for level in self._levels[name] if level not in self._refusals[name]]
 
 
+def _known_levels(component: Component) -> Sequence[str]:
+    """Return the levels of a component's part, cheapest first; none where it has none."""
+    return () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).levels
+
+
 def _levels(component: Component) -> Sequence[str]:
     """Return the levels of a component's part, cheapest first; `StructureError` where it has none."""
-    levels = () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).levels
+    levels = _known_levels(component)
     if not levels:
         raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")
     return levels

@@ -50,6 +50,14 @@ def create_dataset(group: Node, name: str, dimensions: Sequence[str], fill: Any,
     return dataset
 
 
+def create_texts(group: Node, name: str, dimensions: Sequence[str], values: Sequence[str]) -> Node:
+    """Create a dataset of texts over dimension scales of its group."""
+    dataset = group.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
+    for axis, dimension in enumerate(dimensions):
+        dataset.dims[axis].attach_scale(group[dimension])
+    return dataset
+
+
 def set_unit(dataset: Node, unit: str) -> None:
     """Write the unit as the attributes of xarray (`units`) and of the Scientific Data Format (`UNIT`)."""
     dataset.attrs["units"] = unit

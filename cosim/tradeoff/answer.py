@@ -1,0 +1,112 @@
+"""Front of candidates, and the answer: the cheapest verified one within a tolerance."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from hfsa.cosim.tradeoff.configuration import Candidate
+from hfsa.cosim.tradeoff.search import FAR, Search
+from hfsa.cosim.tradeoff.verification import OutOfBudget, Verification
+
+_NEAR, _FAR_OFF = 4, 3
+"""Numbers of candidates that are verified on either side of the tolerance, and far from it."""
+
+_MOST = 12
+"""Largest number of offered candidates that are verified in the search of an answer."""
+
+
+def front(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return the candidates than which no other is both cheaper and more accurate, the cheapest first."""
+    found: list[Candidate] = []
+    for candidate in sorted(candidates, key=lambda c: (c.known_cost, c.error)):
+        if not math.isnan(candidate.error) and (not found or candidate.error < found[-1].error):
+            found.append(candidate)
+    return found
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Answer to a trade.
+
+    Attributes:
+        best: cheapest candidate that was verified within the tolerance, `None` without any.
+        next: the next cheaper one on the front, which misses the tolerance, `None` without any.
+        own: the default of the scene, with its measurement, `None` where it does not run.
+        is_complete: whether the budget sufficed.
+    """
+
+    best: Candidate | None
+    next: Candidate | None
+    own: Candidate | None
+    is_complete: bool
+
+
+def fine_candidates(search: Search, tolerance: float) -> list[Candidate]:
+    """Return candidates at reference levels that are accurate enough to confirm a reference, the cheapest first."""
+    fine = [c for c in search.candidates if not c.configuration.composition.levels]
+    return [c for c in fine if c.predicted.error * FAR <= tolerance] or fine[-1:]
+
+
+def answered(
+    search: Search, verification: Verification, own: Candidate | None, tolerance: float, report: Callable[[str], None]
+) -> Answer:
+    """Verify candidates near the predicted front and some far from it, and return the answer."""
+    offered = list(islice(search.offered(), _MOST))
+    predicted = front(search.candidates)
+    cheaper = [c for c in predicted if c.predicted.error > tolerance][-_NEAR:]
+    near = [c for c in predicted if c.predicted.error <= tolerance][:_NEAR]
+    far = _far(search.candidates, [*cheaper, *near, *offered[:_NEAR]])
+    fine = fine_candidates(search, tolerance)
+    planned = [*(c for c in (own,) if c), *offered[:_NEAR], *cheaper, *near, *far]
+    verification.prepare(planned, fine)
+    is_complete = True
+    try:
+        best = _first_within(offered, verification, tolerance)
+        for candidate in (*(c for c in (own,) if c), *reversed(cheaper), *near, *far):
+            verification.verify(candidate)
+        best = _cheapest_within(search, tolerance) or best
+    except OutOfBudget:
+        is_complete = False
+        best = _cheapest_within(search, tolerance)
+    for candidate in (*front(c for c in search.candidates if c.measured is not None), *(c for c in (own,) if c)):
+        report(f"stability of {candidate.configuration}")
+        search.is_stable(candidate)
+    return Answer(best, _next_cheaper(search.candidates, best), own, is_complete)
+
+
+def _first_within(offered: Sequence[Candidate], verification: Verification, tolerance: float) -> Candidate | None:
+    """Return the cheapest offered candidate whose measured error is within the tolerance."""
+    for candidate in offered:
+        if verification.verify(candidate).error <= tolerance:
+            return candidate
+    return None
+
+
+def _cheapest_within(search: Search, tolerance: float) -> Candidate | None:
+    """Return the cheapest measured candidate within the tolerance at a step that is not close to its limit."""
+    found = (c for c in search.candidates if c.measured is not None and c.measured.error <= tolerance)
+    return next((c for c in sorted(found, key=lambda c: c.known_cost) if search.is_stable(c)), None)
+
+
+def _next_cheaper(candidates: Iterable[Candidate], best: Candidate | None) -> Candidate | None:
+    """Return the most accurate measured candidate that is cheaper than the best one."""
+    if best is None:
+        return None
+    cheaper = [
+        c
+        for c in candidates
+        if c.measured is not None and not math.isnan(c.measured.error) and c.known_cost < best.known_cost
+    ]
+    return min(cheaper, key=lambda c: c.error, default=None)
+
+
+def _far(candidates: Sequence[Candidate], taken: Sequence[Candidate]) -> list[Candidate]:
+    """Return a few candidates far from the front, spread over the costs of all."""
+    rest = [c for c in candidates if c not in taken and not math.isnan(c.predicted.error)]
+    if not rest:
+        return []
+    places = np.unique(np.linspace(0, len(rest) - 1, _FAR_OFF + 2).astype(int)[1:-1])
+    return [rest[i] for i in places]

@@ -1,0 +1,118 @@
+"""Choices of a scene: the compositions of its FMUs, from levels and fused groups, that are worth a prediction.
+
+Levels: the reference are the levels of the scene, and for `auto` the last one; the cheapest levels within the tolerance
+are chosen as `auto` chooses them (`fidelity/levels.py`). Groups: none, those of the scene, the parts on each feedback
+loop, all continuous parts, and all parts.
+"""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hfsa.components import ModelError
+from hfsa.cosim.assembly.assemble import Variants
+from hfsa.cosim.fidelity import levels
+from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.description import Description
+from hfsa.cosim.results.records import LevelChoice
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.tradeoff.configuration import Composition
+from hfsa.fmus.errors import ExportError
+
+REFUSALS = (StructureError, ModelError, StepError, ExportError)
+"""Errors of a composition that cannot be built or run."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Compositions of a scene, the reference first.
+
+    Attributes:
+        scene: the scene at its reference levels, without fused groups.
+        compositions: those that can be built.
+        own: the composition of the scene itself.
+        levels: choice of each component with cheaper levels.
+        reference_levels: level of each of these components in the reference.
+        refusals: reason by what cannot be built, or compared.
+    """
+
+    scene: Scene
+    compositions: Sequence[Composition]
+    own: Composition
+    levels: Mapping[str, LevelChoice]
+    reference_levels: Mapping[str, str]
+    refusals: Mapping[str, str]
+
+
+def choices_of(scene: Scene, library: Path | None, report: Callable[[str], None]) -> Choices:
+    """Return the choices of a scene for its tolerance; `report` receives what is under way.
+
+    Raises as `Variants` where the scene cannot be built at its reference levels.
+    """
+    ladders = levels.ladders_below(scene)
+    highest = {name: ladder[-1] for name, ladder in ladders.items()}
+    reference = levels.with_levels_at(scene, highest)
+    own_fuse, reference = scene.fuse, dataclasses.replace(reference, fuse=())
+    refusals: dict[str, str] = {}
+    chosen: Mapping[str, LevelChoice] = {}
+    if ladders:
+        report("levels")
+        try:
+            chosen = levels.choose_among(reference, ladders, library)
+        except (*REFUSALS, ArithmeticError) as error:
+            refusals["levels"] = str(error)
+    lower = tuple((name, choice.level) for name, choice in chosen.items() if choice.level != highest[name])
+    variants = Variants(reference)
+    groups = list(_groups(reference, variants.parts.descriptions))
+    found: list[Composition] = []
+    for of_level in dict.fromkeys([(), lower]):
+        for group in dict.fromkeys([(), tuple(map(tuple, own_fuse)), *groups]):
+            composition = Composition(of_level, group)
+            report(str(composition))
+            try:
+                Variants(composition.of(reference)).plain.check()
+            except REFUSALS as error:
+                refusals[str(composition)] = str(error)
+                continue
+            found.append(composition)
+    own = tuple((name, level) for name, level in lower if name in levels.automatic(scene))
+    return Choices(reference, found, Composition(own, tuple(map(tuple, own_fuse))), chosen, highest, refusals)
+
+
+def _groups(scene: Scene, descriptions: Mapping[str, Description]) -> Iterator[tuple[tuple[str, ...], ...]]:
+    """Yield groups to fuse: the parts on each loop, all continuous parts, all parts; each connected, of two or more."""
+    parts = [c.name for c in scene.system.components if not c.part.endswith(".fmu")]
+    continuous = [name for name in parts if not descriptions[name].is_sampled]
+    edges = {(scene.system.split(c.start)[0], scene.system.split(c.end)[0]) for c in scene.system.connections}
+    loops = tuple(group for group in _on_loops(continuous, edges) if len(group) > 1)
+    for found in (loops, _connected(continuous, edges), _connected(parts, edges)):
+        if found:
+            yield found
+
+
+def _on_loops(names: Sequence[str], edges: set[tuple[str, str]]) -> list[tuple[str, ...]]:
+    """Return the strongly connected groups of names, in their order."""
+    reached = {name: _reached(name, names, edges) for name in names}
+    groups: dict[str, tuple[str, ...]] = {}
+    for name in names:
+        if name not in groups:
+            group = tuple(other for other in names if other in reached[name] and name in reached[other])
+            groups |= dict.fromkeys(group, group)
+    return list(dict.fromkeys(groups.values()))
+
+
+def _connected(names: Sequence[str], edges: set[tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
+    """Return the groups of two or more names that connections join, in their order."""
+    either = edges | {(end, start) for start, end in edges}
+    return tuple(group for group in _on_loops(names, either) if len(group) > 1)
+
+
+def _reached(name: str, names: Sequence[str], edges: set[tuple[str, str]]) -> set[str]:
+    """Return the names that connections lead to from one, itself included."""
+    found, new = {name}, {name}
+    while new:
+        new = {end for start, end in edges if start in new and end in names} - found
+        found |= new
+    return found

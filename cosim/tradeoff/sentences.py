@@ -1,0 +1,87 @@
+"""The answer of a trade in words: the cheapest way, what the next cheaper one misses, levels, reference, and doubts."""
+
+import math
+from collections.abc import Iterator
+
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.tradeoff.answer import Answer
+from hfsa.cosim.tradeoff.choices import Choices
+from hfsa.cosim.tradeoff.configuration import Candidate
+from hfsa.cosim.tradeoff.verification import CONFIRMED, Reference
+
+
+def sentences_of(
+    answer: Answer, choices: Choices, reference: Reference, tolerance: float, unknown: str
+) -> list[str]:
+    """Return the sentences of an answer, that of the cheapest way first; `unknown` says why errors are not predicted."""
+    return [*_about_best(answer, tolerance), *_about_levels(choices), *_about_trust(answer, reference, tolerance, unknown)]
+
+
+def _about_best(answer: Answer, tolerance: float) -> Iterator[str]:
+    """Yield the sentences about the cheapest configuration, the next cheaper one and the default."""
+    best, own, cheaper = answer.best, answer.own, answer.next
+    goal = f"a tolerance of {100 * tolerance:.3g} %"
+    if best is None:
+        yield f"no configuration was verified within {goal}"
+    else:
+        yield (
+            f"the cheapest way to {goal} is {best.configuration}: {_cost(best)}{_ratio(best, own)}; "
+            f"error {_percent(best.error)}{_at(best)}{_limit(best)}"
+        )
+    if cheaper is not None:
+        yield f"the next cheaper, {cheaper.configuration}, misses: {_cost(cheaper)}, error {_percent(cheaper.error)}{_at(cheaper)}"
+    if own is not None and own is not best:
+        yield f"the default of the scene, {own.configuration}: {_cost(own)}, error {_percent(own.error)}{_at(own)}{_limit(own)}"
+
+
+def _about_levels(choices: Choices) -> Iterator[str]:
+    """Yield the sentences about levels, and about what cannot be built."""
+    for name, choice in choices.levels.items():
+        yield f"levels: {choice.sentence(name)}"
+    for what, reason in choices.refusals.items():
+        yield f"not possible: {what} ({reason})"
+
+
+def _about_trust(answer: Answer, reference: Reference, tolerance: float, unknown: str) -> Iterator[str]:
+    """Yield the sentences about the reference, and about what is not known."""
+    yield f"reference: {reference.sentence}"
+    if reference.values is not None and reference.uncertainty > CONFIRMED * tolerance:
+        yield f"the references differ by {reference.uncertainty:.2g}, more than a tenth of the tolerance"
+    if unknown:
+        yield f"errors were not predicted, only measured: {unknown}"
+    if not answer.is_complete:
+        yield "the budget ended the verification: what was found until then is kept"
+
+
+def _cost(candidate: Candidate) -> str:
+    """Return the cost of a candidate in words."""
+    return f"{readable(candidate.known_cost, 's', '.3g')} of CPU time per simulated second"
+
+
+def _ratio(best: Candidate, own: Candidate | None) -> str:
+    """Return how much cheaper the best candidate is than the default."""
+    if own is None or own is best or math.isnan(own.known_cost):
+        return ""
+    ratio = own.known_cost / best.known_cost
+    return f", {ratio:.3g} times cheaper than the default" if ratio > 1 else f", {1 / ratio:.3g} times the default"
+
+
+def _limit(candidate: Candidate) -> str:
+    """Return how far a step is from the stability limit."""
+    if math.isnan(candidate.margin):
+        return ""
+    if math.isinf(candidate.margin):
+        return "; stable at every step that was evaluated"
+    return f"; its step is 1/{candidate.margin:.3g} of the longest stable one"
+
+
+def _percent(error: float) -> str:
+    """Return a relative error in words."""
+    return "not known" if math.isnan(error) else f"{100 * error:.2g} %"
+
+
+def _at(candidate: Candidate) -> str:
+    """Return the place of an error."""
+    place = candidate.predicted.place if candidate.measured is None else candidate.measured.place
+    return f" at {place}" if place else ""
+
