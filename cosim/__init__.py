@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hfsa.cosim.experiments.stability import stability
     from hfsa.cosim.experiments.stability_map import stability_map
     from hfsa.cosim.experiments.sweep import sweep
+    from hfsa.cosim.experiments.trade import trade
     from hfsa.cosim.results.read import read
     from hfsa.cosim.results.stability_map import Axis
     from hfsa.cosim.systems.scene import Scene
@@ -43,6 +44,7 @@ __all__ = [
     "stability",
     "stability_map",
     "sweep",
+    "trade",
 ]
 
 _HOMES = {
@@ -61,6 +63,7 @@ _HOMES = {
     "stability": "experiments.stability",
     "stability_map": "experiments.stability_map",
     "sweep": "experiments.sweep",
+    "trade": "experiments.trade",
 }
 """Module of each public name: it is imported when the name is first used, as some take a second."""
 

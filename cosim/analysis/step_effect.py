@@ -129,7 +129,7 @@ class StepAnalysis:
         return StepEffect(algorithm, step_size, error, worst, own, one.growth(coupled.counting), hides, causes)
 
     def keeps_stability(self, algorithm: str, step_size: float) -> bool:
-        """Whether an algorithm at a step [s] is stable where the system is, and unstable where it is; raises as `effect`."""
+        """Whether an algorithm at a step [s] neither hides nor causes an instability; raises as `effect`."""
         coupled = self.coupled.with_algorithm(algorithm)
         return not any(self._changes_of_stability(coupled, coupled.over(step_size)))
 

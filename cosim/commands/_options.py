@@ -76,6 +76,13 @@ Step = Annotated[
     float | None,
     Parameter("--step", validator=Number(gt=0), help="Communication step size [s] (default: the scene's)."),
 ]
+Tuned = Annotated[
+    Path | None,
+    Parameter(
+        "--tuned",
+        help="Results file of `hfsa trade` for this scene: its answer determines levels, groups, algorithm and step.",
+    ),
+]
 Verify = Annotated[
     bool,
     Parameter(

@@ -18,6 +18,7 @@ from hfsa.cosim.commands._options import (
     Positive,
     Signals,
     SteppingOptions,
+    Tuned,
     given,
     refuse,
 )
@@ -68,6 +69,7 @@ def sweep(
     amplitude: Positive = None,
     stepping: SteppingOptions = SteppingOptions(),
     settling: SettlingOptions = SettlingOptions(),
+    tuned: Tuned = None,
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
@@ -118,6 +120,7 @@ def sweep(
         "--step": stepping.step,
         "--algorithm": stepping.algorithm,
         "--backend": stepping.backend,
+        "--tuned": tuned,
         "--jobs": jobs,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
@@ -138,7 +141,7 @@ def sweep(
             **band,
             inputs=input or (),
             outputs=signal or (),
-            **given({"amplitude": amplitude, "jobs": jobs}),
+            **given({"amplitude": amplitude, "jobs": jobs, "tuned": tuned}),
             **stepping.arguments,
             **given(asdict(settling)),
             path=output,

@@ -66,6 +66,7 @@ def run(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    tuned: str | Path | None = None,
     path: str | Path | None = None,
     force: bool = False,
     warn: Warn = warnings.warn,
@@ -102,6 +103,7 @@ def run(
         stop_time=stop_time,
         algorithm=algorithm,
         tolerance=tolerance,
+        tuned=tuned,
     )
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")

@@ -18,6 +18,7 @@ from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, with_arguments
 from hfsa.cosim.experiments.orders import with_order
 from hfsa.cosim.experiments.selection import find_signals, signals
+from hfsa.cosim.experiments.tuning import tuned_options
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.masters.algorithms import check_algorithm
@@ -68,6 +69,7 @@ def set_up(
     *,
     file: Path | None = None,
     record: Sequence[str] = (),
+    tuned: str | Path | None = None,
     **changes: Any,
 ) -> Setup:
     """Return the setup of a scene, given by name, path or object, with arguments of the scene or its components.
@@ -80,8 +82,13 @@ def set_up(
         order: order of steps as typed.
         file: output file; `StructureError` where it has the name of a signal.
         record: further signals to record.
+        tuned: results file of a trade, whose answer determines levels, groups, algorithm and step.
         changes: new values of fields of the scene; `None` keeps a field.
     """
+    if tuned is not None:
+        determined = {"fuse": fuse, "order": order, "step": changes["step_size"], "algorithm": changes["algorithm"]}
+        parameters, options = tuned_options(tuned, scene, parameters, determined)
+        fuse, changes = options.pop("fuse"), {**changes, **options}
     name = "" if isinstance(scene, Scene) else str(scene)
     loaded = with_arguments(scene, parameters) if isinstance(scene, Scene) else load_scene(name, parameters)
     loaded = with_fusion(loaded, fuse)

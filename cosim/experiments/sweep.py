@@ -128,6 +128,7 @@ def sweep(
     start: Literal["steady", "rest"] = "steady",
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
+    tuned: str | Path | None = None,
     path: str | Path | None = None,
     resume: bool = False,
     force: bool = False,
@@ -156,6 +157,7 @@ def sweep(
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
+        tuned: results file of `trade`, whose answer determines levels, groups, algorithm and step.
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.
@@ -178,6 +180,7 @@ def sweep(
         step_size=step_size,
         algorithm=algorithm,
         tolerance=tolerance,
+        tuned=tuned,
     )
     request = SweepRequest(
         method,

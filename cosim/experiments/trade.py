@@ -80,9 +80,7 @@ def trade(
     """
     file = Path(path) if path is not None else default_path(scene, "_trade")
     check_new(file, force)
-    setup = set_up(
-        scene, parameters, file=None if path is None else file, tolerance=tolerance, stop_time=stop_time
-    )
+    setup = set_up(scene, parameters, file=None if path is None else file, tolerance=tolerance, stop_time=stop_time)
     for sentence in setup.disagreements:
         warn(sentence)
     show = report or (lambda *_: None)
@@ -175,5 +173,3 @@ def _row(candidate: Candidate, choices: Choices) -> TradeRow:
         candidate.margin,
         "" if measured is None else measured.failure,
     )
-
-

@@ -38,4 +38,3 @@ def tuned_options(
         )
     options: dict[str, Any] = {"step_size": row.step_size, "algorithm": row.algorithm, "fuse": row.groups}
     return {**parameters, **row.arguments}, options
-

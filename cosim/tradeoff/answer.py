@@ -9,7 +9,7 @@ import numpy as np
 
 from hfsa.cosim.tradeoff.configuration import Candidate
 from hfsa.cosim.tradeoff.search import FAR, Search
-from hfsa.cosim.tradeoff.verification import OutOfBudget, Verification
+from hfsa.cosim.tradeoff.verification import OutOfBudgetError, Verification
 
 _NEAR, _FAR_OFF = 4, 3
 """Numbers of candidates that are verified on either side of the tolerance, and far from it."""
@@ -68,7 +68,7 @@ def answered(
         for candidate in (*(c for c in (own,) if c), *reversed(cheaper), *near, *far):
             verification.verify(candidate)
         best = _cheapest_within(search, tolerance) or best
-    except OutOfBudget:
+    except OutOfBudgetError:
         is_complete = False
         best = _cheapest_within(search, tolerance)
     for candidate in (*front(c for c in search.candidates if c.measured is not None), *(c for c in (own,) if c)):

@@ -53,9 +53,7 @@ class Configuration:
 
     def of(self, scene: Scene) -> Scene:
         """Return a scene at reference levels with this configuration."""
-        return dataclasses.replace(
-            self.composition.of(scene), algorithm=self.algorithm, step_size=self.step_size
-        )
+        return dataclasses.replace(self.composition.of(scene), algorithm=self.algorithm, step_size=self.step_size)
 
     @property
     def line(self) -> tuple[Composition, str]:

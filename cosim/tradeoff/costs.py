@@ -3,9 +3,9 @@
     costs = Costs(built, library)
     seconds, counts = costs.predicted(configuration)        # CPU time per simulated second
 
-A step of an algorithm on given FMUs makes the same calls at every step size. Where a solver in an FMU takes steps of
-its own, their number depends on the step size: such FMUs are probed at several step sizes, with values between from
-their logarithms.
+A step of an algorithm on given FMUs makes the same calls at every step size. Where ticks or steps
+of a solver take place within it, their number depends on the step size: such a system is probed at several step
+sizes, with values between by interpolation.
 """
 
 import math
@@ -22,6 +22,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.details import detail
+from hfsa.cosim.systems.scene import LOCK_IN
 from hfsa.cosim.tradeoff.configuration import Composition, Configuration, Counts
 
 _PROBE, _LONG = 0.012, 0.06
@@ -30,7 +31,7 @@ _PROBE, _LONG = 0.012, 0.06
 _ROUNDS = 3
 """Number of probes, of which the fastest counts."""
 
-_RATIO = 6.0
+_RATIO = 1.5
 """Largest ratio of a step to the nearest one that was probed, where solvers take steps of their own."""
 
 _SOLVER_SETTINGS = ("solver.relative_tolerance", "solver.maximum_step")
@@ -62,7 +63,7 @@ class Costs:
         known = self._units.setdefault(configuration.line, {})
         step = configuration.step_size
         nearest = min(known, key=lambda other: abs(math.log(other / step)), default=None)
-        if nearest is None or (self._has_solver(configuration) and max(nearest / step, step / nearest) > _RATIO):
+        if nearest is None or (max(nearest / step, step / nearest) > _RATIO and self._depends_on_step(configuration)):
             known[step] = self._probe(configuration, _PROBE)
         return self._per_second(step, *(self._between(known, step)))
 
@@ -70,18 +71,19 @@ class Costs:
         """Return the CPU time [s] per simulated second, measured over a longer run."""
         return self._probe(configuration, _LONG).seconds / configuration.step_size
 
-    def _has_solver(self, configuration: Configuration) -> bool:
-        """Whether the cost of a step depends on its size: a solver takes steps of its own, or may do so."""
+    def _depends_on_step(self, configuration: Configuration) -> bool:
+        """Whether the cost of a step depends on its size: ticks, or steps of a solver, may take place within it."""
         assembly = self._built(configuration)
-        own = any(name in d.variables for d in assembly.descriptions.values() for name in _SOLVER_SETTINGS)
-        return own or assembly.is_foreign
+        own = {name: d for name, d in assembly.descriptions.items() if name != LOCK_IN}
+        has_solver = any(name in d.variables for d in own.values() for name in _SOLVER_SETTINGS)
+        return has_solver or assembly.is_foreign or any(d.has_sample_time for d in own.values())
 
     @staticmethod
     def _between(known: dict[float, _Unit], step: float) -> tuple[float, float, float]:
         """Return seconds, calls and evaluations in a step, between the steps that were probed."""
         at = sorted(known)
         rows = np.array([[known[h].seconds, known[h].calls, known[h].evaluations] for h in at])
-        found = [float(np.interp(math.log(step), np.log(at), column)) for column in rows.T]
+        found = [float(np.interp(step, at, column)) for column in rows.T]
         return found[0], found[1], found[2]
 
     @staticmethod
@@ -92,9 +94,7 @@ class Costs:
     def _probe(self, configuration: Configuration, duration: float) -> _Unit:
         """Return the unit costs of a configuration from steps that take a CPU time [s]."""
         assembly = self._built(configuration)
-        with closing(
-            open_master(assembly, configuration.algorithm, configuration.step_size, self._library)
-        ) as master:
+        with closing(open_master(assembly, configuration.algorithm, configuration.step_size, self._library)) as master:
             master.initialize()
             steps, taken = 16, 0.0
             while taken < duration / 4:
@@ -127,4 +127,3 @@ def _inner(call: object) -> list[object]:
     if not isinstance(call, CompositeAction):
         return [call]
     return [inner for part in detail(call).calls for inner in _inner(part)]
-

@@ -11,31 +11,29 @@ count. The reference is the monolithic run.
 
 import dataclasses
 import math
-from collections.abc import Collection, Mapping, Sequence
+import time
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN
-from hfsa.cosim.analysis.sampling import sample_times
 from hfsa.cosim.analysis.step_effect import StepAnalysis
-from hfsa.cosim.analysis.step_limits import longest_stable
 from hfsa.cosim.assembly.assemble import Variants
-from hfsa.cosim.assembly.build import with_ports
-from hfsa.cosim.fidelity.step_judge import Judge, judge
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.linear.cycle import Source
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.signals.excitation import logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import near_modes
-from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import System
 from hfsa.cosim.tradeoff.configuration import Composition, Configuration, Prediction
+from hfsa.cosim.tradeoff.judged import Judged
 
-_POINTS = 2**16
+_POINTS = 2**15
 """Number of intervals of a source's signal, over the run."""
 
 _REST = 0.5
@@ -44,14 +42,23 @@ _REST = 0.5
 _FREQUENCIES = 80
 """Frequencies of the errors of responses, beside those around modes; between them they are interpolated."""
 
-_COARSEST, _FINEST = 64, 16
-"""Range of steps, over and under the step of the scene."""
+_COARSEST = 64
+"""Longest step, over the step of the scene."""
+
+_COMPARED = 8
+"""Points of a comparison in the longest step of a verification."""
 
 _LEAST_STEPS = 50
 """Least number of steps in a run."""
 
-_MONOLITHIC, _TOLERANCE = "monolithic", 1e-9
-"""Reference algorithm, and its relative tolerance."""
+_MONOLITHIC, _PATIENCE = "monolithic", 30.0
+"""Reference algorithm, and the time [s] after which its run ends, at an earlier time of the motion."""
+
+_TOLERANCE = 1e-3
+"""Tolerance of the reference, relative to that of the scene."""
+
+_BLOCKS = 50
+"""Number of parts in which the reference runs."""
 
 
 class Motion:
@@ -66,60 +73,51 @@ class Motion:
     word = "the monolithic run"
 
     def __init__(self, scene: Scene, library: Path | None, stack: ExitStack):
-        self.scene, self._library, self._stack = scene, library, stack
-        self._variants: dict[Composition, Variants] = {}
-        self._judges: dict[Composition, Judge] = {}
-        self._longest: dict[tuple[Composition, str], float] = {}
+        self.scene, self._library = scene, library
+        self._input = scene.inputs[0] if scene.inputs else ""
         self.longest_step = min(_COARSEST * scene.step_size, scene.stop_time / _LEAST_STEPS)
-        own = self._judge(Composition())
+        self._judged = Judged(scene, self._excited, stack)
+        own = self._judged.judge(Composition())
         self._own, self.unknown = own.analysis, own.unknown
         if self._own is not None and not self._own.excitations:
             self._own, self.unknown = None, "no component without inputs moves the others"
-        self._spectra: Spectra | None = None
+        self.times, self.margin = self._judged.times, self._judged.margin
 
     # Before a run -----------------------------------------------------------------------------------------------------
 
-    def times(self, composition: Composition) -> Collection[float]:
-        """Return the sample times [s] of a composition."""
-        assembly = self._variant(composition).plain
-        with assembly.open() as instances:
-            return sample_times(assembly.system, instances, {}).values()
-
     def predicted(self, configuration: Configuration) -> Prediction:
         """Return the predicted error of a configuration, unknown with the reason where it is not possible."""
-        own, known = self._own, self._judge(configuration.composition)
-        if own is None or known.analysis is None:
-            return Prediction(math.nan, unknown=known.unknown or self.unknown)
+        if self._own is None:
+            return Prediction(math.nan, unknown=self.unknown)
         algorithm, step = configuration.algorithm, configuration.step_size
-        try:
-            if not known.analysis.keeps_stability(algorithm, step):
-                return Prediction(math.inf, "its steps change the stability of the system")
-            if self._spectra is None:
-                self._spectra = Spectra(own, self._source_signals())
-            error, output = self._spectra.error(known.analysis, algorithm, step)
-        except NOT_KNOWN as reason:
-            return Prediction(math.nan, unknown=str(reason))
-        return Prediction(error, output)
-
-    def margin(self, configuration: Configuration) -> float:
-        """Return the longest stable step over that of a configuration; NaN where it is not known."""
-        known = self._judge(configuration.composition)
-        if known.analysis is None:
-            return math.nan
-        line = configuration.line
-        try:
-            if line not in self._longest:
-                coupled, times = known.analysis.coupled, self.times(configuration.composition)
-                self._longest[line] = longest_stable(coupled, configuration.algorithm, self.scene.step_size, times)
-        except NOT_KNOWN:
-            return math.nan
-        return self._longest[line] / configuration.step_size
+        return self._judged.predicted(configuration, lambda analysis: self._spectra.error(analysis, algorithm, step))
 
     def built(self, configuration: Configuration) -> Assembly:
         """Return the assembly of a configuration, with a sine source where the scene has inputs."""
-        scene = configuration.of(self.scene)
-        variants = Variants(scene, self._variant(configuration.composition).parts)
-        return with_ports(self._moved(variants), configuration.algorithm).check()
+        return self._judged.ready(configuration, self._input)
+
+    @cached_property
+    def _spectra(self) -> "Spectra":
+        """Spectra of the sources over the run."""
+        assert self._own is not None
+        return Spectra(self._own, self._source_signals(self._own))
+
+    def _excited(self, variants: Variants) -> Mapping[str, Assembly]:
+        """Return the assembly of a composition with a sine source; empty for a scene with a motion of its own."""
+        return {self._input: variants.driven(self._input, self.scene.band[0])} if self._input else {}
+
+    def _source_signals(self, own: StepAnalysis) -> "Signals":
+        """Return the signals of the sources over the run."""
+        assembly = self.built(Configuration(Composition(), DEFAULT, self.scene.step_size))
+        names = dict.fromkeys(excitation.source.component for excitation in own.excitations)
+        alone = assembly.of(System([assembly.system[name] for name in names]))
+        spacing = self.scene.stop_time / _POINTS
+        signals = [_lowest(excitation.source) for excitation in own.excitations]
+        with closing(open_master(alone, DEFAULT, spacing, self._library)) as master:
+            recording = master.record(signals, rows=_POINTS + 1)
+            master.initialize(stop_time=self.scene.stop_time)
+            master.advance(_POINTS)
+            return Signals(spacing, recording.values.copy())
 
     # A verification ---------------------------------------------------------------------------------------------------
 
@@ -127,20 +125,27 @@ class Motion:
         """Return the longest step [s] of configurations: outputs are compared about as often."""
         return max(configuration.step_size for configuration in configurations)
 
-    def exact(self, spacing: float) -> "Outputs":
-        """Return the outputs of the monolithic run; `StructureError` where it is not possible."""
-        configuration = Configuration(Composition(), _MONOLITHIC, spacing / 8)
-        return self._run(configuration, spacing)
-
-    def measured(self, configuration: Configuration, spacing: float, settled_to: float) -> "Outputs":  # noqa: ARG002
-        """Return the outputs of a configuration that is run; raises `StepError` where that fails."""
-        return self._run(configuration, spacing)
+    def exact(self, places: float) -> "Outputs":
+        """Return the outputs of the monolithic run, as far as it comes; `StructureError` where it is not possible."""
+        scene, step = self.scene, places / _COMPARED
+        steps, begin = max(round(scene.stop_time / step), 1), time.monotonic()
+        assembly = self.built(Configuration(Composition(), _MONOLITHIC, step))
+        with closing(open_master(assembly, _MONOLITHIC, step, self._library, _TOLERANCE * scene.tolerance)) as master:
+            recording = master.record(scene.outputs, rows=steps + 1)
+            master.initialize(stop_time=max(scene.stop_time, steps * step))
+            block = max(1, steps // _BLOCKS)
+            for first in range(0, steps, block):
+                master.advance(min(block, steps - first))
+                if time.monotonic() - begin > _PATIENCE and first + block < steps:
+                    self.word = f"the monolithic run, up to {master.time:.3g} of {scene.stop_time:.3g} s"
+                    break
+            return Outputs(recording.time.copy(), recording.values.copy())
 
     def error(self, found: "Outputs", reference: "Outputs") -> tuple[float, str]:
         """Return the largest error of outputs, relative to the largest value of each, and where it is, in words."""
-        time = found.time
-        exact = reference.at(time)
-        connectors = self._variant(Composition()).plain
+        at = found.time[found.time <= reference.time[-1] * (1 + 1e-12)]
+        exact = reference.at(at)
+        connectors = self._judged.variants(Composition()).plain
         units = [connectors.connector(name).unit or "1" for name in self.scene.outputs]
         peak = np.abs(reference.values).max(axis=0)
         counts = ~negligible(peak[None, :, None], units, [1.0])[:, 0] & (peak > 0)
@@ -148,58 +153,22 @@ class Motion:
         counts &= [name not in ignored for name in self.scene.outputs]
         if not counts.any():
             return 0.0, ""
-        error = np.where(counts, np.abs(found.values - exact) / np.where(counts, peak, 1.0), 0.0)
+        error = np.where(counts, np.abs(found.values[: len(at)] - exact) / np.where(counts, peak, 1.0), 0.0)
         k, output = (int(i) for i in np.unravel_index(int(np.argmax(error)), error.shape))
-        return float(error[k, output]), f"{time[k]:.4g} s, {self.scene.outputs[output]}"
+        return float(error[k, output]), f"{at[k]:.4g} s, {self.scene.outputs[output]}"
 
-    def _run(self, configuration: Configuration, spacing: float) -> "Outputs":
-        """Return the outputs of a configuration at its own points."""
+    def measured(self, configuration: Configuration, places: float, settled_to: float) -> "Outputs":  # noqa: ARG002
+        """Return the outputs of a configuration at some of its points; raises `StepError` where it does not run."""
         step = configuration.step_size
         steps = max(round(self.scene.stop_time / step), 1)
-        every = max(1, math.floor(spacing / 8 / step * (1 + 1e-9)))
+        every = max(1, math.floor(places / _COMPARED / step * (1 + 1e-9)))
         with closing(
-            open_master(self.built(configuration), configuration.algorithm, step, self._library, _TOLERANCE)
+            open_master(self.built(configuration), configuration.algorithm, step, self._library, self.scene.tolerance)
         ) as master:
             recording = master.record(self.scene.outputs, rows=steps // every + 1, every=every)
             master.initialize(stop_time=max(self.scene.stop_time, steps * step))
             master.advance(steps)
             return Outputs(recording.time.copy(), recording.values.copy())
-
-    # Assemblies -------------------------------------------------------------------------------------------------------
-
-    def _source_signals(self) -> "Signals":
-        """Return the signals of the sources over the run."""
-        assert self._own is not None
-        assembly = self._moved(self._variant(Composition()))
-        names = dict.fromkeys(excitation.source.component for excitation in self._own.excitations)
-        alone = assembly.of(System([assembly.system[name] for name in names]))
-        spacing = self.scene.stop_time / _POINTS
-        signals = [_lowest(excitation) for excitation in self._own.excitations]
-        with closing(open_master(alone, DEFAULT, spacing, self._library)) as master:
-            recording = master.record(signals, rows=_POINTS + 1)
-            master.initialize(stop_time=self.scene.stop_time)
-            master.advance(_POINTS)
-            return Signals(spacing, recording.values.copy())
-
-    def _moved(self, variants: Variants) -> Assembly:
-        """Return the assembly of a scene, with a sine source at its first input where it has inputs."""
-        scene = self.scene
-        return variants.driven(scene.inputs[0], scene.band[0]) if scene.inputs else variants.plain
-
-    def _variant(self, composition: Composition) -> Variants:
-        """Return the assemblies of a composition; errors as of `Variants`."""
-        if composition not in self._variants:
-            self._variants[composition] = Variants(composition.of(self.scene))
-        return self._variants[composition]
-
-    def _judge(self, composition: Composition) -> Judge:
-        """Return the judgement of a composition's steps; its FMUs stay loaded until the stack ends."""
-        if composition not in self._judges:
-            variants, scene = self._variant(composition), composition.of(self.scene)
-            excited = {scene.inputs[0]: self._moved(variants)} if scene.inputs else {}
-            whole = judge(scene, variants.plain.check(), excited, scene.outputs, scene.band)
-            self._judges[composition] = self._stack.enter_context(whole)
-        return self._judges[composition]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,16 +197,19 @@ class Signals:
     @property
     def continued(self) -> NDArray[np.float64]:
         """The signals from their first value on, with mirror image and rest, (longer, excitations)."""
+        from scipy.fft import next_fast_len  # costly to import
+
         moved = self.values - self.values[0]
-        rest = np.zeros((round(_REST * len(moved)), moved.shape[1]))
-        return np.concatenate([moved[:-1], moved[::-1], rest])
+        both = np.concatenate([moved[:-1], moved[::-1]])
+        whole = int(next_fast_len(round((1 + _REST / 2) * len(both)), real=True) or len(both))
+        return np.concatenate([both, np.zeros((whole - len(both), moved.shape[1]))])
 
 
 class Spectra:
     """Spectra of the signals of a motion, and the linear outputs of the reference."""
 
     def __init__(self, own: StepAnalysis, signals: Signals):
-        continued = signals.continued
+        continued: NDArray[np.float64] = signals.continued
         self._own, self._length, self._points = own, len(continued), len(signals.values)
         self._spectra = np.fft.rfft(continued, axis=0)
         self._frequency = np.fft.rfftfreq(len(continued), signals.spacing)
@@ -276,9 +248,8 @@ class Spectra:
         return np.fft.irfft(transformed, self._length, axis=0)[: self._points]
 
 
-def _lowest(excitation: object) -> str:
+def _lowest(source: Source) -> str:
     """Return the full name of the output of a source that is the signal itself, without derivatives."""
-    source = excitation.source  # type: ignore[attr-defined]
     name = min(source.orders, key=source.orders.__getitem__)
     return f"{source.component}.{name}"
 

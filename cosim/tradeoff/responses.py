@@ -5,33 +5,30 @@ response of the scene at its reference levels (`analysis/step_effect.py`). A pla
 a sweep would measure a point; there the configuration is co-simulated and its error is that from a reference.
 """
 
+import dataclasses
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.analysis.algorithm_choice import NOT_KNOWN
-from hfsa.cosim.analysis.sampling import sample_times
 from hfsa.cosim.analysis.step_effect import COUNTING, StepAnalysis
-from hfsa.cosim.analysis.step_limits import longest_stable
 from hfsa.cosim.assembly.assemble import Variants
-from hfsa.cosim.assembly.build import LOCK_IN, with_ports
-from hfsa.cosim.fidelity.step_judge import Judge, judge
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.description import SAMPLE_TIME
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
 from hfsa.cosim.results.records import Status
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.scene import LOCK_IN, Scene
+from hfsa.cosim.systems.system import System
 from hfsa.cosim.tradeoff.configuration import Composition, Configuration, Prediction
-
-_PLACES = 3
-"""Places of each input that every verification has: both ends of the band and its largest response."""
+from hfsa.cosim.tradeoff.judged import Judged
 
 _LONGEST_WINDOW = 200_000
 """Largest number of steps in a window at a place."""
@@ -64,62 +61,42 @@ class Responses:
     word = "the linear response"
 
     def __init__(self, scene: Scene, library: Path | None, stack: ExitStack):
-        self.scene, self._library, self._stack = scene, library, stack
+        self.scene, self._library = scene, library
         self.longest_step = 1 / (FEWEST_SAMPLES * scene.band[1])
-        self._variants: dict[Composition, Variants] = {}
-        self._judges: dict[Composition, Judge] = {}
-        self._longest: dict[tuple[Composition, str], float] = {}
-        own = self._judge(Composition())
+        self._judged = Judged(scene, self._excited, stack)
+        own = self._judged.judge(Composition())
         self._own, self.unknown = own.analysis, own.unknown
-
-    @property
-    def analysis(self) -> StepAnalysis | None:
-        """Linear responses of the scene at its reference levels, `None` where they are not known."""
-        return self._own
+        self.times, self.margin = self._judged.times, self._judged.margin
 
     # Before a run -----------------------------------------------------------------------------------------------------
 
-    def times(self, composition: Composition) -> Collection[float]:
-        """Return the sample times [s] of a composition."""
-        assembly = self._variant(composition).plain
-        with assembly.open() as instances:
-            return sample_times(assembly.system, instances, {}).values()
-
     def predicted(self, configuration: Configuration) -> Prediction:
         """Return the predicted error of a configuration, unknown with the reason where it is not possible."""
-        reference, known = self._own, self._judge(configuration.composition)
-        if reference is None or known.analysis is None:
-            return Prediction(math.nan, unknown=known.unknown or self.unknown)
-        algorithm, step = configuration.algorithm, configuration.step_size
-        try:
-            if not known.analysis.keeps_stability(algorithm, step):
-                return Prediction(math.inf, "its steps change the stability of the system")
-            frequency = reference.resolved(step)
-            error, worst = reference.largest_error(frequency, known.analysis.stepped(algorithm, step, frequency))
-        except NOT_KNOWN as reason:
-            return Prediction(math.nan, unknown=str(reason))
-        return Prediction(error, "" if worst is None else _words(*worst))
-
-    def margin(self, configuration: Configuration) -> float:
-        """Return the longest stable step over that of a configuration; NaN where it is not known."""
-        known = self._judge(configuration.composition)
-        if known.analysis is None:
-            return math.nan
-        line = configuration.line
-        try:
-            if line not in self._longest:
-                coupled, times = known.analysis.coupled, self.times(configuration.composition)
-                self._longest[line] = longest_stable(coupled, configuration.algorithm, self.scene.step_size, times)
-        except NOT_KNOWN:
-            return math.nan
-        return self._longest[line] / configuration.step_size
+        return self._judged.predicted(configuration, partial(self._largest, configuration))
 
     def built(self, configuration: Configuration, excited: str | None = None) -> Assembly:
         """Return the assembly of a configuration with its instruments at one input, by default the first."""
-        scene = configuration.of(self.scene)
-        variants = Variants(scene, self._variant(configuration.composition).parts)
-        whole = variants.instrumented(excited or scene.inputs[0], scene.outputs)
-        return with_ports(whole, configuration.algorithm).check()
+        ready = self._judged.ready(configuration, excited or self.scene.inputs[0])
+        return _sampling(ready, configuration.step_size)
+
+    def _largest(self, configuration: Configuration, analysis: StepAnalysis) -> tuple[float, str]:
+        """Return the largest predicted error, and its place in words."""
+        error, worst = self._worst(configuration, analysis)
+        return error, "" if worst is None else _words(*worst)
+
+    def _worst(
+        self, configuration: Configuration, analysis: StepAnalysis
+    ) -> tuple[float, tuple[str, str, float] | None]:
+        """Return the largest predicted error, and its place: (output, input, frequency [Hz])."""
+        if self._own is None:
+            return math.nan, None
+        frequency = self._own.resolved(configuration.step_size)
+        response = analysis.stepped(configuration.algorithm, configuration.step_size, frequency)
+        return self._own.largest_error(frequency, response)
+
+    def _excited(self, variants: Variants) -> Mapping[str, Assembly]:
+        """Return the assembly of a composition with its instruments, by excited input."""
+        return {name: variants.instrumented(name, self.scene.outputs) for name in self.scene.inputs}
 
     # A verification ---------------------------------------------------------------------------------------------------
 
@@ -135,8 +112,9 @@ class Responses:
         for k, excitation in enumerate(self._own.excitations):
             found.append(Place(excitation.name, float(self._own.frequency[int(np.argmax(size[:, k]))])))
         for configuration in configurations:
-            worst = self._worst(configuration)
-            found += [worst] if worst is not None else []
+            analysis = self._judged.judge(configuration.composition).analysis
+            _, worst = (math.nan, None) if analysis is None else self._worst(configuration, analysis)
+            found += [] if worst is None else [Place(worst[1], worst[2])]
         return list(dict.fromkeys(p for p in found if p.frequency >= lowest))
 
     def exact(self, places: Sequence[Place]) -> Values:
@@ -157,7 +135,7 @@ class Responses:
         for name in dict.fromkeys(place.input for place in places):
             own = [place for place in places if place.input == name]
             frequency = np.array([place.frequency for place in own])
-            starts, _ = self._judge(configuration.composition).steady_starts(scene, frequency)
+            starts, _ = self._judged.judge(configuration.composition).steady_starts(scene, frequency)
             bench = Bench(
                 self.built(configuration, name), tuple(scene.outputs), scene.source.name, LOCK_IN, self._library
             )
@@ -167,7 +145,7 @@ class Responses:
                     start = starts[name][k] if name in starts else None
                     point = rig.measure(Task(0, k, bench, settings, place.frequency, amplitude, start))
                     if point.status is Status.NOT_SETTLED:
-                        raise Unsettled(f"{configuration} at {place}: {point.message}")
+                        raise UnsettledError(f"{configuration} at {place}: {point.message}")
                     assert point.response is not None
                     found[place] = point.response
         return found
@@ -196,46 +174,26 @@ class Responses:
             size[0, :, column] = np.abs(exact)
             return self._own.counts(size)[0, :, column]
         rows = np.array([values for other, values in reference.items() if other.input == place.input])
-        connectors = self._variant(Composition()).plain
+        connectors = self._judged.variants(Composition()).plain
         units = [connectors.connector(name).unit or "1" for name in self.scene.outputs]
         moves = ~negligible(rows[:, :, None], units, [1.0])[:, 0]
         return moves & (np.abs(exact) >= COUNTING * np.abs(rows).max(axis=0)) & (np.abs(exact) > 0)
 
-    def _worst(self, configuration: Configuration) -> Place | None:
-        """Return the place of the largest predicted error of a configuration, `None` where it is not known."""
-        reference, known = self._own, self._judge(configuration.composition)
-        if reference is None or known.analysis is None:
-            return None
-        try:
-            frequency = reference.resolved(configuration.step_size)
-            response = known.analysis.stepped(configuration.algorithm, configuration.step_size, frequency)
-            _, worst = reference.largest_error(frequency, response)
-        except NOT_KNOWN:
-            return None
-        return None if worst is None else Place(worst[1], worst[2])
 
-    # Assemblies -------------------------------------------------------------------------------------------------------
-
-    def _variant(self, composition: Composition) -> Variants:
-        """Return the assemblies of a composition; errors as of `Variants`."""
-        if composition not in self._variants:
-            self._variants[composition] = Variants(composition.of(self.scene))
-        return self._variants[composition]
-
-    def _judge(self, composition: Composition) -> Judge:
-        """Return the judgement of a composition's steps; its FMUs stay loaded until the stack ends."""
-        if composition not in self._judges:
-            variants, scene = self._variant(composition), composition.of(self.scene)
-            excited = {name: variants.instrumented(name, scene.outputs) for name in scene.inputs}
-            whole = judge(scene, variants.plain.check(), excited, scene.outputs, scene.band)
-            self._judges[composition] = self._stack.enter_context(whole)
-        return self._judges[composition]
-
-
-class Unsettled(RuntimeError):
+class UnsettledError(RuntimeError):
     """Error of a measurement whose transient has not died out."""
 
     exit_code = 4
+
+
+def _sampling(assembly: Assembly, step_size: float) -> Assembly:
+    """Return an assembly whose lock-in amplifier samples at every step [s]."""
+    system = assembly.system
+    components = [
+        dataclasses.replace(c, start={**c.start, SAMPLE_TIME: step_size}) if c.name == LOCK_IN else c
+        for c in system.components
+    ]
+    return dataclasses.replace(assembly, system=System(components, system.connections))
 
 
 def _words(output: str, excited: str, frequency: float) -> str:

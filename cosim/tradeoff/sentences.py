@@ -10,11 +10,13 @@ from hfsa.cosim.tradeoff.configuration import Candidate
 from hfsa.cosim.tradeoff.verification import CONFIRMED, Reference
 
 
-def sentences_of(
-    answer: Answer, choices: Choices, reference: Reference, tolerance: float, unknown: str
-) -> list[str]:
-    """Return the sentences of an answer, that of the cheapest way first; `unknown` says why errors are not predicted."""
-    return [*_about_best(answer, tolerance), *_about_levels(choices), *_about_trust(answer, reference, tolerance, unknown)]
+def sentences_of(answer: Answer, choices: Choices, reference: Reference, tolerance: float, unknown: str) -> list[str]:
+    """Return the sentences of an answer, the cheapest way first; `unknown` is why errors are not predicted."""
+    return [
+        *_about_best(answer, tolerance),
+        *_about_levels(choices),
+        *_about_trust(answer, reference, tolerance, unknown),
+    ]
 
 
 def _about_best(answer: Answer, tolerance: float) -> Iterator[str]:
@@ -29,9 +31,11 @@ def _about_best(answer: Answer, tolerance: float) -> Iterator[str]:
             f"error {_percent(best.error)}{_at(best)}{_limit(best)}"
         )
     if cheaper is not None:
-        yield f"the next cheaper, {cheaper.configuration}, misses: {_cost(cheaper)}, error {_percent(cheaper.error)}{_at(cheaper)}"
+        error = f"error {_percent(cheaper.error)}{_at(cheaper)}"
+        yield f"the next cheaper, {cheaper.configuration}, misses: {_cost(cheaper)}, {error}"
     if own is not None and own is not best:
-        yield f"the default of the scene, {own.configuration}: {_cost(own)}, error {_percent(own.error)}{_at(own)}{_limit(own)}"
+        error = f"error {_percent(own.error)}{_at(own)}{_limit(own)}"
+        yield f"the default of the scene, {own.configuration}: {_cost(own)}, {error}"
 
 
 def _about_levels(choices: Choices) -> Iterator[str]:
@@ -84,4 +88,3 @@ def _at(candidate: Candidate) -> str:
     """Return the place of an error."""
     place = candidate.predicted.place if candidate.measured is None else candidate.measured.place
     return f" at {place}" if place else ""
-

@@ -61,7 +61,7 @@ class Reference:
     sentence: str
 
 
-class OutOfBudget(RuntimeError):
+class OutOfBudgetError(RuntimeError):
     """End of a verification whose budget is spent."""
 
 
@@ -88,11 +88,11 @@ class Verification:
         self.reference = self._chosen_reference(fine)
 
     def verify(self, candidate: Candidate) -> Measurement:
-        """Measure a candidate, once; `OutOfBudget` where no time is left."""
+        """Measure a candidate, once; `OutOfBudgetError` where no time is left."""
         if candidate.measured is None:
             try:
                 values = self._run(candidate)
-            except OutOfBudget:
+            except OutOfBudgetError:
                 raise
             except (*REFUSALS, RuntimeError) as failure:
                 candidate.measured = Measurement(math.nan, failure=str(failure))
@@ -104,11 +104,11 @@ class Verification:
         return candidate.measured
 
     def _run(self, candidate: Candidate) -> Any:
-        """Return the values of a candidate; `OutOfBudget` where no time is left."""
+        """Return the values of a candidate; `OutOfBudgetError` where no time is left."""
         configuration = candidate.configuration
         if configuration not in self._values:
             if time.monotonic() > self._end:
-                raise OutOfBudget("the budget is spent")
+                raise OutOfBudgetError("the budget is spent")
             self._report(f"run {configuration}")
             settled_to = min(1e-3, CONFIRMED * self._tolerance)
             self._values[configuration] = self._question.measured(configuration, self._places, settled_to)
@@ -116,19 +116,20 @@ class Verification:
 
     def _chosen_reference(self, fine: Sequence[Candidate]) -> Reference:
         """Return the reference, as in the docstring of the module."""
-        word, limit = self._question.word, CONFIRMED * self._tolerance
+        limit = CONFIRMED * self._tolerance
         try:
-            self._report(f"reference: {word}")
+            self._report(f"reference: {self._question.word}")
             exact, missing = self._question.exact(self._places), ""
         except REFUSALS as reason:
             exact, missing = None, str(reason)
+        word = self._question.word
         runs, algorithms = [], set()
         for candidate in fine:
             if candidate.configuration.algorithm in algorithms:
                 continue
             try:
                 runs.append((candidate, self._run(candidate)))
-            except OutOfBudget:
+            except OutOfBudgetError:
                 break
             except (*REFUSALS, RuntimeError):
                 continue
