@@ -45,44 +45,53 @@ class Answer:
 
 
 def fine_candidates(search: Search, tolerance: float) -> list[Candidate]:
-    """Return candidates at reference levels that are accurate enough to confirm a reference, the cheapest first."""
+    """Return candidates at reference levels that are accurate enough to confirm a reference, the cheapest first.
+
+    Where no error is predicted they are those of the shortest step.
+    """
     fine = [c for c in search.candidates if not c.configuration.composition.levels]
-    return [c for c in fine if c.predicted.error * FAR <= tolerance] or fine[-1:]
+    if fine and all(math.isnan(c.predicted.error) for c in fine):
+        shortest = min(c.configuration.step_size for c in fine)
+        return [c for c in fine if c.configuration.step_size <= shortest * (1 + 1e-9)]
+    return [c for c in fine if c.predicted.error * FAR <= tolerance]
 
 
 def answered(
     search: Search, verification: Verification, own: Candidate | None, tolerance: float, report: Callable[[str], None]
 ) -> Answer:
-    """Verify candidates near the predicted front and some far from it, and return the answer."""
-    offered = list(islice(search.offered(), _MOST))
-    predicted = front(search.candidates)
-    cheaper = [c for c in predicted if c.predicted.error > tolerance][-_NEAR:]
-    near = [c for c in predicted if c.predicted.error <= tolerance][:_NEAR]
-    far = _far(search.candidates, [*cheaper, *near, *offered[:_NEAR]])
-    fine = fine_candidates(search, tolerance)
-    planned = [*(c for c in (own,) if c), *offered[:_NEAR], *cheaper, *near, *far]
-    verification.prepare(planned, fine)
+    """Verify candidates near the predicted front and some far from it, and return the answer.
+
+    Where errors are not predicted, all candidates are run, the cheapest first.
+    """
+    offered, planned = _planned(search, tolerance)
+    planned = list(dict.fromkeys([*(c for c in (own,) if c), *planned]))
+    verification.prepare(planned, fine_candidates(search, tolerance))
     is_complete = True
     try:
-        best = _first_within(offered, verification, tolerance)
-        for candidate in (*(c for c in (own,) if c), *reversed(cheaper), *near, *far):
+        for candidate in offered:
+            if verification.verify(candidate).error <= tolerance:
+                break
+        for candidate in planned:
             verification.verify(candidate)
-        best = _cheapest_within(search, tolerance) or best
     except OutOfBudgetError:
         is_complete = False
-        best = _cheapest_within(search, tolerance)
+    best = _cheapest_within(search, tolerance)
     for candidate in (*front(c for c in search.candidates if c.measured is not None), *(c for c in (own,) if c)):
         report(f"stability of {candidate.configuration}")
         search.is_stable(candidate)
     return Answer(best, _next_cheaper(search.candidates, best), own, is_complete)
 
 
-def _first_within(offered: Sequence[Candidate], verification: Verification, tolerance: float) -> Candidate | None:
-    """Return the cheapest offered candidate whose measured error is within the tolerance."""
-    for candidate in offered:
-        if verification.verify(candidate).error <= tolerance:
-            return candidate
-    return None
+def _planned(search: Search, tolerance: float) -> tuple[list[Candidate], list[Candidate]]:
+    """Return the candidates that are verified until one is within the tolerance, and those verified in any case."""
+    known = [c for c in search.candidates if not math.isnan(c.predicted.error)]
+    if not known:
+        return [], search.candidates
+    predicted = front(known)
+    cheaper = [c for c in predicted if c.predicted.error > tolerance][-_NEAR:]
+    near = [c for c in predicted if c.predicted.error <= tolerance][:_NEAR]
+    offered = list(islice(search.offered(), _MOST))
+    return offered, [*reversed(cheaper), *near, *_far(known, [*cheaper, *near, *offered[:_NEAR]])]
 
 
 def _cheapest_within(search: Search, tolerance: float) -> Candidate | None:

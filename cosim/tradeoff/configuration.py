@@ -106,7 +106,7 @@ class Measurement:
     failure: str = ""
 
 
-@dataclass
+@dataclass(eq=False)
 class Candidate:
     """A configuration with what is known of it.
 

@@ -83,6 +83,11 @@ class Motion:
             self._own, self.unknown = None, "no component without inputs moves the others"
         self.times, self.margin = self._judged.times, self._judged.margin
 
+    @property
+    def own_step(self) -> float:
+        """Step [s] of the scene."""
+        return self.scene.step_size
+
     # Before a run -----------------------------------------------------------------------------------------------------
 
     def predicted(self, configuration: Configuration) -> Prediction:

@@ -68,6 +68,11 @@ class Responses:
         self._own, self.unknown = own.analysis, own.unknown
         self.times, self.margin = self._judged.times, self._judged.margin
 
+    @property
+    def own_step(self) -> float:
+        """Step [s] of the scene."""
+        return self.scene.step_size
+
     # Before a run -----------------------------------------------------------------------------------------------------
 
     def predicted(self, configuration: Configuration) -> Prediction:

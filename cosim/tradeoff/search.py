@@ -28,6 +28,10 @@ _ASIDE = 0.95
 """Largest predicted error of an answer, over the tolerance."""
 
 _HALVINGS = 24
+
+_SAMPLED = (4.0, 2.0, 1.0, 0.5, 0.25)
+"""Steps of a line whose errors are not predicted, over the step of the scene."""
+
 _REFINED, _BISECTIONS = 4, 5
 
 
@@ -35,6 +39,12 @@ class Question(Protocol):
     """What a scene is run for: its responses, or a motion."""
 
     longest_step: float
+    unknown: str
+
+    @property
+    def own_step(self) -> float:
+        """Step [s] of the scene."""
+        ...
 
     def times(self, composition: Composition) -> Collection[float]:
         """Return the sample times [s] of a composition."""
@@ -69,11 +79,12 @@ class Search:
 
     def over(self, compositions: Iterable[Composition], algorithms: Sequence[str] = LIMITED) -> None:
         """Follow the line of each composition and algorithm, and refine the cheapest ones."""
-        for composition in compositions:
+        # groups leave fewer couplings, whose candidates bound the search of the others
+        for composition in sorted(compositions, key=lambda c: -sum(map(len, c.fuse))):
             times = self._question.times(composition)
             for algorithm in algorithms:
                 self._report(f"{algorithm}, {composition}")
-                self._follow(composition, algorithm, times)
+                (self._sample if self._question.unknown else self._follow)(composition, algorithm, times)
         for line in self._cheapest_lines():
             self._refine(line, self._question.times(line[0]))
 
@@ -120,6 +131,14 @@ class Search:
                 if f"{algorithm}, {composition}" in self.refusals:
                     break
             step = fitted / 2
+
+    def _sample(self, composition: Composition, algorithm: str, times: Collection[float]) -> None:
+        """Evaluate a line of unknown errors at steps around that of the scene."""
+        longest = min(self._question.longest_step, _SAMPLED[0] * self._question.own_step)
+        for ratio in _SAMPLED:
+            self.candidate(Configuration(composition, algorithm, fitting(longest * ratio / _SAMPLED[0], times)))
+            if f"{algorithm}, {composition}" in self.refusals:
+                break
 
     def _is_end(self, candidate: Candidate) -> bool:
         """Whether shorter steps of a line are of no use."""
