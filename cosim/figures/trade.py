@@ -43,6 +43,9 @@ def trade_figure(found: Trade) -> Figure:
                 row = found.rows[index]
                 axes.plot(*_at(factor, [row]), linestyle="none", label=f"{label}: {_short(row)}", zorder=5, **look)
         axes.axhline(found.tolerance, color=INK, linewidth=0.8, linestyle="--", label=f"tolerance {found.tolerance:g}")
+        if not predicted and not measured:
+            axes.set_xlim(0.1, 10.0)
+            axes.text(0.5, 0.5, "no error is known", transform=axes.transAxes, ha="center")
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel(f"CPU time per simulated second ({unit})")

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -13,6 +13,9 @@ from hfsa.cosim.tradeoff.verification import OutOfBudgetError, Verification
 
 _NEAR, _FAR_OFF = 4, 3
 """Numbers of candidates that are verified on either side of the tolerance, and far from it."""
+
+_SHORTENED, _ASIDE = 3, 0.8
+"""Number of shorter steps that are tried where errors are not predicted, and their expected error over the tolerance."""
 
 _MOST = 12
 """Largest number of offered candidates that are verified in the search of an answer."""
@@ -73,6 +76,11 @@ def answered(
                 break
         for candidate in planned:
             verification.verify(candidate)
+        for _ in range(_SHORTENED if not offered and verification.reference.values is not None else 0):
+            shorter = _shortened(search, tolerance)
+            if shorter is None:
+                break
+            verification.verify(shorter)
     except OutOfBudgetError:
         is_complete = False
     best = _cheapest_within(search, tolerance)
@@ -92,6 +100,26 @@ def _planned(search: Search, tolerance: float) -> tuple[list[Candidate], list[Ca
     near = [c for c in predicted if c.predicted.error <= tolerance][:_NEAR]
     offered = list(islice(search.offered(), _MOST))
     return offered, [*reversed(cheaper), *near, *_far(known, [*cheaper, *near, *offered[:_NEAR]])]
+
+
+def _shortened(search: Search, tolerance: float) -> Candidate | None:
+    """Return a candidate at a shorter step, by the order of the error of a line; `None` where one is good enough."""
+    measured = [c for c in search.candidates if c.measured is not None and c.measured.error > 0]
+    if not measured or any(c.error <= tolerance for c in measured):
+        return None
+    best = min(measured, key=lambda c: c.error * c.known_cost)
+    own = sorted((c for c in measured if c.configuration.line == best.configuration.line), key=_step)
+    order = 1.0
+    if len(own) > 1:
+        ratio = math.log(own[1].error / own[0].error) / math.log(_step(own[1]) / _step(own[0]))
+        order = min(max(ratio, 0.5), 4.0)
+    step = _step(own[0]) * (_ASIDE * tolerance / own[0].error) ** (1 / order)
+    return search.candidate(replace(best.configuration, step_size=search.fitting(best.configuration, step)))
+
+
+def _step(candidate: Candidate) -> float:
+    """Return the step [s] of a candidate."""
+    return candidate.configuration.step_size
 
 
 def _cheapest_within(search: Search, tolerance: float) -> Candidate | None:

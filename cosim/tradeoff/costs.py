@@ -105,7 +105,7 @@ class Costs:
             after = master.statistics
             done = {name: (after[name] - before.get(name, 0)) / (_ROUNDS * steps) for name in after}
             passes = done.get("passes", 1.0)
-            return _Unit(fastest, _calls(master, passes), done.get("evaluations", 0.0))
+            return _Unit(fastest, _calls(master, passes), done.get("solver_evaluations", 0.0))
 
 
 def _timed(master: Master, steps: int) -> float:

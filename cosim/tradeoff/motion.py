@@ -146,6 +146,10 @@ class Motion:
                     break
             return Outputs(recording.time.copy(), recording.values.copy())
 
+    def extrapolated(self, fine: "Outputs", coarse: "Outputs") -> "Outputs":
+        """Return outputs without an error of first order, from those of a step and of twice that step."""
+        return Outputs(coarse.time, 2 * fine.at(coarse.time) - coarse.values)
+
     def error(self, found: "Outputs", reference: "Outputs") -> tuple[float, str]:
         """Return the largest error of outputs, relative to the largest value of each, and where it is, in words."""
         at = found.time[found.time <= reference.time[-1] * (1 + 1e-12)]

@@ -155,6 +155,10 @@ class Responses:
                     found[place] = point.response
         return found
 
+    def extrapolated(self, fine: Values, coarse: Values) -> Values:
+        """Return responses without an error of first order, from those of a step and of twice that step."""
+        return {place: 2 * fine[place] - coarse[place] for place in coarse}
+
     def error(self, found: Values, reference: Values) -> tuple[float, str]:
         """Return the largest relative error of responses from reference values, and its place in words.
 

@@ -86,7 +86,7 @@ class Search:
                 self._report(f"{algorithm}, {composition}")
                 (self._sample if self._question.unknown else self._follow)(composition, algorithm, times)
         for line in self._cheapest_lines():
-            self._refine(line, self._question.times(line[0]))
+            self._refine(line)
 
     def candidate(self, configuration: Configuration) -> Candidate | None:
         """Return a configuration with its prediction; `None` where it is unstable or does not run."""
@@ -105,6 +105,11 @@ class Search:
         if math.isnan(candidate.margin):
             candidate.margin = self._question.margin(candidate.configuration)
         return not candidate.margin < MARGIN
+
+    def fitting(self, configuration: Configuration, step_size: float) -> float:
+        """Return the longest step [s] up to another that fits the sample times; two digits where there are none."""
+        times = self._question.times(configuration.composition)
+        return fitting(step_size, times) if times else float(f"{step_size:.2g}")
 
     def _evaluated(self, configuration: Configuration) -> Candidate | None:
         """Return a new candidate, as `candidate`."""
@@ -160,7 +165,7 @@ class Search:
         )
         return list(lines)[:_REFINED]
 
-    def _refine(self, line: tuple[Composition, str], times: Collection[float]) -> None:
+    def _refine(self, line: tuple[Composition, str]) -> None:
         """Find the longest step of a line within the tolerance, between two that were evaluated."""
         own = sorted(
             (c for c in self.candidates if c.configuration.line == line), key=lambda c: -c.configuration.step_size
@@ -170,8 +175,7 @@ class Search:
             return
         low, high = good.configuration.step_size, own[own.index(good) - 1].configuration.step_size
         for _ in range(_BISECTIONS):
-            middle = math.sqrt(low * high)
-            middle = fitting(middle, times) if times else float(f"{middle:.2g}")
+            middle = self.fitting(good.configuration, math.sqrt(low * high))
             if not low * (1 + 1e-6) < middle < high * (1 - 1e-6):
                 break
             found = self.candidate(replace(good.configuration, step_size=middle))

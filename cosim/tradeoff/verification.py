@@ -4,14 +4,18 @@ The first reference has no communication steps: the linear response, or the mono
 co-simulation with a predicted error far below the tolerance. Where they differ by more than a tenth of the tolerance, a
 co-simulation by another algorithm decides: if it agrees with the second, that is the reference, as of a scene that is
 not linear at its amplitude; otherwise no reference is known.
+
+Where errors are not predicted, values are extrapolated to a step of zero (Richardson), by two algorithms, at shorter
+and shorter steps until both agree, with one another and with the step before.
 """
 
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
+from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.tradeoff.choices import REFUSALS
 from hfsa.cosim.tradeoff.configuration import Candidate, Configuration, Measurement
 from hfsa.cosim.tradeoff.costs import Costs
@@ -19,6 +23,9 @@ from hfsa.cosim.tradeoff.search import FAR
 
 CONFIRMED = 0.1
 """Largest difference of two references, over the tolerance."""
+
+_SHORTENED = 5
+"""Number of steps, each half of the one before, at which values are extrapolated."""
 
 _TRIED = 4
 """Number of candidates that are tried as a second reference."""
@@ -39,6 +46,10 @@ class Verifiable(Protocol):
 
     def measured(self, configuration: Configuration, places: Any, settled_to: float) -> Any:
         """Return the values of a configuration that is run; raises where it does not run."""
+        ...
+
+    def extrapolated(self, fine: Any, coarse: Any) -> Any:
+        """Return values without an error of first order, from those of a step and of twice that step."""
         ...
 
     def error(self, found: Any, reference: Any) -> tuple[float, str]:
@@ -85,13 +96,14 @@ class Verification:
     def prepare(self, planned: Sequence[Candidate], fine: Sequence[Candidate]) -> None:
         """Choose the places for planned candidates, and the reference; `fine` may be second references."""
         self._places = self._question.places([c.configuration for c in (*planned, *fine[:1])])
-        self.reference = self._chosen_reference(fine)
+        is_predicted = not all(math.isnan(candidate.predicted.error) for candidate in fine)
+        self.reference = self._chosen_reference(fine) if is_predicted else self._extrapolated_reference(fine)
 
     def verify(self, candidate: Candidate) -> Measurement:
         """Measure a candidate, once; `OutOfBudgetError` where no time is left."""
         if candidate.measured is None:
             try:
-                values = self._run(candidate)
+                values = self._run(candidate.configuration)
             except OutOfBudgetError:
                 raise
             except (*REFUSALS, RuntimeError) as failure:
@@ -103,9 +115,8 @@ class Verification:
             candidate.measured = Measurement(error, place, self._costs.measured(candidate.configuration))
         return candidate.measured
 
-    def _run(self, candidate: Candidate) -> Any:
-        """Return the values of a candidate; `OutOfBudgetError` where no time is left."""
-        configuration = candidate.configuration
+    def _run(self, configuration: Configuration) -> Any:
+        """Return the values of a configuration; `OutOfBudgetError` where no time is left."""
         if configuration not in self._values:
             if time.monotonic() > self._end:
                 raise OutOfBudgetError("the budget is spent")
@@ -128,7 +139,7 @@ class Verification:
             if candidate.configuration.algorithm in algorithms:
                 continue
             try:
-                runs.append((candidate, self._run(candidate)))
+                runs.append((candidate, self._run(candidate.configuration)))
             except OutOfBudgetError:
                 break
             except (*REFUSALS, RuntimeError):
@@ -155,3 +166,35 @@ class Verification:
             )
         finest = f"no run with a predicted error below {self._tolerance / FAR:.2g} confirms {word}"
         return Reference(None, math.nan, f"no reference is known to {limit:.2g}: {missing or finest}")
+
+    def _extrapolated_reference(self, fine: Sequence[Candidate]) -> Reference:
+        """Return the reference of a scene whose errors are not predicted."""
+        limit = CONFIRMED * self._tolerance
+        simple = [c.configuration for c in fine if ALGORITHMS[c.configuration.algorithm].order == 1][:2]
+        sentence = "there are no two algorithms of first order that run"
+        try:
+            for _ in range(_SHORTENED if len(simple) == 2 else 0):
+                before = self._extrapolated(simple[0])
+                simple = [_halved(configuration) for configuration in simple]
+                first, second = (self._extrapolated(configuration) for configuration in simple)
+                difference, place = max(self._question.error(second, first), self._question.error(before, first))
+                words = " and ".join(map(str, simple))
+                if difference <= limit:
+                    return Reference(
+                        first, difference, f"{words}, extrapolated to a step of zero, which agree to {difference:.1e}"
+                    )
+                sentence = f"{words}, extrapolated to a step of zero, differ by {difference:.2g} ({place})"
+        except OutOfBudgetError:
+            sentence = f"the budget is spent; {sentence}"
+        except (*REFUSALS, RuntimeError) as failure:
+            sentence = str(failure)
+        return Reference(None, math.nan, f"no reference is known to {limit:.2g}: {sentence}")
+
+    def _extrapolated(self, configuration: Configuration) -> Any:
+        """Return the values of a configuration, extrapolated from its step and half of it."""
+        return self._question.extrapolated(self._run(_halved(configuration)), self._run(configuration))
+
+
+def _halved(configuration: Configuration) -> Configuration:
+    """Return a configuration at half its step."""
+    return replace(configuration, step_size=configuration.step_size / 2)
