@@ -15,7 +15,7 @@ _NEAR, _FAR_OFF = 4, 3
 """Numbers of candidates that are verified on either side of the tolerance, and far from it."""
 
 _SHORTENED, _ASIDE = 3, 0.8
-"""Number of shorter steps that are tried where errors are not predicted, and their expected error over the tolerance."""
+"""Shorter steps that are tried where errors are not predicted, and their expected error over the tolerance."""
 
 _MOST = 12
 """Largest number of offered candidates that are verified in the search of an answer."""
