@@ -57,6 +57,7 @@ class Variants:
         excited: Sequence[str] | None = None,
     ):
         self.scene, self.left_out = scene, LeftOut()
+        self._outputs = [name for name in scene.outputs if keep == "all" or observed is None or name in observed]
         system = scene.system
         if keep == "needed":
             outlined(system).check()
@@ -70,13 +71,17 @@ class Variants:
         return self._built(self.parts.system)
 
     def instrumented(self, excited: str, outputs: Sequence[str] | None = None) -> Assembly:
-        """Return the assembly with a sine source at one input and a lock-in amplifier at outputs (full names)."""
+        """Return the assembly with a sine source at one input and a lock-in amplifier at outputs (full names).
+
+        The default outputs are those of the scene, as far as they are observed.
+        """
+        outputs = self._outputs if outputs is None else outputs
         return self._built(instrument(self.scene, excited, outputs, parts=self.parts))
 
     def driven(self, excited: str, frequency: float | None) -> Assembly:
         """Return the assembly with a sine source at one input, at a frequency [Hz] other than the source's own."""
         scene = self.scene
-        system = instrument(scene, excited, parts=self.parts)
+        system = instrument(scene, excited, (), parts=self.parts)
         start = {"frequency": frequency or scene.band[0], **({} if frequency else scene.source.start)}
         components = [
             dataclasses.replace(c, start={**c.start, **start}) if c.name == scene.source.name else c

@@ -57,6 +57,12 @@ class LeftOut:
         words = [f"{', '.join(compact(names))}: {share}" for share, names in alike.items()]
         return f"{'; '.join(words)} reach nothing observed and are left out; --keep all keeps them" if words else ""
 
+    @property
+    def warning(self) -> str:
+        """The sentence where states or all of a component are left out; outputs alone are no part of the motion."""
+        is_model = any(share.states or share.is_whole for share in self.shares.values())
+        return self.sentence if is_model else ""
+
 
 def prune(system: System, observed: Iterable[str], excited: Iterable[str] = ()) -> tuple[System, LeftOut]:
     """Return the system of what variables (full names) need, and what is left out.

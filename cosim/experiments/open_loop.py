@@ -107,7 +107,7 @@ def open_loop(
     opened = find_connection(of_scene.system, connection)
     variants = Variants(of_scene, keep=keep, observed=[opened.start], excited=[opened.end])
     assembly, left_out = variants.parts.check(), variants.left_out.sentence
-    if left_out:
+    if variants.left_out.warning:
         warn(left_out)
     with assembly.open() as instances:
         loop = opened_at(assembly.system, instances, opened)

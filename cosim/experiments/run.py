@@ -152,7 +152,7 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn, kee
         checked = Variants(scene, plain, **needed).driven(excited, sine.frequency)
     assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
-    for sentence in (*chosen, *([order.sentence] if order else []), *([left_out] if left_out else []), *sentences):
+    for sentence in filter(None, (*chosen, order and order.sentence, variants.left_out.warning, *sentences)):
         warn(sentence)
     choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
     record = system_record(setup.title, scene_text(scene), assembly, **choice)

@@ -107,5 +107,5 @@ def limits_of(
             growth = float(max((pole.real for pole in poles), default=-math.inf))
     choosing = [name for name in considered if name not in LIMITED]
     settings = setup.title, scene.algorithm, scene.step_size
-    left_out = variants.left_out.sentence
+    left_out = variants.left_out.warning
     return Stability(*settings, limits, choosing, sampling, growth, choice, order, left_out)

@@ -251,7 +251,7 @@ def sweep_scene(
         warn(order.sentence)
     variants = Variants(scene, setup.highest, keep=request.keep, observed=outputs, excited=inputs)
     assembly, left_out = variants.plain, variants.left_out.sentence
-    if left_out:
+    if variants.left_out.warning:
         warn(left_out)
     draft = _draft(assembly, inputs, outputs, scene, request)
     theory = _theory(assembly, draft, request, warn)

@@ -160,6 +160,16 @@ def test_one_set_of_fmus_serves_all_inputs_of_a_sweep():
     assert len(set(files)) == 1
 
 
+def test_a_source_alone_takes_what_is_observed():
+    """Neither the source's amplifier nor its default outputs bring back what is left out."""
+    scene = load_scene("sdelta_shaker")
+    variants = Variants(scene, keep="needed", observed=[HEIGHT], excited=[COMMAND])
+    driven, measured = variants.driven(COMMAND, 20.0), variants.instrumented(COMMAND)
+    assert "lock_in" not in driven.files
+    assert driven.files["robot"] == measured.files["robot"] == variants.parts.files["robot"]
+    assert measured.system["lock_in"].arguments == {"units": ("m",)}
+
+
 # The same numbers -----------------------------------------------------------------------------------------------------
 
 LINEAR = [
@@ -199,7 +209,7 @@ def test_each_response_of_a_scene_is_that_of_the_whole_one(opened, name, argumen
 MOTIONS = [
     ("stage_tracking", {"law": "ctc"}),
     ("stage_tracking", {"law": "pd_ff", "motion": "step", "stack": "hysteretic"}),
-    ("stage_tracking", {"law": "integral_ff", "actuator": "piezo"}),
+    ("stage_tracking", {"law": "integral_ff", "actuator": "pzt"}),
     ("stage_extremes", {}),
 ]
 
@@ -230,7 +240,7 @@ def both(tmp_path, *arguments, **options) -> tuple[Bode, Bode]:
     return tuple(sweep(*arguments, keep=keep, path=tmp_path / f"{keep}.h5", **how) for keep in ("all", "needed"))
 
 
-@pytest.mark.parametrize("algorithm", ["gauss_seidel", "gauss_seidel_linear", "jacobi", "linearized_feedback"])
+@pytest.mark.parametrize("algorithm", ["gauss_seidel", "gauss_seidel_linear", "jacobi"])
 def test_a_stepped_sweep_measures_the_same(tmp_path, algorithm):
     whole, found = both(tmp_path, "sdelta_shaker", **VERTICAL, algorithm=algorithm, points=4, low=5.0)
     assert np.all(np.abs(found.response - whole.response) <= SAME * np.abs(whole.response))
@@ -274,7 +284,7 @@ def test_a_signal_that_is_not_needed_is_still_known(chain):
     with pytest.raises(StructureError, match=r"did you mean third\.beside"):
         run(chain(), record=["third.besid"], warn=lambda _: None, path="a.h5")
     found = run(chain(), record=["third.beside"], warn=lambda _: None, path="a.h5")
-    assert "third.beside" in found
+    assert np.isfinite(found["third.beside"]).all()
 
 
 def test_stability_judges_the_whole_scene_unless_it_is_asked_for_less(chain):
