@@ -186,24 +186,29 @@ LINEAR = [
     ("beam_bode", {}),
     ("beam_payload", {"suspension": "massless"}),
 ]
+# of these sampled loops no state is left out, only outputs: what differs is rounding, in which a compiler orders sums
+# otherwise; with ctc_cartesian another order of the components changes responses as much
+ROUNDING = {"sdelta_hfsa": 1e-11}
 IDS = [f"{name}-{'-'.join(arguments.values())}".rstrip("-") for name, arguments in LINEAR]
 
 
 @pytest.mark.parametrize(("name", "arguments"), LINEAR, ids=IDS)
 def test_each_response_of_a_scene_is_that_of_the_whole_one(opened, name, arguments):
-    """All outputs for all inputs, and one for one, against the largest in its unit."""
+    """All outputs for all inputs, and one for one, against the largest in its unit at the scene's amplitudes."""
     scene = load_scene(name, arguments)
     frequency = np.geomspace(*scene.band, 30)
     whole = assemble(scene)
     expected = linear_response(whole.system, opened(whole.files), scene.inputs, scene.outputs, frequency)
     units = [whole.connector(output).unit for output in scene.outputs]
-    largest = {unit: np.abs(expected[:, [u == unit for u in units]]).max(axis=(0, 1)) for unit in units}
-    scale = np.array([largest[unit] for unit in units])
+    amplitude = np.array([scene.amplitude[whole.connector(name).unit or "1"] for name in scene.inputs])
+    size = (np.abs(expected) * amplitude).max(axis=(0, 2))
+    largest = np.array([max(s for s, other in zip(size, units, strict=True) if other == unit) for unit in units])
+    scale = largest[:, None] / amplitude
     for i, k in ((slice(None), slice(None)), (slice(0, 1), slice(0, 1)), (slice(-1, None), slice(-1, None))):
         inputs, outputs = scene.inputs[k], scene.outputs[i]
         found = Variants(scene, keep="needed", observed=outputs, excited=inputs).plain
         response = linear_response(found.system, opened(found.files), inputs, outputs, frequency)
-        assert np.all(np.abs(response - expected[:, i, k]) <= SAME * scale[i, k])
+        assert np.all(np.abs(response - expected[:, i, k]) <= ROUNDING.get(name, SAME) * scale[i, k])
 
 
 MOTIONS = [
