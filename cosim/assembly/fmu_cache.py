@@ -7,6 +7,7 @@ so that modules and data that the part reads count too.
 """
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -73,7 +74,7 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     """
     if component.part.endswith(".fmu"):
         return _finished(component)
-    folder = cache_folder() / "fmus" / _known_key(component, fmi, feedback)
+    folder = cache_folder() / "fmus" / key_of(component, fmi, feedback)
     if not folder.is_dir():
         _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
     (file,) = folder.glob("*.fmu")
@@ -114,6 +115,14 @@ def _text(part: Part, level: str | None, arguments: Mapping[str, Any], fmi: Lite
     return digest.hexdigest()
 
 
+def key_of(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> str:
+    """Return a hash of all that the FMU file of a part, or of several, depends on, what is left out of it included."""
+    if component.kept is None:
+        return _known_key(component, fmi, feedback)
+    whole = _known_key(dataclasses.replace(component, kept=None), fmi, feedback)
+    return hashlib.sha256(json.dumps([whole, component.kept]).encode()).hexdigest()[:32]
+
+
 def _known_key(component: Component, fmi: Literal[2, 3], feedback: Sequence[tuple[str, str]]) -> str:
     """Return `_key`, computed once per process for what a component is made of, unless its part may have changed."""
     if _is_own(component):
@@ -130,7 +139,8 @@ _keys: dict[str, str] = {}
 def _made_of(component: Component) -> tuple:
     """Return what a component's FMU is made of, as it stands in the scene."""
     inside = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
-    return component.part, component.level, sorted(component.arguments.items()), inside, component.connections
+    arguments = sorted(component.arguments.items())
+    return component.part, component.level, arguments, inside, component.connections, component.kept
 
 
 def _is_own(component: Component) -> bool:
@@ -148,7 +158,7 @@ def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
     """Return in words what a component's model is made from."""
     if component.members:
         times = [member.start.get("sample_time") for member in component.members]
-        inside = [[member.name, *_ingredients(member, fmi)] for member in component.members]
+        inside = [[member.name, member.kept, *_ingredients(member, fmi)] for member in component.members]
         return [inside, times, list(map(str, component.connections))]
     part = part_of(component)
     assert part.build is not None

@@ -76,6 +76,14 @@ Step = Annotated[
     float | None,
     Parameter("--step", validator=Number(gt=0), help="Communication step size [s] (default: the scene's)."),
 ]
+Keep = Annotated[
+    Literal["needed", "all"] | None,
+    Parameter(
+        "--keep",
+        help="States and outputs of the parts that run: those that reach a recorded output or a limit flag, or all "
+        "(default: needed). The responses are the same.",
+    ),
+]
 Verify = Annotated[
     bool,
     Parameter(
@@ -96,7 +104,7 @@ DESIGN_STUDY = Group(
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SteppingOptions:
-    """Options of the co-simulation: step, algorithm, fused groups, order, tolerance and backend."""
+    """Options of the co-simulation: step, algorithm, fused groups, order, tolerance, backend and pruning."""
 
     step: Step = None
     algorithm: AlgorithmName = None
@@ -122,6 +130,7 @@ class SteppingOptions:
         Literal["c", "python"] | None,
         Parameter("--backend", help="Stepping loop (default: c). Both give the same numbers; C is many times faster."),
     ] = None
+    keep: Keep = None
 
     @property
     def arguments(self) -> dict[str, Any]:

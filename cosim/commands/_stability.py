@@ -9,6 +9,7 @@ from typing import Any
 from hfsa.cosim.analysis.sampling import SamplingLimit
 from hfsa.cosim.analysis.stability import OSCILLATORY
 from hfsa.cosim.analysis.step_limits import StepLimit
+from hfsa.cosim.assembly.assemble import Keep
 from hfsa.cosim.commands._reports import algorithm_data, order_data
 from hfsa.cosim.commands._shell import rendered, table
 from hfsa.cosim.experiments.orders import with_computed_order
@@ -44,6 +45,7 @@ class StabilityRequest:
         vary: axes of a map, as typed; empty for limits.
         file: file of the map.
         force: whether to replace an existing results file.
+        keep: what is judged of the scene, one of `assemble.Keep`.
     """
 
     fuse: Sequence[str] = ()
@@ -53,6 +55,7 @@ class StabilityRequest:
     vary: Sequence[str] = ()
     file: Path | None = None
     force: bool = False
+    keep: Keep = "all"
 
 
 def stability_answer(
@@ -82,7 +85,9 @@ def stability_answer(
                 f"{option}: limits are printed, as text or with --json; only a map has a file, which takes "
                 "--vary NAME=FROM:TO:N"
             )
-        found = limits_of(setup, request.algorithm, report)
+        found = limits_of(setup, request.algorithm, report, request.keep)
+        if found.left_out:
+            warn(found.left_out)
         return _limits_data(found), _limits_text(found), True
     found = stability_map(
         name,
@@ -92,6 +97,7 @@ def stability_answer(
         step_size=request.step_size,
         algorithm=request.algorithm if request.algorithm != AUTO else None,
         order=_names(setup),
+        keep=request.keep,
         report=report,
     )
     agree, simulated = found.agreement

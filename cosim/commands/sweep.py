@@ -177,7 +177,7 @@ def _open_loop(
         connection,
         parameters,
         **band,
-        **given({"tolerance": stepping.tolerance, "algebraic_loops": stepping.algebraic_loops}),
+        **given({name: getattr(stepping, name) for name in ("tolerance", "algebraic_loops", "keep")}),
         path=output,
         force=force,
         warn=_shell.warn,

@@ -102,6 +102,7 @@ def compare(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    keep: Literal["needed", "all"] = "needed",
     jobs: int | None = None,
     folder: str | Path = "results",
     file: Path | None = None,
@@ -151,7 +152,7 @@ def compare(
         warn_of = partial(_warn_of, values, warn)
         for sentence in setup.disagreements:
             warn_of(sentence)
-        ready = prepare(setup, sine, library, warn_of)
+        ready = prepare(setup, sine, library, warn_of, keep)
         if verify:
             check_verifiable(ready)
         trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))

@@ -19,13 +19,14 @@ from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
 from hfsa.cosim.analysis.stability import CoupledStep, Mode
-from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import load_scene, with_arguments
@@ -84,6 +85,7 @@ def stability_map(
     step_size: float | None = None,
     algorithm: str | None = None,
     order: Sequence[str] = (),
+    keep: Literal["needed", "all"] = "all",
     report: Callable[[float, str], None] | None = None,
 ) -> StabilityMap:
     """Return the stability map of a scene over one or two axes.
@@ -96,6 +98,7 @@ def stability_map(
         step_size: communication step size [s] (default: the scene's).
         algorithm: co-simulation algorithm (default: the scene's; for `auto` the cheapest).
         order: components in the order of their steps (default: the scene's).
+        keep: `all` of the scene at each point, or what is `needed` by its outputs and limit flags.
         report: function of the finished part, 0 to 1, and a word.
 
     Raises:
@@ -104,7 +107,7 @@ def stability_map(
     _check_axes(axes, arguments, step_size)
     shape = tuple(len(axis.values) for axis in axes)
     load = partial(_scene, name, fuse, algorithm, order)
-    points = {index: _Point(load, arguments, axes, index, step_size) for index in np.ndindex(shape)}
+    points = {index: _Point(load, arguments, axes, index, step_size, keep) for index in np.ndindex(shape)}
     growth, stable, messages = np.full(shape, np.nan), np.zeros(shape, dtype=bool), {}
     for done, (index, point) in enumerate(points.items(), 1):
         try:
@@ -167,12 +170,14 @@ class _Point:
         axes: Sequence[Axis],
         index: Sequence[int],
         step_size: float | None,
+        keep: Keep,
     ):
         values = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)}
         step_size = values.pop(STEP_SIZE, step_size)
         typed = {key: repr(value) for key, value in values.items()}
         self._load = partial(load, {**arguments, **typed}, step_size)
         self.scene: Scene
+        self._keep: Keep = keep
         self._mode: Mode | None = None
 
     def predict(self) -> tuple[float, bool]:
@@ -180,7 +185,7 @@ class _Point:
         self.scene = scene = self._load()
         if scene.algorithm not in LIMITED:
             raise StructureError(f"no stability map for {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
-        self._assembly = with_ports(assemble(scene), scene.algorithm)
+        self._assembly = with_ports(Variants(scene, keep=self._keep).plain, scene.algorithm)
         with self._assembly.open() as instances:
             cycle = CoupledStep(self._assembly.system, instances, scene.algorithm)
             own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly.assemble import Variants
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
@@ -79,6 +79,7 @@ class SweepRequest:
     jobs: int | None = None
     backend: str = BACKENDS[0]
     start: str = STARTS[0]
+    keep: Keep = "needed"
 
     def settings(self, scene: Scene) -> Settings:
         """Return the settings of the measurement of a scene."""
@@ -128,6 +129,7 @@ def sweep(
     start: Literal["steady", "rest"] = "steady",
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
+    keep: Literal["needed", "all"] = "needed",
     path: str | Path | None = None,
     resume: bool = False,
     force: bool = False,
@@ -156,6 +158,7 @@ def sweep(
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
+        keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.
@@ -194,6 +197,7 @@ def sweep(
         jobs,
         backend,
         start,
+        keep,
     )
     show = None if report is None else partial(_report_points, report)
     written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=show)
@@ -245,8 +249,10 @@ def sweep_scene(
     scene, order = with_computed_order(scene, setup.order, **override)
     if order is not None:
         warn(order.sentence)
-    variants = Variants(scene, setup.highest)
-    assembly = variants.plain
+    variants = Variants(scene, setup.highest, keep=request.keep, observed=outputs, excited=inputs)
+    assembly, left_out = variants.plain, variants.left_out.sentence
+    if variants.left_out.warning:
+        warn(left_out)
     draft = _draft(assembly, inputs, outputs, scene, request)
     theory = _theory(assembly, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
@@ -254,7 +260,7 @@ def sweep_scene(
     opening = SweepFile.resume if resume and path.is_file() else partial(SweepFile.create, force=force)
     if theory is not None and request.method == "linear":
         point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
-        record = system_record(setup.title, scene_text(scene), assembly, operating_point=point)
+        record = system_record(setup.title, scene_text(scene), assembly, operating_point=point, left_out=left_out)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(points_of(theory.response(plan.frequency)))
         return file.identity
@@ -276,7 +282,8 @@ def sweep_scene(
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}
     benches = {name: Bench(whole, tuple(outputs), scene.source.name, LOCK_IN, library) for name, whole in ready.items()}
-    record = system_record(setup.title, scene_text(scene), *ready.values(), order=order, algorithm=algorithm)
+    choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
+    record = system_record(setup.title, scene_text(scene), *ready.values(), **choice)
     jobs = request.jobs or os.cpu_count() or 1
     with opening(path, plan, levels.with_choices(record, choices)) as file:
         if file.earlier_version:

@@ -155,11 +155,12 @@ def system_record(
     operating_point: Mapping[str, float] = {},
     order: OrderChoice | None = None,
     algorithm: AlgorithmChoice | None = None,
+    left_out: str = "",
 ) -> SystemRecord:
     """Return the description of the measured system for the results file: the text of the scene, and all FMUs.
 
     Where a component is a different FMU in another assembly (a source in another unit), its name gets a number,
-    `source[2]`.
+    `source[2]`. `left_out` is the sentence on what was pruned.
     """
     files: dict[str, list[Path]] = {}
     instances = []
@@ -170,7 +171,7 @@ def system_record(
                 earlier.append(file)
                 name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
                 instances.append(_instance_record(name, component, assembly.descriptions[component.name]))
-    return SystemRecord(title, scene, instances, operating_point, order, algorithm)
+    return SystemRecord(title, scene, instances, operating_point, order, algorithm, left_out)
 
 
 def _instance_record(name: str, component: Component, description: Description) -> InstanceRecord:

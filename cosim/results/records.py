@@ -153,6 +153,7 @@ class SystemRecord:
         operating_point: states at the operating point by full name.
         order: computed order of steps; `None` where the order is the scene's.
         algorithm: choice of `auto`; `None` where the scene names the algorithm.
+        left_out: sentence on the states and outputs of the scene that the FMUs do not have; empty where they have all.
     """
 
     title: str
@@ -161,6 +162,7 @@ class SystemRecord:
     operating_point: Mapping[str, float] = field(default_factory=dict)
     order: OrderChoice | None = None
     algorithm: AlgorithmChoice | None = None
+    left_out: str = ""
 
 
 @dataclass(frozen=True)
