@@ -30,7 +30,8 @@ class Bode:
         outputs, inputs: full names with units, the inputs with their amplitudes.
         response: complex, output per input; NaN where a point is pending or failed.
         step_error: relative error due to the communication steps, NaN where it is unknown or the response is zero.
-        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
+        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s], `message`, and the number of
+            communication `steps`, 0 where it is unknown.
         attributes: attributes of the file.
         settings: settings of the measurement.
         theory: linear response to compare a measured one with, if known.
@@ -48,6 +49,7 @@ class Bode:
     status: NDArray[np.int8]
     wall_time: NDArray[np.float64]
     message: NDArray[np.object_]
+    steps: NDArray[np.int64]
     settings: dict[str, Any]
     attributes: dict[str, Any]
     theory: Theory | None = None
@@ -64,7 +66,7 @@ class Bode:
         entries, points = ("frequency", "output", "input"), ("frequency", "input")
         of_entries = ("response", "harmonic_distortion", "remaining_transient", "step_error")
         variables = {name: (entries, getattr(self, name)) for name in of_entries}
-        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message")}
+        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message", "steps")}
         coordinates = {
             "frequency": ("frequency", self.frequency, {"units": "Hz"}),
             "output": [signal.name for signal in self.outputs],
@@ -104,6 +106,7 @@ def read_sweep(path: str | Path) -> Bode:
             message=np.array([[hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
             settings=hdf5.plain(file["sweep"].attrs),
             attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
+            steps=group["steps"][:] if "steps" in group else np.zeros(group["status"].shape, np.int64),
             step_error=_step_error(group),
             theory=_read_theory(file),
             marks=_marks(hdf5.text(file["system"].attrs["scene"])),

@@ -221,7 +221,8 @@ class Plan:
 class Point:
     """Result at one input and one frequency, given by their indices; arrays have shape (outputs,).
 
-    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry.
+    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry, `steps`
+    the number of communication steps that the point took.
     """
 
     input: int
@@ -232,3 +233,4 @@ class Point:
     remaining_transient: NDArray[np.float64] | None = None
     wall_time: float = float("nan")
     message: str = ""
+    steps: int = 0

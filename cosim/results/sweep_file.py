@@ -26,6 +26,9 @@ COMPUTED = (
     "message",
 )
 
+LATER = ("steps",)
+"""Datasets that files of earlier versions lack."""
+
 
 class SweepFile:
     """Results file of a sweep, open for writing by this process alone; `identity` is independent of its name."""
@@ -34,7 +37,9 @@ class SweepFile:
         self.path, self.identity = store.path, store.identity
         self._store = store
         # copy of the datasets: writing whole rows is many times faster than writing single entries
-        self._arrays = {name: store.file["bode"][name][:] for name in (*COMPUTED, "magnitude", "phase")}
+        bode = store.file["bode"]
+        names = (*COMPUTED, "magnitude", "phase", *(name for name in LATER if name in bode))
+        self._arrays = {name: bode[name][:] for name in names}
 
     @classmethod
     def create(cls, path: Path, plan: Plan, system: SystemRecord, force: bool = False) -> "SweepFile":
@@ -74,6 +79,8 @@ class SweepFile:
                     arrays[name][where] = getattr(point, name)
             arrays["wall_time"][point.frequency, point.input] = point.wall_time
             arrays["message"][point.frequency, point.input] = clipped(point.message)
+            if "steps" in arrays:
+                arrays["steps"][point.frequency, point.input] = point.steps
             arrays["status"][point.frequency, point.input] = point.status
         rows = {point.frequency for point in points}
         first, last = min(rows, default=0), max(rows, default=-1) + 1
@@ -123,6 +130,7 @@ def _lay_out(file: Node, plan: Plan) -> None:
     if plan.step_error is not None:
         bode["step_error"][:] = plan.step_error
     hdf5.create_dataset(bode, "wall_time", points, np.nan, float, "s")
+    hdf5.create_dataset(bode, "steps", points, np.int64(0), np.int64, "1")
     members = {status.name.lower(): int(status) for status in Status}
     status = hdf5.create_dataset(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
