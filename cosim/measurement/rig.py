@@ -26,8 +26,8 @@ from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harm
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import LOCK_IN
 
-STARTS = ("steady", "rest")
-"""States in which a measurement starts: the predicted steady state where there is one, or rest."""
+STARTS = STEADY, REST, PREVIOUS = "steady", "rest", "previous"
+"""States in which a measurement starts: the predicted steady state, where there is one, rest, or the point before."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,23 @@ def measure(task: Task) -> Point:
     return replace(point, wall_time=time.perf_counter() - begin)
 
 
+def measure_on(task: Task) -> tuple[Point, SteadyStart | None]:
+    """Measure one point as `measure`, and return the state at its end, `None` where it has none to go on from."""
+    try:
+        rig = _rig(task.bench, task.settings)
+        point = rig.measure(task)
+        state = rig.closing_state(task)
+        return replace(point, steps=rig.steps), state
+    except Exception as error:  # as in `measure`
+        return Point(task.input, task.place, Status.FAILED, message=_message(error)), None
+
+
 class Rig:
-    """The loaded instances of a bench and the master that steps them."""
+    """The loaded instances of a bench and the master that steps them.
+
+    Attributes:
+        steps: communication steps since the begin of the present point.
+    """
 
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
@@ -129,14 +144,14 @@ class Rig:
         self._windows = self._lock_in.handle(["windows"])
         limits = [bench.assembly.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
         self._limits = self.master.record(limits, rows=1000) if limits else None
-        self._steps = 0
+        self.steps = 0
 
     def measure(self, task: Task) -> Point:
         """Measure one point; raises as the master.
 
         Where the system does not run from its start, it starts at rest, and the message says why.
         """
-        self._steps = 0
+        self.steps = 0
         try:
             point = self._measure(task)
         except (StepError, StructureError) as error:
@@ -144,7 +159,7 @@ class Rig:
                 raise
             point = self._measure(replace(task, start=None))
             point = replace(point, message=point.message or f"started at rest: {error}")
-        return replace(point, steps=self._steps)
+        return replace(point, steps=self.steps)
 
     def closing_state(self, task: Task) -> SteadyStart | None:
         """Run the measured system on to phase 0 of the source, and return its state there as the start of another run.
@@ -253,7 +268,7 @@ class Rig:
                 raise KeyboardInterrupt
             spell = min(_SPELL, steps - first)
             self.master.advance(spell)
-            self._steps += spell
+            self.steps += spell
 
     def _initialize(self, task: Task, window: float) -> None:
         """Bring the system to the start of a point, windows of a length [s]; raises as the master."""
