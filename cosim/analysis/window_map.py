@@ -46,7 +46,8 @@ def start_map(one: OneStep) -> StartMap | None:
     """Return the map of z; `None` where an algorithm has more memory than z."""
     layout = one.layout
     names = {f"{c}.{n}": layout.place[c, n] for c, block in layout.blocks.items() for n in block.values}
-    places, past, bus = np.array([*names.values()], dtype=int), layout.past[:2], layout.bus_places
+    places, bus = np.array([*names.values()], dtype=int), layout.bus_places
+    past = layout.past[:2] if layout.past.size else np.zeros((0, 0), dtype=int)
     n, m = len(places), past.size
     start = np.zeros((layout.size, n + m))
     start[places, np.arange(n)] = 1.0
@@ -57,11 +58,11 @@ def start_map(one: OneStep) -> StartMap | None:
         start[operation.rows] = before if operation.matrix is None else operation.matrix @ before
     for k, row in enumerate(past):
         start[row] = start[bus]
-        start[row, n + k * len(bus) + np.arange(len(bus))] += 1.0 if row.size else 0.0
+        start[row, n + k * len(bus) + np.arange(len(bus))] += 1.0
 
     def read(whole: np.ndarray) -> np.ndarray:
         """Return the rows of z among those of the whole vector."""
-        return np.vstack([whole[places], *(whole[row] - whole[bus] for row in past if row.size)])
+        return np.vstack([whole[places], *(whole[row] - whole[bus] for row in past)])
 
     once = one.transition @ start
     matrix, twice = read(once), read(one.transition @ once)
