@@ -31,7 +31,7 @@ from hfsa.cosim.signals.periodic import closing_weights
 SAMPLES = 7
 """States that are sampled after a window: as many as three harmonics and a mean take."""
 
-MOST_CORRECTIONS = 8
+MOST_CORRECTIONS = 20
 """Corrections after which Newton's method is given up."""
 
 CONTRACTION = 0.5

@@ -49,6 +49,7 @@ def _change(one: NDArray[np.complex128], other: NDArray[np.complex128], units: S
     difference, found = np.nan_to_num(np.abs(one - other)), np.zeros(len(one))
     for unit in dict.fromkeys(units):
         own = [i for i, u in enumerate(units) if u == unit]
-        scale = np.maximum(size[:, own].max(axis=1), _NOTHING * size.max(axis=1))
-        found = np.maximum(found, difference[:, own].max(axis=1) / np.maximum(scale, np.finfo(float).tiny))
+        scale, change = size[:, own].max(axis=1), difference[:, own].max(axis=1)
+        counts = scale > _NOTHING * size.max(axis=1)
+        found = np.maximum(found, np.divide(change, scale, out=np.zeros(len(one)), where=counts))
     return found
