@@ -35,10 +35,10 @@ class SettlingOptions:
         ),
     ] = None
     start: Annotated[
-        Literal["steady", "rest"] | None,
+        Literal["steady", "rest", "previous"] | None,
         Parameter(
-            help="State in which a point starts: its predicted steady state, where that is known, or rest (default: "
-            "steady). Settling is judged alike."
+            help="State in which a point starts: its predicted steady state, where that is known, rest, or that of the "
+            "point before, upwards and then downwards in frequency (default: steady). Settling is judged alike."
         ),
     ] = None
     settling_time: Annotated[

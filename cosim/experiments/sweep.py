@@ -36,7 +36,7 @@ from hfsa.cosim.experiments.setup import (
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.rig import STARTS, Bench, Settings
+from hfsa.cosim.measurement.rig import PREVIOUS, REST, STARTS, Bench, Settings
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, linear, plan_sweep, points_of, stepped, system_record
 from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, Theory, read_sweep
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
@@ -126,7 +126,7 @@ def sweep(
     settling_tolerance: float = 1e-3,
     settling_time: float = 60.0,
     measurement_periods: int = 1,
-    start: Literal["steady", "rest"] = "steady",
+    start: Literal["steady", "rest", "previous"] = "steady",
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
     keep: Literal["needed", "all"] = "needed",
@@ -155,7 +155,9 @@ def sweep(
         settling_tolerance: largest remaining transient, relative to each response.
         settling_time: simulated time [s] after which an unsettled point is given up.
         measurement_periods: periods in a measurement window.
-        start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
+        start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it;
+            `previous` goes on from the point before, upwards and then downwards, to follow the branches of a nonlinear
+            response.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
         keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
@@ -275,7 +277,9 @@ def sweep_scene(
         for sentence in sentences:
             warn(sentence)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
-        starts, reason = known.steady_starts(scene, plan.frequency) if request.start == STARTS[0] else ({}, "")
+        starts, reason = known.steady_starts(scene, plan.frequency) if request.start != REST else ({}, "")
+        if request.start == PREVIOUS and len(starts) < len(inputs):
+            raise StructureError(f"a branch cannot be followed from point to point, as {reason}; take --start rest")
         if reason:
             warn(f"points start at rest, which takes longer: their steady state is not known, as {reason}")
     settings = request.settings(scene)

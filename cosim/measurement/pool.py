@@ -18,11 +18,12 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from functools import partial
 from multiprocessing.synchronize import Event
 from pathlib import Path
+from queue import SimpleQueue
 from types import ModuleType
 from typing import TypeVar
 
@@ -80,6 +81,43 @@ def in_threads(
     try:
         for i, result in _submitted(work, tasks, pool):
             yield tasks[i], result
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+def streamed(
+    work: Callable[[Task], Iterable[Result]], tasks: Sequence[Task], jobs: int
+) -> Generator[tuple[Task, Result]]:
+    """Yield each task with each of its results, as soon as it is there, from threads as `in_threads`."""
+    if min(jobs, len(tasks)) <= 1:
+        for task in tasks:
+            for result in work(task):
+                yield task, result
+        return
+    found: SimpleQueue[tuple[Task, Result] | None] = SimpleQueue()
+
+    def run(task: Task) -> None:
+        """Put the results of a task into the queue, then `None`."""
+        try:
+            for result in work(task):
+                found.put((task, result))
+        finally:
+            found.put(None)
+
+    stop = threading.Event()
+    pool = ThreadPoolExecutor(min(jobs, len(tasks)), "hfsa", partial(setattr, _thread, "stop"), (stop,))
+    try:
+        futures = [pool.submit(run, task) for task in tasks]
+        running = len(futures)
+        while running:
+            one = found.get()
+            if one is None:
+                running -= 1
+            else:
+                yield one
+        for future in futures:
+            future.result()
     finally:
         stop.set()
         pool.shutdown(cancel_futures=True)

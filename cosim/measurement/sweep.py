@@ -12,6 +12,7 @@ and only the caller writes the file. A failed point is a status in the file with
 
 import contextlib
 import hashlib
+import itertools
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -27,8 +28,8 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.masters.algorithms import ALGORITHMS
-from hfsa.cosim.measurement import pool
-from hfsa.cosim.measurement.rig import Bench, Settings, Task, close_rigs, measure
+from hfsa.cosim.measurement import branches, pool
+from hfsa.cosim.measurement.rig import PREVIOUS, Bench, Settings, Task, close_rigs, measure
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     InstanceRecord,
@@ -105,6 +106,7 @@ def plan_sweep(
         outputs=tuple(signal(name, "output") for name in outputs),
         inputs=tuple(signal(name, "input") for name in inputs),
         settings=asdict(settings) if settings.method == "stepped" else {"method": settings.method},
+        has_branches=settings.method == "stepped" and settings.start == PREVIOUS,
     )
 
 
@@ -204,11 +206,15 @@ def stepped(
     """Measure all unfinished points of the file, and write each when it is finished.
 
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
-    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process. Raises `StructureError` for
-    wrong wiring, before a run, and `ResultsError` where the file cannot be written.
+    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process; where each starts on the one
+    before, the inputs run in `jobs` threads, and an unfinished input is measured as a whole. Raises `StructureError`
+    for wrong wiring, before a run, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
+    unfinished, is_following = file.unfinished(), settings.start == PREVIOUS
+    if is_following:  # a branch begins at its first point
+        unfinished = [(i, k) for i in sorted({i for i, _ in unfinished}) for k in range(len(plan.frequency))]
     tasks = [
         Task(
             i,
@@ -219,14 +225,19 @@ def stepped(
             plan.inputs[i].amplitude,
             starts[plan.inputs[i].name][k] if plan.inputs[i].name in starts else None,
         )
-        for i, k in file.unfinished()
+        for i, k in unfinished
     ]
+    if is_following:
+        branches.check(tasks)
     # longest first, so that all workers end at about the same time
-    tasks.sort(key=_work, reverse=True)
-    total, finished = sum(map(_work, tasks)), 0.0
-    points = len(plan.frequency) * len(plan.inputs)
-    with _rigs_closed(), contextlib.closing(_points(tasks, jobs, executor)) as results:
-        for n, (task, point) in enumerate(results, points - len(tasks) + 1):
+    if not is_following:
+        tasks.sort(key=_work, reverse=True)
+    sweeps = 2 if is_following else 1
+    total, finished = sweeps * sum(map(_work, tasks)), 0.0
+    points = sweeps * len(plan.frequency) * len(plan.inputs)
+    measured = _branch_points(tasks, jobs) if is_following else _points(tasks, jobs, executor)
+    with _rigs_closed(), contextlib.closing(measured) as results:
+        for n, (task, point) in enumerate(results, points - sweeps * len(tasks) + 1):
             if point is None:
                 message = "the process ended without a result: an FMU must have crashed"
                 point = Point(task.input, task.place, Status.FAILED, message=message)
@@ -246,6 +257,13 @@ def _points(tasks: Sequence[Task], jobs: int, executor: Executor | None) -> Gene
     if executor is None and is_stepped and not is_foreign:
         return pool.in_threads(measure, tasks, jobs)
     return pool.results(measure, tasks, jobs, executor, apart=is_foreign)
+
+
+def _branch_points(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, Point | None]]:
+    """Yield each task with its points as they are measured, upwards and downwards; inputs run in parallel."""
+    by_input = [tuple(own) for _, own in itertools.groupby(tasks, lambda task: task.input)]
+    for own, point in pool.streamed(branches.follow, by_input, jobs):
+        yield own[point.frequency], point
 
 
 @contextlib.contextmanager

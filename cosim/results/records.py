@@ -209,6 +209,7 @@ class Plan:
         settings: attributes of `/sweep`.
         theory: linear response for `/theory`, if known.
         step_error: relative error due to the communication steps, (frequencies, outputs, inputs); `None` if unknown.
+        has_branches: whether the inputs are swept upwards and downwards.
     """
 
     frequency: NDArray[np.float64]
@@ -217,13 +218,15 @@ class Plan:
     settings: Mapping[str, Any] = field(default_factory=dict)
     theory: Theory | None = None
     step_error: NDArray[np.float64] | None = None
+    has_branches: bool = False
 
 
 @dataclass(frozen=True)
 class Point:
     """Result at one input and one frequency, given by their indices; arrays have shape (outputs,).
 
-    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry.
+    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry, `steps`
+    the number of communication steps that the point took; `is_downward` marks a point of a downward sweep.
     """
 
     input: int
@@ -234,3 +237,5 @@ class Point:
     remaining_transient: NDArray[np.float64] | None = None
     wall_time: float = float("nan")
     message: str = ""
+    steps: int = 0
+    is_downward: bool = False
