@@ -13,6 +13,7 @@ from functools import cached_property
 
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.multisine import with_multisine
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.systems.scene import LOCK_IN, Scene
 from hfsa.cosim.systems.system import System
@@ -40,6 +41,10 @@ class Variants:
     def instrumented(self, excited: str, outputs: Sequence[str] | None = None) -> Assembly:
         """Return the assembly with a sine source at one input and a lock-in amplifier at outputs (full names)."""
         return self._built(instrument(self.scene, excited, outputs, parts=self.parts))
+
+    def multisine(self, excited: Sequence[str], outputs: Sequence[str], lines: int) -> Assembly:
+        """Return the assembly with a multisine source at each of the inputs and a sampler at outputs (full names)."""
+        return self._built(with_multisine(self.scene, excited, outputs, lines, self.parts))
 
     def driven(self, excited: str, frequency: float | None) -> Assembly:
         """Return the assembly with a sine source at one input, at a frequency [Hz] other than the source's own."""

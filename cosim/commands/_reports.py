@@ -231,6 +231,7 @@ def _words(value: Any) -> str:
 def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
     """Return the report of a sweep as data and as text, and whether every point is done."""
     bode = read_sweep(path)
+    is_done = np.isin(bode.status, (Status.DONE, Status.NOT_EXCITED))
     counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
     troubles = [
         {
@@ -239,7 +240,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
             "status": Status(bode.status[k, i]).name.lower(),
             "message": bode.message[k, i],
         }
-        for k, i in np.argwhere((bode.status != Status.DONE) | (bode.message != ""))
+        for k, i in np.argwhere(~is_done | (bode.message != ""))
     ]
     data = {
         "file": path,
@@ -261,7 +262,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
     lines += [f"  {choice.sentence}"] if choice else []
-    return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
+    return data, "\n".join(lines), bool(np.all(is_done))
 
 
 def _largest_step_error(bode: Bode) -> dict[str, Any] | None:

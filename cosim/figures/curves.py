@@ -15,7 +15,11 @@ from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
 from hfsa.cosim.signals.frequency_response import negligible, resonances
 
-METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMUs"}
+METHODS = {
+    "linear": "linear theory",
+    "stepped": "stepped sine, co-simulated FMUs",
+    "multisine": "multisine, co-simulated FMUs",
+}
 """Labels of the methods of a sweep in a legend."""
 
 _CLOSE = 0.02

@@ -122,6 +122,13 @@ def _lay_out(file: Node, plan: Plan) -> None:
     hdf5.create_dataset(bode, "step_error", entries, np.nan, float, "1")
     if plan.step_error is not None:
         bode["step_error"][:] = plan.step_error
+    if plan.lines is not None:
+        for name, values, unit in (
+            ("line_amplitude", plan.lines.amplitude, _common(plan.inputs) or "input_unit"),
+            ("line_phase", plan.lines.phase, "rad"),
+        ):
+            hdf5.create_dataset(bode, name, points, np.nan, float, unit)[:] = values
+        hdf5.create_dataset(bode, "crest_factor", ["input"], np.nan, float, "1")[:] = plan.lines.crest_factor
     hdf5.create_dataset(bode, "wall_time", points, np.nan, float, "s")
     members = {status.name.lower(): int(status) for status in Status}
     status = hdf5.create_dataset(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
