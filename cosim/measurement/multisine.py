@@ -31,7 +31,7 @@ from hfsa.cosim.measurement.rig import STARTS
 from hfsa.cosim.measurement.sweep import Progress
 from hfsa.cosim.results.files import Plan, Point, Status, SweepFile
 from hfsa.cosim.signals.excitation import ramp_time
-from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, noise_floor
+from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, NEGLIGIBLE, noise_floor
 from hfsa.cosim.signals.multisine import (
     PHASES,
     Excitation,
@@ -47,8 +47,11 @@ from hfsa.cosim.systems.scene import SAMPLER
 _SPELL = 20_000
 """Largest number of steps whose samples are in memory, and between two looks for a stop request."""
 
-_ROUNDING = 1e-11
-"""Size of a line that is rounding, relative to the largest line of the same output."""
+_OF_WHOLE = 1e-2
+"""Floor of a single line, relative to the noise floor of all lines together."""
+
+_ROUNDING = 1e-9
+"""Size of a line that is rounding, relative to the largest line of all outputs."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +233,11 @@ class _Measurement:
         """Return the amplitude below which an excited line is rounding, (lines, outputs)."""
         excited = gains[: self._excited]
         of_lines = np.array([noise_floor(line, self._units, self._nominal) for line in excited])
-        return np.maximum(of_lines, _ROUNDING * np.abs(excited).max(axis=0))
+        # the rounding in a line is that of the whole signal
+        largest = np.abs(excited).max(axis=0)
+        whole = noise_floor(largest, self._units, self._nominal)
+        least = np.minimum(NEGLIGIBLE * np.abs(self._nominal), _ROUNDING * largest.max())
+        return np.maximum(of_lines, np.maximum(_OF_WHOLE * whole, least))
 
     def _points(self, gains: NDArray[np.complex128], settling: LineSettling, simulated: float) -> list[Point]:
         """Return the points of all lines after a simulated time [s]."""
