@@ -212,8 +212,8 @@ class Spectrum:
 
     def _angle(self, samples: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the phases of the lines at samples, (lines, samples), reduced as whole numbers."""
-        found: NDArray[np.float64] = 2 * np.pi / self._points * ((self._lines[:, None] * samples) % self._points)
-        return found
+        turned = (self._lines[:, None] * samples) % self._points
+        return np.asarray(2 * np.pi / self._points * turned, dtype=float)
 
     def add(self, values: NDArray[np.float64]) -> None:
         """Add the next samples, (samples, signals)."""
@@ -264,17 +264,19 @@ def distortion(excited: NDArray[np.int64], gains: Mapping[int, NDArray[np.comple
 class LineSettling(Settling):
     """Settling of the gains of all lines and outputs of a run, (lines times outputs,).
 
-    A window is long beside most transients. Without a prediction, two windows that agree are enough where the slowest
-    decay is known (`keeps`) or shows in the changes; five windows are judged as for a single sine.
+    A window is long beside most transients. Two windows that agree are enough where the slowest decay is known
+    (`keeps`), three where it shows in the changes; five are judged as for a single sine. A prediction that has failed
+    does not count.
     """
 
     def add(self, gain: ArrayLike) -> None:
         """Add the gains of the next window."""
         super().add(gain)
-        if self.expected is not None or len(self._gains) >= FEWEST_WINDOWS or len(self._gains) < 2:
+        if self.settled or not 2 <= len(self._gains) < FEWEST_WINDOWS:
             return
         changes = np.abs(np.diff(np.array(self._gains), axis=0))
-        keeps = self.keeps if self.keeps < 1 else _decay(changes, self.scale)
+        is_known = self.expected is None and self.keeps < 1
+        keeps = self.keeps if is_known else _decay(changes, self.scale)
         if keeps is not None:
             self.remaining = 2 * changes[-1] / max(1 - keeps, np.finfo(float).tiny)
 
