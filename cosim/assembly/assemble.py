@@ -18,6 +18,7 @@ from typing import Literal
 
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.fuse import fused
+from hfsa.cosim.assembly.multisine import with_multisine
 from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.assembly.prune import LeftOut, prune
 from hfsa.cosim.fmi.assembly import Assembly
@@ -77,6 +78,10 @@ class Variants:
         """
         outputs = self._outputs if outputs is None else outputs
         return self._built(instrument(self.scene, excited, outputs, parts=self.parts))
+
+    def multisine(self, excited: Sequence[str], outputs: Sequence[str], lines: int) -> Assembly:
+        """Return the assembly with a multisine source at each of the inputs and a sampler at outputs (full names)."""
+        return self._built(with_multisine(self.scene, excited, outputs, lines, self.parts))
 
     def driven(self, excited: str, frequency: float | None) -> Assembly:
         """Return the assembly with a sine source at one input, at a frequency [Hz] other than the source's own."""

@@ -234,6 +234,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
     bode = read_sweep(path)
     sides = [("", bode)] if bode.downward is None else [("upwards", bode), ("downwards", bode.downward)]
     counts = {s.name.lower(): sum(int(np.sum(side.status == s)) for _, side in sides) for s in Status}
+    is_done = [np.isin(side.status, (Status.DONE, Status.NOT_EXCITED)) for _, side in sides]
     troubles = [
         {
             "input": bode.inputs[i].name,
@@ -241,8 +242,8 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
             "status": Status(side.status[k, i]).name.lower(),
             "message": f"{way}: {side.message[k, i]}" if way else side.message[k, i],
         }
-        for way, side in sides
-        for k, i in np.argwhere((side.status != Status.DONE) | (side.message != ""))
+        for (way, side), done in zip(sides, is_done, strict=True)
+        for k, i in np.argwhere(~done | (side.message != ""))
     ]
     data = {
         "file": path,
@@ -267,7 +268,7 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
     lines += [f"  {choice.sentence}"] if choice else []
-    return data, "\n".join(lines), all(np.all(side.status == Status.DONE) for _, side in sides)
+    return data, "\n".join(lines), all(bool(np.all(done)) for done in is_done)
 
 
 def _largest_step_error(bode: Bode) -> dict[str, Any] | None:

@@ -48,8 +48,45 @@ class SettlingOptions:
         ),
     ] = None
     measurement_periods: Annotated[
-        int | None, Parameter(validator=Number(gte=1), help="Periods in a measurement window (default: 1).")
+        int | None,
+        Parameter(
+            validator=Number(gte=1),
+            help="Periods in a measurement window (default: 1). In that of a multisine, periods of the lowest "
+            "frequency (default: as many as give each frequency a line of its own, if that takes no longer than "
+            "`stepped`).",
+        ),
     ] = None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MultisineOptions:
+    """Options of a multisine sweep."""
+
+    phases: Annotated[
+        Literal["schroeder", "random"] | None,
+        Parameter(help="With `--method multisine`: phases of the sines (default: schroeder, of a low peak)."),
+    ] = None
+    seed: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=0),
+            help="With `--method multisine`: whole number from which random phases and the lines that are left out "
+            "are drawn (default: 0).",
+        ),
+    ] = None
+    inputs: Annotated[
+        Literal["separate", "together"] | None,
+        Parameter(
+            help="With `--method multisine`: a run for each input, or one run for all, on interleaved lines (default: "
+            "separate)."
+        ),
+    ] = None
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of an experiment for the options that are given."""
+        return given({"phases": self.phases, "seed": self.seed, "together": self.inputs == "together" or None})
 
 
 def sweep(
@@ -57,7 +94,7 @@ def sweep(
     /,
     *,
     parameter: Arguments = None,
-    method: Literal["stepped", "linear"] = "stepped",
+    method: Literal["stepped", "multisine", "linear"] = "stepped",
     low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
     high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
     points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
@@ -68,6 +105,7 @@ def sweep(
     amplitude: Positive = None,
     stepping: SteppingOptions = SteppingOptions(),
     settling: SettlingOptions = SettlingOptions(),
+    multisine: MultisineOptions = MultisineOptions(),
     jobs: Jobs = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
@@ -81,8 +119,8 @@ def sweep(
     scene
         Name of a scene, or path of a .py or .toml file.
     method
-        `stepped` co-simulates one sine at a time until it has settled; `linear` uses the directional derivatives of the
-        FMUs.
+        `stepped` co-simulates one sine at a time until it has settled; `multisine` many sines at once, on lines next to
+        the frequencies asked for; `linear` uses the directional derivatives of the FMUs.
     low
         Lowest frequency [Hz] (default: the scene's).
     high
@@ -104,8 +142,8 @@ def sweep(
     resume
         Continue the file of an interrupted sweep; failed points are measured again.
     output
-        Results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
-        `results/SCENE_open_loop.h5`).
+        Results file (default: `results/SCENE.h5`, for `multisine` and `linear` `results/SCENE_METHOD.h5`, with
+        `--open-loop` `results/SCENE_open_loop.h5`).
     """
     from hfsa.cosim.commands._reports import sweep_report
     from hfsa.cosim.commands._scenes import refuse_other
@@ -121,6 +159,9 @@ def sweep(
         "--jobs": jobs,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
+    lines = {f"--{name}": value for name, value in asdict(multisine).items()}
+    if method != "multisine":
+        refuse(lines, "they are those of --method multisine")
     if method == "linear":
         stepped = {**({} if open_loop is not None else measured), "--tolerance": stepping.tolerance}
         if given(stepped) and not _chooses_levels(scene, parameters):
@@ -141,6 +182,7 @@ def sweep(
             **given({"amplitude": amplitude, "jobs": jobs}),
             **stepping.arguments,
             **given(asdict(settling)),
+            **multisine.arguments,
             path=output,
             resume=resume,
             force=force,

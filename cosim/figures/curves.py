@@ -22,6 +22,7 @@ METHODS = {
     "linear": "linear theory",
     "stepped": "stepped sine, co-simulated FMUs",
     _DOWNWARDS: "stepped sine, downwards",
+    "multisine": "multisine, co-simulated FMUs",
 }
 """Labels of the methods of a sweep in a legend."""
 

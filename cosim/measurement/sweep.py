@@ -4,10 +4,11 @@
     with SweepFile.create(path, plan, system_record(...)) as file:
         stepped(file, plan, benches, settings, jobs=2)          # or file.write(points_of(linear(...).response(...)))
 
-`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`).
-FMUs are loaded once per thread or process and reused. A task is one point: it receives plain data and returns numbers,
-and only the caller writes the file. A failed point is a status in the file with its message; all others are measured.
-`linear` computes the response from the FMUs' directional derivatives (`linear/linearize.py`), all points at once.
+`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`);
+`multisine.py` excites many lines at once. FMUs are loaded once per thread or process and reused. A task is one point:
+it receives plain data and returns numbers, and only the caller writes the file. A failed point is a status in the file
+with its message; all others are measured. `linear` computes the response from the FMUs' directional derivatives
+(`linear/linearize.py`), all points at once.
 """
 
 import contextlib
@@ -59,7 +60,7 @@ __all__ = [
     "system_record",
 ]
 
-METHODS = ("stepped", "linear")
+METHODS = ("stepped", "multisine", "linear")
 """Methods of a sweep; the first is the default."""
 
 _TYPICAL_SETTLING = 3.0
@@ -90,7 +91,7 @@ def plan_sweep(
     Raises `StructureError` for an unknown signal, with the nearest names, for a signal of another causality, and for a
     sample time that the step does not fit.
     """
-    if settings.method == "stepped":
+    if settings.method != "linear":
         check_sample_times(assembly.system, assembly.connectors, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
@@ -105,7 +106,7 @@ def plan_sweep(
         frequency=np.asarray(frequency, dtype=float),
         outputs=tuple(signal(name, "output") for name in outputs),
         inputs=tuple(signal(name, "input") for name in inputs),
-        settings=asdict(settings) if settings.method == "stepped" else {"method": settings.method},
+        settings=asdict(settings) if settings.method != "linear" else {"method": settings.method},
         has_branches=settings.method == "stepped" and settings.start == PREVIOUS,
     )
 

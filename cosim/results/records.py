@@ -174,13 +174,18 @@ class ErrorEstimate:
 
 
 class Status(enum.IntEnum):
-    """Status of a point of a sweep; the response of a `LIMITED` point is not linear, as a limit was active."""
+    """Status of a point of a sweep.
+
+    The response of a `LIMITED` point is not linear, as a limit was active. A point `NOT_EXCITED` is at a line of a
+    multisine that belongs to another input, and stays without a response.
+    """
 
     PENDING = 0
     DONE = 1
     NOT_SETTLED = 2
     FAILED = 3
     LIMITED = 4
+    NOT_EXCITED = 5
 
 
 @dataclass(frozen=True)
@@ -201,6 +206,18 @@ class Theory:
 
 
 @dataclass(frozen=True)
+class Lines:
+    """Sines of a multisine: `amplitude`, in the unit of each input, and `phase` [rad] at time 0.
+
+    Both are (frequencies, inputs), NaN where an input is not excited; `crest_factor` is (inputs,), that of each sum.
+    """
+
+    amplitude: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    crest_factor: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Plan:
     """Plan of a sweep: its axes, settings, and expected response.
 
@@ -210,6 +227,7 @@ class Plan:
         theory: linear response for `/theory`, if known.
         step_error: relative error due to the communication steps, (frequencies, outputs, inputs); `None` if unknown.
         has_branches: whether the inputs are swept upwards and downwards.
+        lines: sines of a multisine, whose peak is the amplitude of the input; `None` for one sine at a time.
     """
 
     frequency: NDArray[np.float64]
@@ -219,6 +237,7 @@ class Plan:
     theory: Theory | None = None
     step_error: NDArray[np.float64] | None = None
     has_branches: bool = False
+    lines: Lines | None = None
 
 
 @dataclass(frozen=True)
