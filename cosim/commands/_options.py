@@ -22,7 +22,6 @@ Arguments = Annotated[
         "SI unless stated.",
     ),
 ]
-Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity (default: the part's own).")]
 Force = Annotated[
     bool,

@@ -7,11 +7,11 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
     Force,
     Jobs,
-    Json,
     Output,
     Signals,
     SineOptions,

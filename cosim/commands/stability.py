@@ -5,7 +5,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import AlgorithmName, Arguments, Force, Fuse, Json, OrderOfSteps, Output, Step
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import AlgorithmName, Arguments, Force, Fuse, OrderOfSteps, Output, Step
 
 
 def stability(
