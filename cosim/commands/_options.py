@@ -47,6 +47,14 @@ Jobs = Annotated[
         ("-j", "--jobs"), validator=Number(gte=1), help="Number of threads or processes (default: one per processor)."
     ),
 ]
+Scheduler = Annotated[
+    str | None,
+    Parameter(
+        "--scheduler",
+        help="Address of a scheduler of dask.distributed, `tcp://host:8786`: its workers compute instead of this "
+        "machine. They have the same hfsa installed, and receive FMUs from here (needs the extra `cluster`).",
+    ),
+]
 Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]

@@ -16,6 +16,7 @@ from hfsa.cosim.commands._options import (
     Names,
     Output,
     Positive,
+    Scheduler,
     Signals,
     SteppingOptions,
     given,
@@ -69,6 +70,7 @@ def sweep(
     stepping: SteppingOptions = SteppingOptions(),
     settling: SettlingOptions = SettlingOptions(),
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
@@ -119,6 +121,7 @@ def sweep(
         "--algorithm": stepping.algorithm,
         "--backend": stepping.backend,
         "--jobs": jobs,
+        "--scheduler": scheduler,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
     if method == "linear":
@@ -129,6 +132,8 @@ def sweep(
         others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
         others |= {"--fuse": stepping.fuse, "--order": stepping.order}
         return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
+    if scheduler is not None:
+        refuse({"--jobs": jobs}, "the workers of --scheduler compute, each with its own number of threads")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         found = sweep_experiment(
@@ -138,7 +143,7 @@ def sweep(
             **band,
             inputs=input or (),
             outputs=signal or (),
-            **given({"amplitude": amplitude, "jobs": jobs}),
+            **given({"amplitude": amplitude, "jobs": jobs, "scheduler": scheduler}),
             **stepping.arguments,
             **given(asdict(settling)),
             path=output,

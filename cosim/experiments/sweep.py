@@ -11,6 +11,7 @@ import dataclasses
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.cosim.assembly import cluster
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
@@ -128,6 +130,7 @@ def sweep(
     start: Literal["steady", "rest"] = "steady",
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
+    scheduler: str | None = None,
     path: str | Path | None = None,
     resume: bool = False,
     force: bool = False,
@@ -156,6 +159,7 @@ def sweep(
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
+        scheduler: address of a scheduler of dask.distributed, whose workers measure the points instead.
         path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.
@@ -196,7 +200,10 @@ def sweep(
         start,
     )
     show = None if report is None else partial(_report_points, report)
-    written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=show)
+    with cluster.on(scheduler) as executor:
+        written = sweep_scene(
+            setup, request, file, resume=resume, force=force, warn=warn, report=show, executor=executor
+        )
     found = read_sweep(file)
     written.check(file)
     return found
@@ -226,10 +233,11 @@ def sweep_scene(
     force: bool = False,
     warn: Warn = warnings.warn,
     report: Callable[[Progress], None] | None = None,
+    executor: Executor | None = None,
 ) -> Identity:
     """Sweep a scene, write the file `path`, and return its identity.
 
-    `resume` continues an existing file, `force` replaces it.
+    `resume` continues an existing file, `force` replaces it. Points are measured on `executor`, else on this machine.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -282,8 +290,8 @@ def sweep_scene(
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
-            stepped(file, plan, benches, settings, starts=starts, jobs=jobs, report=report)
-        except KeyboardInterrupt:
+            stepped(file, plan, benches, settings, starts=starts, jobs=jobs, executor=executor, report=report)
+        except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
     return file.identity
