@@ -14,7 +14,6 @@ A worker of another version of hfsa is refused, when it joins later as well.
 
 import contextlib
 import itertools
-import platform
 import sysconfig
 import threading
 import time
@@ -310,7 +309,7 @@ class Refusal:
 @cache
 def installation() -> Installation:
     """Return what is installed here."""
-    return version("hfsa"), all_sources(), f"{sysconfig.get_platform()} {platform.python_implementation()}"
+    return version("hfsa"), all_sources(), sysconfig.get_platform()
 
 
 def perform(packed: Packed, expected: Installation, session: str) -> Done | Lack | Refusal:
@@ -347,9 +346,7 @@ def _difference(worker: str, found: Installation, expected: Installation) -> str
     if found[0] != expected[0]:
         return f"the worker {worker} has hfsa {found[0]}, expected {expected[0]}, as here"
     if found[2] != expected[2]:
-        return (
-            f"the worker {worker} runs on {found[2]}, and FMUs from here on {expected[2]}; expected the same platform"
-        )
+        return f"the worker {worker} runs on {found[2]}, and FMUs of here on {expected[2]}; expected the same platform"
     return f"the worker {worker} has hfsa {found[0]} with other sources than here; install the same on both sides"
 
 
