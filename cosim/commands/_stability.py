@@ -44,6 +44,7 @@ class StabilityRequest:
         vary: axes of a map, as typed; empty for limits.
         file: file of the map.
         force: whether to replace an existing results file.
+        scheduler: address of a scheduler whose workers compute the points of a map.
     """
 
     fuse: Sequence[str] = ()
@@ -53,6 +54,7 @@ class StabilityRequest:
     vary: Sequence[str] = ()
     file: Path | None = None
     force: bool = False
+    scheduler: str | None = None
 
 
 def stability_answer(
@@ -92,6 +94,7 @@ def stability_answer(
         step_size=request.step_size,
         algorithm=request.algorithm if request.algorithm != AUTO else None,
         order=_names(setup),
+        scheduler=request.scheduler,
         report=report,
     )
     agree, simulated = found.agreement

@@ -12,8 +12,9 @@ import h5py
 import numpy as np
 import pytest
 
-from hfsa.cosim import compare, sweep
+from hfsa.cosim import compare, stability_map, sweep
 from hfsa.cosim.assembly import cluster as module
+from hfsa.cosim.experiments.stability_map import parse_axis
 from hfsa.cosim.measurement import pool
 from hfsa.cosim.results.files import Status, read_sweep
 from hfsa.cosim.systems.errors import StructureError
@@ -307,3 +308,26 @@ def test_a_foreign_fmu_travels_too(cluster, box, foreign, tmp_path):
     kept = list(cluster.folder.rglob(f"received/*/{foreign[2].name}"))
     assert kept
     assert all(file.stat().st_ino != foreign_file for file in kept)
+
+
+# Stability maps -------------------------------------------------------------------------------------------------------
+
+
+def test_a_map_on_a_cluster_is_that_of_this_machine(cluster):
+    axes = [parse_axis("step_size=6.8e-6:7.2e-6:3")]
+    here, there = (
+        stability_map("beam_payload", {"suspension": "massless"}, axes, scheduler=scheduler)
+        for scheduler in (None, cluster.address)
+    )
+    assert here.stable.tolist() == [True, True, False]
+    np.testing.assert_array_equal(there.growth, here.growth)
+    np.testing.assert_array_equal(there.stable, here.stable)
+    np.testing.assert_array_equal(there.verified, here.verified)
+    assert there.messages == here.messages
+    assert here.verified.max() == 1
+
+
+def test_limits_take_no_cluster(hfsa):
+    code, _, err = hfsa("stability", "mass_on_spring", "--scheduler", "tcp://host:8786")
+    assert code == 2
+    assert "only the points of --vary" in err
