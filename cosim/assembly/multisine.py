@@ -22,10 +22,10 @@ def source_names(scene: Scene, inputs: int) -> tuple[str, ...]:
 def with_multisine(scene: Scene, excited: Sequence[str], outputs: Sequence[str], lines: int, parts: Assembly) -> System:
     """Return the scene's system with a multisine source at each input and a sampler at outputs (full names).
 
-    `parts` is the assembly of the scene's system, which may be pruned. As with a sine, each sum rides on the value that its input would have
-    without it, and its derivatives go to the input's companions where the FMU has them. `lines` is the number of
-    lines of a source; amplitudes, orders and phases are start values of a run. Signal i + 1 of the sampler is
-    `outputs[i]`, taken at every step. `StructureError` for a scene with a source of its own kind.
+    `parts` is the assembly of the scene's system, which may be pruned. As with a sine, each sum rides on the value that
+    its input would have without it, and its derivatives go to the input's companions where the FMU has them. `lines` is
+    the number of lines of a source; amplitudes, orders and phases are start values of a run. Signal i + 1 of the
+    sampler is `outputs[i]`, taken at every step. `StructureError` for a scene with a source of its own kind.
     """
     if scene.source.part != SINE_SOURCE:
         raise StructureError(

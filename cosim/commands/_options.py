@@ -22,7 +22,6 @@ Arguments = Annotated[
         "SI unless stated.",
     ),
 ]
-Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity (default: the part's own).")]
 Force = Annotated[
     bool,
@@ -46,6 +45,14 @@ Jobs = Annotated[
     int | None,
     Parameter(
         ("-j", "--jobs"), validator=Number(gte=1), help="Number of threads or processes (default: one per processor)."
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    Parameter(
+        "--scheduler",
+        help="Address of a scheduler of dask.distributed, `tcp://host:8786`: its workers compute instead of this "
+        "machine. They have the same hfsa installed, and receive FMUs from here (needs the extra `cluster`).",
     ),
 ]
 Names = Annotated[list[str] | None, Parameter(negative=())]

@@ -46,6 +46,7 @@ class StabilityRequest:
         file: file of the map.
         force: whether to replace an existing results file.
         keep: what is judged of the scene, one of `assemble.Keep`.
+        scheduler: address of a scheduler whose workers compute the points of a map.
     """
 
     fuse: Sequence[str] = ()
@@ -56,6 +57,7 @@ class StabilityRequest:
     file: Path | None = None
     force: bool = False
     keep: Keep = "all"
+    scheduler: str | None = None
 
 
 def stability_answer(
@@ -98,6 +100,7 @@ def stability_answer(
         algorithm=request.algorithm if request.algorithm != AUTO else None,
         order=_names(setup),
         keep=request.keep,
+        scheduler=request.scheduler,
         report=report,
     )
     agree, simulated = found.agreement

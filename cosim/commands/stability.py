@@ -5,7 +5,18 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import AlgorithmName, Arguments, Force, Fuse, Json, OrderOfSteps, Output, Step
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import (
+    AlgorithmName,
+    Arguments,
+    Force,
+    Fuse,
+    OrderOfSteps,
+    Output,
+    Scheduler,
+    Step,
+    refuse,
+)
 
 
 def stability(
@@ -19,6 +30,7 @@ def stability(
     vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
     algorithm: AlgorithmName = None,
     keep: Annotated[Literal["needed", "all"], Parameter("--keep")] = "all",
+    scheduler: Scheduler = None,
     output: Output = None,
     force: Force = False,
     json: Json = False,
@@ -47,7 +59,9 @@ def stability(
     from hfsa.cosim.commands._stability import StabilityRequest, stability_answer
 
     refuse_other(scene)
-    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force, keep)
+    if not vary:
+        refuse({"--scheduler": scheduler}, "only the points of --vary are computed by workers")
+    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force, keep, scheduler)
     with _shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
     _shell.answer(data, text, json)

@@ -8,14 +8,15 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
     Force,
     Jobs,
-    Json,
     Names,
     Output,
     Positive,
+    Scheduler,
     Signals,
     SteppingOptions,
     given,
@@ -107,6 +108,7 @@ def sweep(
     settling: SettlingOptions = SettlingOptions(),
     multisine: MultisineOptions = MultisineOptions(),
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
@@ -157,6 +159,7 @@ def sweep(
         "--algorithm": stepping.algorithm,
         "--backend": stepping.backend,
         "--jobs": jobs,
+        "--scheduler": scheduler,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
     lines = {f"--{name}": value for name, value in asdict(multisine).items()}
@@ -170,6 +173,8 @@ def sweep(
         others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
         others |= {"--fuse": stepping.fuse, "--order": stepping.order}
         return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
+    if scheduler is not None:
+        refuse({"--jobs": jobs}, "the workers of --scheduler compute, each with its own number of threads")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         found = sweep_experiment(
@@ -179,7 +184,7 @@ def sweep(
             **band,
             inputs=input or (),
             outputs=signal or (),
-            **given({"amplitude": amplitude, "jobs": jobs}),
+            **given({"amplitude": amplitude, "jobs": jobs, "scheduler": scheduler}),
             **stepping.arguments,
             **given(asdict(settling)),
             **multisine.arguments,

@@ -11,6 +11,7 @@ import dataclasses
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.cosim.assembly import cluster
 from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
@@ -165,6 +167,7 @@ def sweep(
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
     keep: Literal["needed", "all"] = "needed",
+    scheduler: str | None = None,
     path: str | Path | None = None,
     resume: bool = False,
     force: bool = False,
@@ -201,6 +204,7 @@ def sweep(
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
         keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
+        scheduler: address of a scheduler of dask.distributed, whose workers measure the points instead.
         path: results file (default: `results/SCENE.h5`, for other methods `results/SCENE_METHOD.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.
@@ -244,8 +248,13 @@ def sweep(
         seed,
         together,
     )
+    if scheduler is not None and (method != "stepped" or start == PREVIOUS):
+        raise StructureError("--scheduler takes --method stepped, and no --start previous: its points are independent")
     show = None if report is None else partial(_report_points, report)
-    written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=show)
+    with cluster.on(scheduler) as executor:
+        written = sweep_scene(
+            setup, request, file, resume=resume, force=force, warn=warn, report=show, executor=executor
+        )
     found = read_sweep(file)
     written.check(file)
     return found
@@ -275,10 +284,11 @@ def sweep_scene(
     force: bool = False,
     warn: Warn = warnings.warn,
     report: Callable[[Progress], None] | None = None,
+    executor: Executor | None = None,
 ) -> Identity:
     """Sweep a scene, write the file `path`, and return its identity.
 
-    `resume` continues an existing file, `force` replaces it.
+    `resume` continues an existing file, `force` replaces it. Points are measured on `executor`, else on this machine.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -345,7 +355,8 @@ def sweep_scene(
     ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}
     benches = {name: Bench(whole, tuple(outputs), scene.source.name, LOCK_IN, library) for name, whole in ready.items()}
     record = system_record(setup.title, scene_text(scene), *ready.values(), **choice)
-    measure = partial(stepped, benches=benches, settings=settings, starts=starts, jobs=jobs, report=report)
+    workers = {"jobs": jobs, "executor": executor}
+    measure = partial(stepped, benches=benches, settings=settings, starts=starts, report=report, **workers)
     return _written(path, opening, plan, levels.with_choices(record, choices), measure, warn)
 
 
@@ -363,7 +374,7 @@ def _written(
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
             measure(file, plan)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
     return file.identity

@@ -42,6 +42,7 @@ _stop: Event | None = None
 _is_ending = False
 _is_busy = False
 _thread = threading.local()
+_alone = threading.Lock()
 
 
 def results(
@@ -127,6 +128,22 @@ def is_stopping() -> bool:
     """Whether the result is no longer needed; always false outside the workers of this module."""
     stops = (_stop, getattr(_thread, "stop", None))
     return _is_ending or any(stop is not None and stop.is_set() for stop in stops)
+
+
+@contextlib.contextmanager
+def stopped_by(stop: threading.Event) -> Iterator[None]:
+    """Context in which an event asks the task of this thread to stop."""
+    _thread.stop = stop
+    try:
+        yield
+    finally:
+        del _thread.stop
+
+
+def one_at_a_time(work: Callable[[Task], Result], task: Task) -> Result:
+    """Run a task while no other of this function runs in the same process, for work that suits no threads."""
+    with _alone:
+        return work(task)
 
 
 def _in_processes(

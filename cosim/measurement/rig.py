@@ -343,6 +343,13 @@ def _rig(bench: Bench, settings: Settings) -> Rig:
     return _rigs[key]
 
 
+def close_oldest(most: int = 64) -> None:
+    """Free the rigs of this thread but for a number of the newest, in a process that serves one sweep after another."""
+    own = [key for key in list(_rigs) if key[0] == threading.get_ident()]
+    for key in own[: max(len(own) - most, 0)]:
+        _rigs.pop(key).close()
+
+
 def close_rigs() -> None:
     """Free the instances of all rigs of this process."""
     while _rigs:

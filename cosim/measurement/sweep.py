@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -255,9 +256,13 @@ def _points(tasks: Sequence[Task], jobs: int, executor: Executor | None) -> Gene
     is_stepped = all(
         task.bench.library is not None and ALGORITHMS[task.settings.algorithm].is_limited for task in tasks
     )
-    if executor is None and is_stepped and not is_foreign:
+    suits_threads = is_stepped and not is_foreign
+    if executor is not None:  # whose processes may have several threads
+        work = measure if suits_threads else partial(pool.one_at_a_time, measure)
+        return pool.results(work, tasks, executor=executor)
+    if suits_threads:
         return pool.in_threads(measure, tasks, jobs)
-    return pool.results(measure, tasks, jobs, executor, apart=is_foreign)
+    return pool.results(measure, tasks, jobs, apart=is_foreign)
 
 
 def _branch_points(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, Point | None]]:
