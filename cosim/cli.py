@@ -1,28 +1,45 @@
 """Command `hfsa`: the parser of the command line.
 
 Each verb is a file of `commands/`, found by its name. A verb imports its libraries when it runs, so that `hfsa --help`
-is fast.
+is fast; `hfsa --version` needs no parser.
 """
 
 import ast
 import os
 import sys
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
-
-from cyclopts import App, CycloptsError
+from typing import TYPE_CHECKING
 
 from hfsa.cosim import commands
 from hfsa.cosim.commands import _shell
 
-app = App(
-    name="hfsa",
-    help="Components, co-simulation and frequency sweeps for high-frequency, small-amplitude machines, made of FMUs.",
-    help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
-    "4 simulation failed, 130 interrupted, 143 ended by SIGTERM, 129 by SIGHUP. "
-    "With --traceback, an error prints its traceback.",
-    version_flags=["--version"],
-    suppress_keyboard_interrupt=False,
-)
+if TYPE_CHECKING:
+    from cyclopts import App
+
+_VERSION = "--version"
+
+
+@cache
+def parser() -> "App":
+    """Return the parser, with all verbs."""
+    from cyclopts import App
+
+    app = App(
+        name="hfsa",
+        help="Components, co-simulation and frequency sweeps for high-frequency, small-amplitude machines, made of "
+        "FMUs.",
+        help_epilogue="Exit codes: 0 done, 1 a check found problems or points failed, 2 wrong usage, 3 build failed, "
+        "4 simulation failed, 130 interrupted, 143 ended by SIGTERM, 129 by SIGHUP. "
+        "With --traceback, an error prints its traceback.",
+        version=lambda: version("hfsa"),
+        version_flags=[_VERSION],
+        suppress_keyboard_interrupt=False,
+    )
+    for file in sorted(Path(commands.__path__[0]).glob("[!_]*.py")):
+        app.command(f"{commands.__name__}.{file.stem}:{file.stem}", name=file.stem, help=_help(file))
+    return app
 
 
 def _help(file: Path) -> str:
@@ -30,11 +47,6 @@ def _help(file: Path) -> str:
     functions = (node for node in ast.parse(file.read_text(encoding="utf-8")).body if isinstance(node, ast.FunctionDef))
     verb = next(node for node in functions if node.name == file.stem)
     return (ast.get_docstring(verb) or "").partition("\nParameters\n")[0].strip()
-
-
-for _file in sorted(Path(commands.__path__[0]).glob("[!_]*.py")):
-    _name = _file.stem
-    app.command(f"{commands.__name__}.{_name}:{_name}", name=_name, help=_help(_file))
 
 
 def main(tokens: list[str] | None = None) -> int:
@@ -47,8 +59,13 @@ def main(tokens: list[str] | None = None) -> int:
     def verb() -> int:
         """Parse and run; the parser has reported a wrong word."""
         rest = [word for word in words if word != _shell.TRACEBACK]
+        if rest == [_VERSION]:
+            print(version("hfsa"), flush=True)
+            return _shell.DONE
+        from cyclopts import CycloptsError
+
         try:
-            return app(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
+            return parser()(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
         except CycloptsError:
             return _shell.USAGE
 

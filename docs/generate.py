@@ -66,9 +66,9 @@ def algorithms() -> str:
 
 def verbs() -> str:
     """Return the help of every verb."""
-    from hfsa.cosim.cli import app
+    from hfsa.cosim.cli import parser
 
-    text = app.generate_docs(output_format="markdown", include_hidden=False)
+    text = parser().generate_docs(output_format="markdown", include_hidden=False)
     text = text[text.index("\n## ") :]
     text = text[text.index("\n## hfsa ") :].strip()
     text = _CHOICES.sub(r"`--algorithm NAME`\1 See [](algorithms.md).", text)

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hfsa.cosim.cli import app, main
+from hfsa.cosim.cli import main, parser
 from hfsa.cosim.commands._shell import plain
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.systems.scene import AUTO
@@ -46,7 +46,7 @@ def test_examples_compute_what_they_print(page):
 
 @pytest.mark.parametrize(("page", "line"), commands())
 def test_commands_have_the_options_that_there_are(page, line):
-    _, _, ignored = app.parse_args(shlex.split(line)[1:], print_error=False, exit_on_error=False)
+    _, _, ignored = parser().parse_args(shlex.split(line)[1:], print_error=False, exit_on_error=False)
     assert not ignored
 
 

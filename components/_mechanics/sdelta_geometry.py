@@ -22,7 +22,6 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hfsa.components._modelling.model import ModelError
 
@@ -77,7 +76,13 @@ class Posture:
     @property
     def matrix(self) -> np.ndarray:
         """Attitude Q, platform to world, shape (3, 3)."""
-        return Rotation.from_euler("ZXY", self.rotation, degrees=True).as_matrix()
+        (sz, sx, sy), (cz, cx, cy) = (function(np.deg2rad(self.rotation)) for function in (np.sin, np.cos))
+        Q = [
+            [cz * cy - sz * sx * sy, -sz * cx, cz * sy + sz * sx * cy],
+            [sz * cy + cz * sx * sy, cz * cx, sz * sy - cz * sx * cy],
+            [-cx * sy, sx, cx * cy],
+        ]
+        return np.array(Q) + 0.0  # no -0
 
 
 SYMMETRIC = Posture()
@@ -108,6 +113,8 @@ def angles(Q: np.ndarray) -> np.ndarray:
     determinant = np.linalg.det(Q)
     if determinant < 0:
         raise ModelError(f"no rotation but a reflection: det Q is {determinant:.3g}, expected 1")
+    from scipy.spatial.transform import Rotation  # imported here, as it takes as long as a small sweep
+
     return Rotation.from_matrix(Q).as_euler("ZXY", degrees=True)
 
 

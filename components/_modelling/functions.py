@@ -64,7 +64,7 @@ def functions(model: Model) -> Functions:
         column(*[q.expression for q in model.of(Kind.SAMPLED_OUTPUT)]),
     ]
     build = _implicit if model.motions else _explicit
-    return Functions(*build(model, v, results), is_linear=_is_linear(model, v, results[0]))
+    return Functions(*build(model, v, results), is_linear=is_linear(model))
 
 
 def _explicit(_: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Function]:
@@ -138,9 +138,11 @@ def _implicit(model: Model, v: list[ca.SX], results: list[ca.SX]) -> list[ca.Fun
     ]
 
 
-def _is_linear(model: Model, v: list[ca.SX], der: ca.SX) -> bool:
+def is_linear(model: Model) -> bool:
     """Return whether der = A(p) x + B(p) u + c(z, p), with a mass matrix that depends on parameters only."""
-    t, x, z, u, _ = v
+    t = model.time
+    x, z, u = (model.symbols(kind) for kind in (Kind.STATE, Kind.SAMPLED_STATE, Kind.INPUT))
+    der = ca.vertcat(ca.SX(0, 1), *[model.der[q.name] for q in model.of(Kind.STATE)])
     moving = ca.vertcat(t, x, z, u)
     a = ca.vertcat(ca.SX(0, 1), *[motion.acceleration for motion in model.motions])
     sides = [der, *[motion.force for motion in model.motions]]

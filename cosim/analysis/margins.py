@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import Linearization, linearize, upstream
@@ -158,6 +157,8 @@ class OpenedLoop:
         """Return the largest |S| and its frequency."""
         k = int(np.argmin(np.abs(1 + L)))
         bounds = f[max(k - 1, 0)], f[min(k + 1, len(f) - 1)]
+        from scipy.optimize import minimize_scalar  # imported here, as it takes a quarter of a second
+
         best = minimize_scalar(lambda x: abs(1 + self.gain(x)[0]), bounds=bounds, options={"xatol": 1e-9 * f[k]})
         # the search does not find a minimum at an end of the grid
         at = min((float(f[k]), float(best.x)), key=lambda x: abs(1 + self.gain(x)[0]))  # type: ignore[attr-defined]
@@ -182,6 +183,8 @@ class OpenedLoop:
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the zero [Hz] of a function between two frequencies with different signs."""
+    from scipy.optimize import brentq  # imported here, as it takes a quarter of a second
+
     return float(brentq(function, low, high, xtol=1e-12 * low, rtol=1e-13))  # type: ignore[arg-type]
 
 

@@ -169,6 +169,11 @@ class OneStep:
         return v
 
     @property
+    def transition(self) -> np.ndarray:
+        """Matrix of the whole vector over one period, without the source, (members, members)."""
+        return self._whole
+
+    @property
     def layout(self) -> Layout:
         """Places of the vector's members."""
         return self._layout

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.stability import CoupledStep
+from hfsa.cosim.analysis.window_map import StartMap, start_map
 
 
 @dataclass(frozen=True)
@@ -24,14 +25,17 @@ class SteadyStart:
     Attributes:
         values: states, sampled states and held outputs by full name.
         earlier: connected outputs at the two communication points before, as deviations from those at this one, (2, n).
-        gain: complex amplitudes of the observed signals, relative to the sine, (signals,).
+        gain: complex amplitudes of the observed signals, relative to the sine, (signals,); `None` where they are not
+            predicted.
         growth: rate [1/s] of the slowest transient, negative.
+        map: linear map of the state, for corrections; `None` where it is not known.
     """
 
     values: Mapping[str, float]
     earlier: NDArray[np.float64]
-    gain: NDArray[np.complex128]
+    gain: NDArray[np.complex128] | None
     growth: float
+    map: StartMap | None = None
 
 
 def steady_starts(
@@ -45,7 +49,7 @@ def steady_starts(
     growth = one.growth()
     if growth >= 0:
         return None
-    layout, omega = one.layout, 2 * np.pi * np.asarray(frequency, float)
+    layout, linear, omega = one.layout, start_map(one), 2 * np.pi * np.asarray(frequency, float)
     vector, gain = amplitude * one.periodic(omega), amplitude * one.response(frequency)
     places = {f"{c}.{n}": layout.place[c, n] for c, block in layout.blocks.items() for n in block.values}
     point = coupled.operating_point
@@ -54,5 +58,5 @@ def steady_starts(
         now = vector[:, k].imag
         values = {name: point.get(name, 0.0) + float(now[place]) for name, place in places.items()}
         earlier = now[layout.past[:2]] - now[layout.bus_places] if len(layout.past[0]) else np.zeros((2, 0))
-        found.append(SteadyStart(values, earlier, gain[k], growth))
+        found.append(SteadyStart(values, earlier, gain[k], growth, linear))
     return found

@@ -25,11 +25,12 @@ from hfsa.cosim.systems.system import Component, Connection, System
 def build(system: System, fmi: Literal[2, 3] = FMI, known: Assembly | None = None) -> Assembly:
     """Return the assembly of a system, FMUs exported where the cache does not hold them.
 
-    Components that are in a `known` assembly are taken from there. Raises `StructureError` for levels that do not fit
+    Components with files in a `known` assembly are taken from there. Raises `StructureError` for levels that do not fit
     together, `ModelError` and `ExportError` as `fmus.export`.
     """
     check_levels(system)
     shared = [c for c in system.components if known is not None and c in known.system.components]
+    shared = [c for c in shared if known is not None and c.name in known.files]
     files = {c.name: known.files[c.name] for c in shared if known is not None}
     descriptions = {c.name: known.descriptions[c.name] for c in shared if known is not None}
     for component in system.components:
@@ -63,14 +64,16 @@ def instrument(
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
     the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
     have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the
-    input's companions where the FMU has them. `parts` is the assembly of the scene's system, where there is one.
+    input's companions where the FMU has them. `parts` is the assembly of the scene's system, where there is one; it may
+    be pruned, and its system is then the one that gets the instruments.
     """
     outputs = scene.outputs if outputs is None else outputs
     plain = build(scene.system, fmi) if parts is None else parts
-    component, variable = scene.system.split(excited)
+    system = plain.system
+    component, variable = system.split(excited)
     found = plain.connector(excited)
     unit = found.unit or "1"
-    bias = scene.system[component].start.get(variable, found.start)
+    bias = system[component].start.get(variable, found.start)
     units = [plain.connector(name).unit or "1" for name in outputs]
     if unit not in scene.amplitude:
         known = ", ".join(scene.amplitude) or "none"
@@ -81,7 +84,7 @@ def instrument(
         start={"amplitude": scene.amplitude[unit], **({"offset": bias} if bias else {}), **scene.source.start},
     )
     lock_in = Component(LOCK_IN, LOCK_IN, None, {"units": units}, {"sample_time": scene.step_size})
-    fed = {connection.end for connection in scene.system.connections}
+    fed = {connection.end for connection in system.connections}
     joined = [("value", excited)]
     joined += [
         (port, f"{component}.{companion}")
@@ -93,4 +96,4 @@ def instrument(
         *(Connection(f"{source.name}.{port}", f"{LOCK_IN}.{port}") for port in ("sine", "cosine")),
         *(Connection(name, f"{LOCK_IN}.signal[{i}]") for i, name in enumerate(outputs, 1)),
     ]
-    return System([source, *scene.system.components, lock_in], [*scene.system.connections, *connections])
+    return System([source, *system.components, lock_in], [*system.connections, *connections])

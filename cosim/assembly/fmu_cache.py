@@ -1,12 +1,12 @@
 """FMU files of components: exported where the cache does not hold them.
 
-The cache is `$HFSA_CACHE`, else `hfsa` in `$XDG_CACHE_HOME` or `~/.cache`. An FMU's folder there is named by a hash of
-all it is made from, and appears complete or not at all, so that several processes may build at once and any may be
-killed. Of a part that comes with hfsa that is the source of all parts; of any other it is the text of the FMU itself,
-so that modules and data that the part reads count too.
+An FMU's folder in the cache is named by a hash of all it is made from, and appears complete or not at all, so that
+several processes may build at once and any may be killed. Of a part that comes with hfsa that is the source of all
+parts; of any other it is the text of the FMU itself, so that modules and data that the part reads count too.
 """
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -18,16 +18,14 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from types import ModuleType
 from typing import Any, Literal
 
-import hfsa.components
-import hfsa.controllers
-import hfsa.fmus
 from hfsa.components import Model, ModelError
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
+from hfsa.cosim.assembly.cache import cache_folder, cache_subfolder
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
+from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
@@ -44,27 +42,6 @@ _ABANDONED = 86400.0
 """Age [s] at which an unfinished folder in the cache is taken for one that nobody finishes."""
 
 
-def cache_folder() -> Path:
-    """Return the folder of the cache; it may not exist yet."""
-    own = os.environ.get("HFSA_CACHE")
-    return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hfsa"
-
-
-def cache_subfolder(name: str) -> Path:
-    """Return a folder of the cache, made where it is not there; `StructureError` where that cannot be written."""
-    folder = cache_folder() / name
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        os.rmdir(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
-    except OSError as error:
-        variable = next((word for word in ("HFSA_CACHE", "XDG_CACHE_HOME") if os.environ.get(word)), "HOME")
-        raise StructureError(
-            f"${variable} is {os.environ.get(variable, Path.home())}, but its folder {folder} cannot be written "
-            f"({error.strerror or error}); expected a folder to keep FMUs in, which HFSA_CACHE names"
-        ) from error
-    return folder
-
-
 def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> Path:
     """Return one component's FMU file: its own `.fmu`, or its part's, exported where the cache does not hold it.
 
@@ -73,21 +50,11 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     """
     if component.part.endswith(".fmu"):
         return _finished(component)
-    folder = cache_folder() / "fmus" / _known_key(component, fmi, feedback)
+    folder = cache_folder() / "fmus" / key_of(component, fmi, feedback)
     if not folder.is_dir():
         _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
     (file,) = folder.glob("*.fmu")
     return file
-
-
-@cache
-def sources() -> str:
-    """Return a hash of the sources of the left wing."""
-    digest = hashlib.sha256()
-    for package in (hfsa.components, hfsa.controllers, hfsa.fmus):
-        for file in sorted(_files(package)):
-            digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()
 
 
 def own_parts(scene: Scene) -> str:
@@ -114,6 +81,14 @@ def _text(part: Part, level: str | None, arguments: Mapping[str, Any], fmi: Lite
     return digest.hexdigest()
 
 
+def key_of(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[tuple[str, str]] = ()) -> str:
+    """Return a hash of all that the FMU file of a part, or of several, depends on, what is left out of it included."""
+    if component.kept is None:
+        return _known_key(component, fmi, feedback)
+    whole = _known_key(dataclasses.replace(component, kept=None), fmi, feedback)
+    return hashlib.sha256(json.dumps([whole, component.kept]).encode()).hexdigest()[:32]
+
+
 def _known_key(component: Component, fmi: Literal[2, 3], feedback: Sequence[tuple[str, str]]) -> str:
     """Return `_key`, computed once per process for what a component is made of, unless its part may have changed."""
     if _is_own(component):
@@ -130,7 +105,8 @@ _keys: dict[str, str] = {}
 def _made_of(component: Component) -> tuple:
     """Return what a component's FMU is made of, as it stands in the scene."""
     inside = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
-    return component.part, component.level, sorted(component.arguments.items()), inside, component.connections
+    arguments = sorted(component.arguments.items())
+    return component.part, component.level, arguments, inside, component.connections, component.kept
 
 
 def _is_own(component: Component) -> bool:
@@ -148,7 +124,7 @@ def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
     """Return in words what a component's model is made from."""
     if component.members:
         times = [member.start.get("sample_time") for member in component.members]
-        inside = [[member.name, *_ingredients(member, fmi)] for member in component.members]
+        inside = [[member.name, member.kept, *_ingredients(member, fmi)] for member in component.members]
         return [inside, times, list(map(str, component.connections))]
     part = part_of(component)
     assert part.build is not None
@@ -164,12 +140,6 @@ def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
         if not part.has_argument(name)
     }
     return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
-
-
-def _files(package: ModuleType) -> list[Path]:
-    """Return the sources of a package, of both languages."""
-    folders = [Path(folder) for folder in package.__path__]
-    return [f for folder in folders for f in folder.rglob("*") if f.suffix in (".py", ".c", ".h")]
 
 
 def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:

@@ -56,8 +56,12 @@ def fused(system: System, groups: Sequence[Sequence[str]]) -> System:
 
     `StructureError` where the group's order of ticks cannot be that of its members; errors of `build.build`.
     """
+    present = {component.name for component in system.components}
     for name, group in _named(groups).items():
-        system = _with_group(system, name, group)
+        # a pruned system may lack members; one that is left alone is not fused
+        members = [member for member in group if member in present]
+        if len(members) > 1:
+            system = _with_group(system, name, members)
     return system
 
 

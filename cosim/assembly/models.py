@@ -9,6 +9,7 @@ from hfsa.components._modelling.catalogue import Catalogue, find, part_named
 from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.loading import is_path
 from hfsa.components._modelling.parts import Part
+from hfsa.components._modelling.prune import pruned
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component
 
@@ -59,7 +60,7 @@ def level_of(component: Component) -> str | None:
 
 
 def model_of(component: Component) -> Model:
-    """Return the model of a component: its part's, or those of its members as one, named after them."""
+    """Return the model of a component: its part's, pruned where it is, or those of its members as one."""
     if component.members:
         members = {member.name: model_of(member) for member in component.members}
         for member in component.members:
@@ -67,4 +68,5 @@ def model_of(component: Component) -> Model:
                 members[member.name].set_start("sample_time", member.start["sample_time"])
         name = "".join(dict.fromkeys(model.name for model in members.values()))
         return compose(name, members, [(c.start, c.end) for c in component.connections])
-    return part_of(component).model(component.level, **component.arguments)
+    model = part_of(component).model(component.level, **component.arguments)
+    return model if component.kept is None else pruned(model, component.kept)

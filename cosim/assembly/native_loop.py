@@ -1,6 +1,6 @@
 """Where the stepping loop in C comes from: compiled at install, else at first use, by the compiler that FMUs get.
 
-It stands on the roof, as `assembly/fmu_cache.py` does, whose folder it uses: only there is the exporter's compiler in
+It stands on the roof, as `assembly/fmu_cache.py` does: only there is the exporter's compiler in
 sight. The library appears in the cache complete or not at all, so that several processes may compile at once and any
 may be killed.
 """
@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder
+from hfsa.cosim.assembly.cache import cache_folder, cache_subfolder
 from hfsa.cosim.masters.native.headers import library_name, sources
 from hfsa.cosim.masters.native.library import installed_library
 from hfsa.fmus.compile import SUFFIX, compile_files

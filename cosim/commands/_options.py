@@ -22,7 +22,6 @@ Arguments = Annotated[
         "SI unless stated.",
     ),
 ]
-Json = Annotated[bool, Parameter("--json", negative=(), show_default=False, help="Answer in JSON.")]
 Level = Annotated[str | None, Parameter("--level", help="Level of fidelity (default: the part's own).")]
 Force = Annotated[
     bool,
@@ -46,6 +45,14 @@ Jobs = Annotated[
     int | None,
     Parameter(
         ("-j", "--jobs"), validator=Number(gte=1), help="Number of threads or processes (default: one per processor)."
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    Parameter(
+        "--scheduler",
+        help="Address of a scheduler of dask.distributed, `tcp://host:8786`: its workers compute instead of this "
+        "machine. They have the same hfsa installed, and receive FMUs from here (needs the extra `cluster`).",
     ),
 ]
 Names = Annotated[list[str] | None, Parameter(negative=())]
@@ -83,6 +90,14 @@ Tuned = Annotated[
         help="Results file of `hfsa trade` for this scene: its answer determines levels, groups, algorithm and step.",
     ),
 ]
+Keep = Annotated[
+    Literal["needed", "all"] | None,
+    Parameter(
+        "--keep",
+        help="States and outputs of the parts that run: those that reach a recorded output or a limit flag, or all "
+        "(default: needed). The responses are the same.",
+    ),
+]
 Verify = Annotated[
     bool,
     Parameter(
@@ -103,7 +118,7 @@ DESIGN_STUDY = Group(
 @Parameter(name="*")
 @dataclass(frozen=True)
 class SteppingOptions:
-    """Options of the co-simulation: step, algorithm, fused groups, order, tolerance and backend."""
+    """Options of the co-simulation: step, algorithm, fused groups, order, tolerance, backend and pruning."""
 
     step: Step = None
     algorithm: AlgorithmName = None
@@ -129,6 +144,7 @@ class SteppingOptions:
         Literal["c", "python"] | None,
         Parameter("--backend", help="Stepping loop (default: c). Both give the same numbers; C is many times faster."),
     ] = None
+    keep: Keep = None
 
     @property
     def arguments(self) -> dict[str, Any]:

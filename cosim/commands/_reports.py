@@ -16,6 +16,7 @@ from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.parts import Argument, Part
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
+from hfsa.cosim.commands._branches import branches_data, branches_lines
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
@@ -231,15 +232,18 @@ def _words(value: Any) -> str:
 def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
     """Return the report of a sweep as data and as text, and whether every point is done."""
     bode = read_sweep(path)
-    counts = {status.name.lower(): int(np.sum(bode.status == status)) for status in Status}
+    sides = [("", bode)] if bode.downward is None else [("upwards", bode), ("downwards", bode.downward)]
+    counts = {s.name.lower(): sum(int(np.sum(side.status == s)) for _, side in sides) for s in Status}
+    is_done = [np.isin(side.status, (Status.DONE, Status.NOT_EXCITED)) for _, side in sides]
     troubles = [
         {
             "input": bode.inputs[i].name,
             "frequency": float(bode.frequency[k]),
-            "status": Status(bode.status[k, i]).name.lower(),
-            "message": bode.message[k, i],
+            "status": Status(side.status[k, i]).name.lower(),
+            "message": f"{way}: {side.message[k, i]}" if way else side.message[k, i],
         }
-        for k, i in np.argwhere((bode.status != Status.DONE) | (bode.message != ""))
+        for (way, side), done in zip(sides, is_done, strict=True)
+        for k, i in np.argwhere(~done | (side.message != ""))
     ]
     data = {
         "file": path,
@@ -255,13 +259,16 @@ def sweep_report(path: Path) -> tuple[dict[str, Any], str, bool]:
         "algorithm": bode.settings.get("algorithm"),
         "choice": algorithm_data(choice := read_algorithm(path)),
         "step_error": _largest_step_error(bode),
+        "steps": sum(int(side.steps.sum()) for _, side in sides),
+        "branches": branches_data(bode),
     }
     lines = [f"{path}: {', '.join(f'{count} {name}' for name, count in counts.items() if count)}"]
+    lines += branches_lines(data["branches"])
     lines += [
         f"  {t['input']} at {t['frequency']:.6g} Hz {t['status']}: {t['message']}" for t in troubles if t["message"]
     ]
     lines += [f"  {choice.sentence}"] if choice else []
-    return data, "\n".join(lines), bool(np.all(bode.status == Status.DONE))
+    return data, "\n".join(lines), all(bool(np.all(done)) for done in is_done)
 
 
 def _largest_step_error(bode: Bode) -> dict[str, Any] | None:

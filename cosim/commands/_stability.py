@@ -9,6 +9,7 @@ from typing import Any
 from hfsa.cosim.analysis.sampling import SamplingLimit
 from hfsa.cosim.analysis.stability import OSCILLATORY
 from hfsa.cosim.analysis.step_limits import StepLimit
+from hfsa.cosim.assembly.assemble import Keep
 from hfsa.cosim.commands._reports import algorithm_data, order_data
 from hfsa.cosim.commands._shell import rendered, table
 from hfsa.cosim.experiments.orders import with_computed_order
@@ -44,6 +45,8 @@ class StabilityRequest:
         vary: axes of a map, as typed; empty for limits.
         file: file of the map.
         force: whether to replace an existing results file.
+        keep: what is judged of the scene, one of `assemble.Keep`.
+        scheduler: address of a scheduler whose workers compute the points of a map.
     """
 
     fuse: Sequence[str] = ()
@@ -53,6 +56,8 @@ class StabilityRequest:
     vary: Sequence[str] = ()
     file: Path | None = None
     force: bool = False
+    keep: Keep = "all"
+    scheduler: str | None = None
 
 
 def stability_answer(
@@ -82,7 +87,9 @@ def stability_answer(
                 f"{option}: limits are printed, as text or with --json; only a map has a file, which takes "
                 "--vary NAME=FROM:TO:N"
             )
-        found = limits_of(setup, request.algorithm, report)
+        found = limits_of(setup, request.algorithm, report, request.keep)
+        if found.left_out:
+            warn(found.left_out)
         return _limits_data(found), _limits_text(found), True
     found = stability_map(
         name,
@@ -92,6 +99,8 @@ def stability_answer(
         step_size=request.step_size,
         algorithm=request.algorithm if request.algorithm != AUTO else None,
         order=_names(setup),
+        keep=request.keep,
+        scheduler=request.scheduler,
         report=report,
     )
     agree, simulated = found.agreement

@@ -6,7 +6,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import DESIGN_STUDY, Arguments, Force, Json, Level
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import DESIGN_STUDY, Arguments, Force, Level
 
 
 def analyze(

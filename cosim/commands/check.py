@@ -6,7 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Json
+from hfsa.cosim.commands._json import Json
 
 
 def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json = False) -> int:

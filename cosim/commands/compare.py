@@ -7,17 +7,19 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
     Force,
     Jobs,
-    Json,
     Output,
+    Scheduler,
     Signals,
     SineOptions,
     SteppingOptions,
     Verify,
     given,
+    refuse,
 )
 
 
@@ -33,6 +35,7 @@ def compare(
     stepping: SteppingOptions = SteppingOptions(),
     verify: Verify = False,
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
     output: Output = None,
     force: Force = False,
     json: Json = False,
@@ -65,6 +68,8 @@ def compare(
     refuse_other(scene)
     path = output or Path("results", f"{Path(scene).stem}_compare.png")
     check_picture(path)
+    if scheduler is not None:
+        refuse({"--jobs": jobs}, "the workers of --scheduler compute, each with its own number of threads")
     with _shell.progress("compare") as show:
         compared = compare_experiment(
             scene,
@@ -72,7 +77,7 @@ def compare(
             _shell.named_values(parameter),
             **sine.arguments,
             record=signal or (),
-            **given({"stop_time": stop, "jobs": jobs}),
+            **given({"stop_time": stop, "jobs": jobs, "scheduler": scheduler}),
             **stepping.arguments,
             verify=verify,
             folder=path.parent,

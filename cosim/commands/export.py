@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Literal
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Fuse, Json, Level, Output
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import Arguments, Fuse, Level, Output
 
 
 def export(

@@ -1,7 +1,7 @@
 """Verb `list`: components, controllers and scenes."""
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Json
+from hfsa.cosim.commands._json import Json
 
 
 def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A001 (name of the verb)
@@ -12,8 +12,13 @@ def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A00
     name
         Part or scene to show in full, with its arguments and parameters; or the path of a file, or of a folder of them.
     """
-    from hfsa.cosim.commands._reports import listing, listing_text
+    if name is None:
+        from hfsa.cosim.commands._listing import whole_listing
 
-    data = listing(name)
-    _shell.answer(data, listing_text(data), json)
+        _shell.answer(*whole_listing(), json)
+    else:
+        from hfsa.cosim.commands._reports import listing, listing_text
+
+        data = listing(name)
+        _shell.answer(data, listing_text(data), json)
     return _shell.DONE

@@ -6,7 +6,7 @@ from keyword import iskeyword
 from pathlib import Path
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Json
+from hfsa.cosim.commands._json import Json
 
 _NAME = "my_machine"
 """Name of the package in the template."""

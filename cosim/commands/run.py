@@ -6,10 +6,10 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
     Force,
-    Json,
     Output,
     Signals,
     SineOptions,

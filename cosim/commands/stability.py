@@ -1,11 +1,22 @@
 """Verb `stability`: longest stable step of every algorithm, or a stability map."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import AlgorithmName, Arguments, Force, Fuse, Json, OrderOfSteps, Output, Step
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import (
+    AlgorithmName,
+    Arguments,
+    Force,
+    Fuse,
+    OrderOfSteps,
+    Output,
+    Scheduler,
+    Step,
+    refuse,
+)
 
 
 def stability(
@@ -18,6 +29,8 @@ def stability(
     step: Step = None,
     vary: Annotated[list[str] | None, Parameter("--vary", negative=())] = None,
     algorithm: AlgorithmName = None,
+    keep: Annotated[Literal["needed", "all"], Parameter("--keep")] = "all",
+    scheduler: Scheduler = None,
     output: Output = None,
     force: Force = False,
     json: Json = False,
@@ -36,6 +49,9 @@ def stability(
         the border and a sample of the others are verified by simulation.
     algorithm
         The only algorithm to examine (default: all; for a map the scene's, or gauss_seidel where that is `auto`).
+    keep
+        States and outputs that are judged: all of the scene, so that no instability hides, or those that reach an
+        output of the scene or a limit flag, which is what the other verbs run by default.
     output
         With `--vary`: file of the map (default: `results/SCENE_stability.h5`).
     """
@@ -43,7 +59,9 @@ def stability(
     from hfsa.cosim.commands._stability import StabilityRequest, stability_answer
 
     refuse_other(scene)
-    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force)
+    if not vary:
+        refuse({"--scheduler": scheduler}, "only the points of --vary are computed by workers")
+    request = StabilityRequest(fuse or (), step, algorithm, order, vary or (), output, force, keep, scheduler)
     with _shell.progress("stability") as show:
         data, text, is_sound = stability_answer(scene, _shell.named_values(parameter), request, show, _shell.warn)
     _shell.answer(data, text, json)

@@ -8,14 +8,15 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
     Force,
     Jobs,
-    Json,
     Names,
     Output,
     Positive,
+    Scheduler,
     Signals,
     SteppingOptions,
     Tuned,
@@ -36,10 +37,10 @@ class SettlingOptions:
         ),
     ] = None
     start: Annotated[
-        Literal["steady", "rest"] | None,
+        Literal["steady", "rest", "previous"] | None,
         Parameter(
-            help="State in which a point starts: its predicted steady state, where that is known, or rest (default: "
-            "steady). Settling is judged alike."
+            help="State in which a point starts: its predicted steady state, where that is known, rest, or that of the "
+            "point before, upwards and then downwards in frequency (default: steady). Settling is judged alike."
         ),
     ] = None
     settling_time: Annotated[
@@ -49,8 +50,45 @@ class SettlingOptions:
         ),
     ] = None
     measurement_periods: Annotated[
-        int | None, Parameter(validator=Number(gte=1), help="Periods in a measurement window (default: 1).")
+        int | None,
+        Parameter(
+            validator=Number(gte=1),
+            help="Periods in a measurement window (default: 1). In that of a multisine, periods of the lowest "
+            "frequency (default: as many as give each frequency a line of its own, if that takes no longer than "
+            "`stepped`).",
+        ),
     ] = None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MultisineOptions:
+    """Options of a multisine sweep."""
+
+    phases: Annotated[
+        Literal["schroeder", "random"] | None,
+        Parameter(help="With `--method multisine`: phases of the sines (default: schroeder, of a low peak)."),
+    ] = None
+    seed: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=0),
+            help="With `--method multisine`: whole number from which random phases and the lines that are left out "
+            "are drawn (default: 0).",
+        ),
+    ] = None
+    inputs: Annotated[
+        Literal["separate", "together"] | None,
+        Parameter(
+            help="With `--method multisine`: a run for each input, or one run for all, on interleaved lines (default: "
+            "separate)."
+        ),
+    ] = None
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of an experiment for the options that are given."""
+        return given({"phases": self.phases, "seed": self.seed, "together": self.inputs == "together" or None})
 
 
 def sweep(
@@ -58,7 +96,7 @@ def sweep(
     /,
     *,
     parameter: Arguments = None,
-    method: Literal["stepped", "linear"] = "stepped",
+    method: Literal["stepped", "multisine", "linear"] = "stepped",
     low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
     high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
     points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
@@ -70,7 +108,9 @@ def sweep(
     stepping: SteppingOptions = SteppingOptions(),
     settling: SettlingOptions = SettlingOptions(),
     tuned: Tuned = None,
+    multisine: MultisineOptions = MultisineOptions(),
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
@@ -83,8 +123,8 @@ def sweep(
     scene
         Name of a scene, or path of a .py or .toml file.
     method
-        `stepped` co-simulates one sine at a time until it has settled; `linear` uses the directional derivatives of the
-        FMUs.
+        `stepped` co-simulates one sine at a time until it has settled; `multisine` many sines at once, on lines next to
+        the frequencies asked for; `linear` uses the directional derivatives of the FMUs.
     low
         Lowest frequency [Hz] (default: the scene's).
     high
@@ -106,8 +146,8 @@ def sweep(
     resume
         Continue the file of an interrupted sweep; failed points are measured again.
     output
-        Results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`, with `--open-loop`
-        `results/SCENE_open_loop.h5`).
+        Results file (default: `results/SCENE.h5`, for `multisine` and `linear` `results/SCENE_METHOD.h5`, with
+        `--open-loop` `results/SCENE_open_loop.h5`).
     """
     from hfsa.cosim.commands._reports import sweep_report
     from hfsa.cosim.commands._scenes import refuse_other
@@ -122,8 +162,12 @@ def sweep(
         "--backend": stepping.backend,
         "--tuned": tuned,
         "--jobs": jobs,
+        "--scheduler": scheduler,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
+    lines = {f"--{name}": value for name, value in asdict(multisine).items()}
+    if method != "multisine":
+        refuse(lines, "they are those of --method multisine")
     if method == "linear":
         stepped = {**({} if open_loop is not None else measured), "--tolerance": stepping.tolerance}
         if given(stepped) and not _chooses_levels(scene, parameters):
@@ -132,6 +176,8 @@ def sweep(
         others = {"--input": input, "--signal": signal, "--amplitude": amplitude, "--resume": resume}
         others |= {"--fuse": stepping.fuse, "--order": stepping.order}
         return _open_loop(scene, open_loop, parameters, method, measured | others, stepping, band, output, force, json)
+    if scheduler is not None:
+        refuse({"--jobs": jobs}, "the workers of --scheduler compute, each with its own number of threads")
     with _shell.progress("sweep") as show:
         show(0.0, "building FMUs")
         found = sweep_experiment(
@@ -141,9 +187,10 @@ def sweep(
             **band,
             inputs=input or (),
             outputs=signal or (),
-            **given({"amplitude": amplitude, "jobs": jobs, "tuned": tuned}),
+            **given({"amplitude": amplitude, "jobs": jobs, "scheduler": scheduler, "tuned": tuned}),
             **stepping.arguments,
             **given(asdict(settling)),
+            **multisine.arguments,
             path=output,
             resume=resume,
             force=force,
@@ -180,7 +227,7 @@ def _open_loop(
         connection,
         parameters,
         **band,
-        **given({"tolerance": stepping.tolerance, "algebraic_loops": stepping.algebraic_loops}),
+        **given({name: getattr(stepping, name) for name in ("tolerance", "algebraic_loops", "keep")}),
         path=output,
         force=force,
         warn=_shell.warn,

@@ -12,20 +12,23 @@ import itertools
 import os
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from hfsa.cosim.assembly import cluster
 from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.run import SineInput, prepare
 from hfsa.cosim.experiments.setup import Warn, set_up
 from hfsa.cosim.measurement import pool
-from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform
+from hfsa.cosim.measurement.trial import CRASHED, Outcome, Trial, perform, perform_elsewhere
 from hfsa.cosim.measurement.verification import check_verifiable
-from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
+from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice, ResultsError
+from hfsa.cosim.results.received import write_received
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
@@ -102,7 +105,9 @@ def compare(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    keep: Literal["needed", "all"] = "needed",
     jobs: int | None = None,
+    scheduler: str | None = None,
     folder: str | Path = "results",
     file: Path | None = None,
     force: bool = False,
@@ -114,6 +119,7 @@ def compare(
     Args:
         over: values of each compared argument, `{"law": ["pd", "ctc"]}`; the same names as in `parameters`.
         jobs: processes (default: one per processor).
+        scheduler: address of a scheduler of dask.distributed, whose workers run instead; files are written here.
         folder: folder of the results files, which are named by the scene and the values.
         file: picture that is written later; `StructureError` where it has the name of a signal.
 
@@ -151,11 +157,12 @@ def compare(
         warn_of = partial(_warn_of, values, warn)
         for sentence in setup.disagreements:
             warn_of(sentence)
-        ready = prepare(setup, sine, library, warn_of)
+        ready = prepare(setup, sine, library, warn_of, keep)
         if verify:
             check_verifiable(ready)
         trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))
-    outcomes = _perform(trials, jobs or os.cpu_count() or 1, warn, show)
+    with cluster.on(scheduler) as executor:
+        outcomes = _perform(trials, jobs or os.cpu_count() or 1, executor, warn, show)
     runs = tuple(
         Run(values, outcomes[trial.path], trial.plan.record.order, trial.plan.record.algorithm)
         for values, trial in zip(combinations, trials, strict=True)
@@ -190,7 +197,11 @@ def _warn_of(values: Mapping[str, Any], warn: Callable[[str], None], sentence: s
 
 
 def _perform(
-    trials: Sequence[Trial], jobs: int, warn: Callable[[str], None], report: Callable[[float, str], None]
+    trials: Sequence[Trial],
+    jobs: int,
+    executor: Executor | None,
+    warn: Callable[[str], None],
+    report: Callable[[float, str], None],
 ) -> dict[Path, Outcome]:
     """Return the outcomes by file; after Ctrl-C, warn of the finished runs."""
     outcomes: dict[Path, Outcome] = {}
@@ -208,18 +219,40 @@ def _perform(
     # only a run in this process reports its progress
     work = perform if apart else partial(perform, report=report_part)
     report_part(0.0)
+    # a run whose process crashed has left its file
+    again = partial(dataclasses.replace, force=True)
+    performed = (
+        pool.results(work, trials, jobs, apart=is_foreign, again=again)
+        if executor is None
+        else _performed_elsewhere(trials, executor)
+    )
     try:
-        # a run whose process crashed has left its file
-        again = partial(dataclasses.replace, force=True)
-        with contextlib.closing(pool.results(work, trials, jobs, apart=is_foreign, again=again)) as results:
+        with contextlib.closing(performed) as results:
             for trial, outcome in results:
                 outcomes[trial.path] = outcome or Outcome(trial.path, failure=CRASHED)
                 report_part(0.0)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, cluster.ClusterError):
         finished = ", ".join(str(path) for path, outcome in outcomes.items() if not outcome.failure)
         warn(f"{progress()} are finished{f': {finished}' if finished else ''}")
         raise
     return outcomes
+
+
+def _performed_elsewhere(trials: Sequence[Trial], executor: Executor) -> Generator[tuple[Trial, Outcome | None]]:
+    """Yield each trial with its outcome from another machine; its file is written here."""
+    work = partial(pool.one_at_a_time, perform_elsewhere)
+    with contextlib.closing(pool.results(work, trials, executor=executor)) as results:
+        for trial, found in results:
+            if found is None:
+                yield trial, None
+                continue
+            outcome, content = found
+            try:
+                if content:
+                    write_received(trial.path, content, trial.force)
+            except ResultsError as error:
+                outcome = Outcome(trial.path, failure=str(error))
+            yield trial, outcome
 
 
 def _paths(folder: Path, stem: str, combinations: Sequence[Mapping[str, Any]]) -> list[Path]:

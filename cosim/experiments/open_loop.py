@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.margins import Margins, OpenedLoop, find_connection
 from hfsa.cosim.analysis.margins import open_loop as opened_at
-from hfsa.cosim.assembly.build import build
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
@@ -68,6 +68,7 @@ def open_loop(
     fuse: Sequence[str] = (),
     order: str | None = None,
     algebraic_loops: Literal["solve", "refuse"] = "solve",
+    keep: Literal["needed", "all"] = "needed",
     path: str | Path | None = None,
     force: bool = False,
     warn: Warn = warnings.warn,
@@ -77,6 +78,7 @@ def open_loop(
     Args:
         connection: connection at which the loop is opened, given by either end or as `start -> end`.
         low, high: ends of the band [Hz] (default: the scene's, widened to the frequencies of the margins).
+        keep: `needed` leaves out what the loop does not pass through, unless a limit flag needs it; `all` keeps it.
         path: results file (default: `results/SCENE_open_loop.h5`).
 
     The other arguments are those of `sweep`. Raises `StructureError` for a connection that does not exist or closes no
@@ -102,16 +104,20 @@ def open_loop(
     of_scene, choices = with_levels(setup.scene, library)
     for component, choice in choices.items():
         warn(choice.sentence(component))
-    assembly = build(of_scene.system).check()
     opened = find_connection(of_scene.system, connection)
+    variants = Variants(of_scene, keep=keep, observed=[opened.start], excited=[opened.end])
+    assembly, left_out = variants.parts.check(), variants.left_out.sentence
+    if variants.left_out.warning:
+        warn(left_out)
     with assembly.open() as instances:
-        loop = opened_at(of_scene.system, instances, opened)
+        loop = opened_at(assembly.system, instances, opened)
     margins = loop.margins()
     frequency = _frequencies(of_scene, loop, margins, low, high, points or _LINE, grid)
     gain = loop.gain(frequency)
     settings = {"method": "linear", "open_loop": str(opened)}
     plan = Plan(frequency, OUTPUTS, (Signal(str(opened), "1"),), settings)
-    record = system_record(setup.title, scene_text(of_scene), assembly, operating_point=loop.operating_point)
+    point = {"operating_point": loop.operating_point, "left_out": left_out}
+    record = system_record(setup.title, scene_text(of_scene), assembly, **point)
     with SweepFile.create(file, plan, levels.with_choices(record, choices), force) as written:
         written.write(points_of(np.stack([gain, 1 / (1 + gain)], axis=1)[:, :, None]))
     return OpenLoop(file, opened, margins)

@@ -14,9 +14,10 @@ from typing import Any, Literal
 from hfsa.cosim.actions.divergence import recorded_scales
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.analysis.aliasing import check_resolved
-from hfsa.cosim.assembly.assemble import Variants
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
@@ -67,6 +68,7 @@ def run(
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
     tuned: str | Path | None = None,
+    keep: Literal["needed", "all"] = "needed",
     path: str | Path | None = None,
     force: bool = False,
     warn: Warn = warnings.warn,
@@ -83,6 +85,8 @@ def run(
         record: variables recorded in addition to the scene's outputs, also with ranges.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
+        keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
+            them.
         path: results file (default: `results/SCENE_run.h5`).
 
     Raises:
@@ -107,17 +111,18 @@ def run(
     )
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")
-    written = run_scene(setup, file, sine, backend=backend, verified=verify, force=force, warn=warn, report=show)
+    options = {"backend": backend, "verified": verify, "keep": keep, "force": force}
+    written = run_scene(setup, file, sine, **options, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found
 
 
-def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> RunPlan:
+def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn, keep: Keep = "needed") -> RunPlan:
     """Return a run that is ready to start, with FMUs built and connections checked; `StructureError` for a misfit.
 
     Outputs of the scene, further signals and the excited input are recorded. `library` is the stepping loop in C,
-    `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, and
+    `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, what is left out, and
     warnings about the result.
     """
     scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
@@ -136,21 +141,24 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> 
     override = {"inputs": [excited], "band": band} if excited else {}
     scene, choices = with_levels(scene, library, **override)
     scene, order = with_computed_order(scene, setup.order, **override)
-    variants = Variants(scene, setup.highest)
-    plain = variants.plain
+    names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
+    needed = {"keep": keep, "observed": names, "excited": [excited] if excited else []}
+    variants = Variants(scene, setup.highest, **needed)
+    plain, left_out = variants.plain, variants.left_out.sentence
     moved = {excited: variants.driven(excited, sine.frequency)} if excited else {}
     checked = _checked(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, candidates(setup.order), frequency)
     if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
-        checked = Variants(scene, plain).driven(excited, sine.frequency)
+        checked = Variants(scene, plain, **needed).driven(excited, sine.frequency)
     assembly = with_ports(checked, scene.algorithm)
     chosen = [choice.sentence(name) for name, choice in choices.items()]
-    for sentence in (*chosen, *([order.sentence] if order else []), *sentences):
+    for sentence in filter(None, (*chosen, order and order.sentence, variants.left_out.warning, *sentences)):
         warn(sentence)
-    record = system_record(setup.title, scene_text(scene), assembly, order=order, algorithm=algorithm)
-    names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
+    choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
+    record = system_record(setup.title, scene_text(scene), assembly, **choice)
+    whole = outlined(scene.system)
     ready = RunPlan(
         assembly,
         names,
@@ -160,7 +168,7 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn) -> 
         scene.algorithm,
         library,
         scene.tolerance,
-        recorded_scales(scene, assembly.system, checked.connectors, names),
+        recorded_scales(scene, whole.system, whole.connectors, names),
     )
     if ready.end_sentence:
         warn(ready.end_sentence)
@@ -174,17 +182,19 @@ def run_scene(
     *,
     backend: str = BACKENDS[0],
     verified: bool = False,
+    keep: Keep = "needed",
     force: bool = False,
     warn: Warn = warnings.warn,
     report: Callable[[float], None] | None = None,
 ) -> Identity:
     """Run a scene in the time domain, write the file `path`, and return its identity.
 
-    `backend` is one of `BACKENDS`; `verified` adds error estimates; `force` replaces a results file.
+    `backend` is one of `BACKENDS`; `verified` adds error estimates; `keep` is that of `run`; `force` replaces a results
+    file.
     """
     for sentence in setup.disagreements:
         warn(sentence)
-    ready = prepare(setup, sine, chosen_loop(backend, warn), warn)
+    ready = prepare(setup, sine, chosen_loop(backend, warn), warn, keep)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)

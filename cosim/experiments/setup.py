@@ -13,9 +13,9 @@ from typing import Any
 
 from hfsa.cosim.assembly.agreement import disagreements
 from hfsa.cosim.assembly.assemble import assemble
-from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, with_arguments
+from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.experiments.orders import with_order
 from hfsa.cosim.experiments.selection import find_signals, signals
 from hfsa.cosim.experiments.tuning import tuned_options
@@ -56,8 +56,8 @@ class Setup:
 
     @cached_property
     def highest(self) -> Assembly:
-        """Assembly before fusing, with the highest level for `auto`: it has all names."""
-        return build(levels.at_highest(self.scene).system)
+        """Descriptions before fusing, without FMUs, with the highest level for `auto`: they have all names."""
+        return outlined(levels.at_highest(self.scene).system)
 
 
 def set_up(

@@ -9,11 +9,11 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
-from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.orders import with_computed_order
 from hfsa.cosim.experiments.setup import Setup, Warn, set_up, with_levels
@@ -37,6 +37,7 @@ class Stability:
         growth: fastest growth rate without communication steps [1/s], `None` for a scene with sampled parts.
         choice: choice of `auto`, if any.
         order: computed order of steps, if any.
+        left_out: sentence on what was not judged; empty where all was.
     """
 
     title: str
@@ -48,6 +49,7 @@ class Stability:
     growth: float | None
     choice: AlgorithmChoice | None = None
     order: OrderChoice | None = None
+    left_out: str = ""
 
 
 @checked()
@@ -59,29 +61,38 @@ def stability(
     step_size: float | None = None,
     fuse: Sequence[str] = (),
     order: str | None = None,
+    keep: Literal["needed", "all"] = "all",
     warn: Warn = warnings.warn,
     report: Callable[[float, str], None] | None = None,
 ) -> Stability:
     """Return the longest stable communication step of an algorithm (default: of every algorithm).
 
     It follows from the one-step matrix of the algorithm on the FMUs, linearised about the equilibrium. Arguments and
-    errors are those of `sweep`; `StructureError` also for a scene without equilibrium.
+    errors are those of `sweep`; `StructureError` also for a scene without equilibrium. The whole scene is judged, so
+    that no instability hides; with `keep="needed"` what reaches the scene's outputs or a limit flag.
     """
     setup = set_up(scene, parameters, fuse, order=order, step_size=step_size, algorithm=algorithm)
     for sentence in setup.disagreements:
         warn(sentence)
-    return limits_of(setup, algorithm, report)
+    found = limits_of(setup, algorithm, report, keep)
+    if found.left_out:
+        warn(found.left_out)
+    return found
 
 
 def limits_of(
-    setup: Setup, algorithm: str | None = None, report: Callable[[float, str], None] | None = None
+    setup: Setup,
+    algorithm: str | None = None,
+    report: Callable[[float, str], None] | None = None,
+    keep: Keep = "all",
 ) -> Stability:
-    """Return the limits of a setup under one algorithm, or under all for `None` and `auto`."""
+    """Return the limits of a setup under one algorithm, or all for `None` and `auto`; `keep` is that of `stability`."""
     show = report or (lambda *_: None)
     scene, _ = with_levels(setup.scene, None)
     scene, order = with_computed_order(scene, setup.order)
     scene, choice = with_algorithm(scene)
-    assembly = assemble(scene)
+    variants = Variants(scene, keep=keep)
+    assembly = variants.plain
     considered = tuple(ALGORITHMS) if algorithm in (None, AUTO) else (algorithm,)
     limited = [name for name in considered if name in LIMITED]
     with assembly.open() as instances:
@@ -95,4 +106,6 @@ def limits_of(
             poles = linearize(assembly.system, instances, [], scene.outputs).poles
             growth = float(max((pole.real for pole in poles), default=-math.inf))
     choosing = [name for name in considered if name not in LIMITED]
-    return Stability(setup.title, scene.algorithm, scene.step_size, limits, choosing, sampling, growth, choice, order)
+    settings = setup.title, scene.algorithm, scene.step_size
+    left_out = variants.left_out.warning
+    return Stability(*settings, limits, choosing, sampling, growth, choice, order, left_out)

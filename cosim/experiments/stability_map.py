@@ -14,25 +14,31 @@ judge are left out.
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.iterated import PASSES, TOLERANCE
 from hfsa.cosim.analysis.stability import CoupledStep, Mode
-from hfsa.cosim.assembly.assemble import assemble
+from hfsa.cosim.assembly import cluster
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import load_scene, with_arguments
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import CANDIDATES, LIMITED, open_master
+from hfsa.cosim.measurement import pool
+from hfsa.cosim.measurement.trial import CRASHED
 from hfsa.cosim.results.stability_map import GEOMETRIC, Axis, StabilityMap
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
@@ -56,6 +62,9 @@ SLOW = 0.2
 
 FAR = 1e3
 """Ratio to the initial deviation above which it has grown with certainty; its inverse is rounding noise."""
+
+Index = tuple[int, ...]
+"""Place of a point on the axes."""
 
 _AXIS = re.compile(r"^(?P<name>[^=]+)=(?P<low>[^:]+):(?P<high>[^:]+):(?P<points>\d+)$")
 
@@ -84,6 +93,8 @@ def stability_map(
     step_size: float | None = None,
     algorithm: str | None = None,
     order: Sequence[str] = (),
+    keep: Literal["needed", "all"] = "all",
+    scheduler: str | None = None,
     report: Callable[[float, str], None] | None = None,
 ) -> StabilityMap:
     """Return the stability map of a scene over one or two axes.
@@ -96,34 +107,72 @@ def stability_map(
         step_size: communication step size [s] (default: the scene's).
         algorithm: co-simulation algorithm (default: the scene's; for `auto` the cheapest).
         order: components in the order of their steps (default: the scene's).
+        keep: `all` of the scene at each point, or what is `needed` by its outputs and limit flags.
+        scheduler: address of a scheduler of dask.distributed, whose workers compute; FMUs are built here.
         report: function of the finished part, 0 to 1, and a word.
 
     Raises:
         StructureError: for an algorithm without a stability limit, conflicting axes, and where no point can be built.
     """
     _check_axes(axes, arguments, step_size)
-    shape = tuple(len(axis.values) for axis in axes)
     load = partial(_scene, name, fuse, algorithm, order)
-    points = {index: _Point(load, arguments, axes, index, step_size) for index in np.ndindex(shape)}
-    growth, stable, messages = np.full(shape, np.nan), np.zeros(shape, dtype=bool), {}
-    for done, (index, point) in enumerate(points.items(), 1):
+    with cluster.on(scheduler) as executor:
+        return _map(name, partial(_built, load, arguments, axes, step_size, keep), axes, executor, report)
+
+
+def _map(
+    name: str | Path | Scene,
+    build: Callable[[Index], "_Point"],
+    axes: Sequence[Axis],
+    executor: Executor | None,
+    report: Callable[[float, str], None] | None,
+) -> StabilityMap:
+    """Return the map of points that `build` makes by index; they are computed on `executor`, else in this process."""
+    shape = tuple(len(axis.values) for axis in axes)
+    growth, stable = np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+    points: dict[Index, _Point] = {}
+    predictions: dict[Index, _Prediction] = {}
+    refusals: dict[Index, str] = {}
+    for index in np.ndindex(shape):
         try:
-            growth[index], stable[index] = point.predict()
-        except ValueError as error:  # ModelError and StructureError: no such posture, no equilibrium
-            messages.setdefault(str(error), index)
+            points[index] = build(index)
+        except ValueError as error:  # ModelError and StructureError: no such posture
+            refusals[index] = str(error)
         if report is not None:
-            report(0.7 * done / len(points), "matrices")
-    if np.isnan(growth).all():
-        raise StructureError(next(iter(messages)))
+            report(0.3 * (len(points) + len(refusals)) / growth.size, "building FMUs")
+    for index, found in _computed(_predicted, points, executor):
+        if isinstance(found, _Prediction):
+            predictions[index] = found
+            growth[index], stable[index] = found.rate, found.is_stable
+        else:
+            refusals[index] = found or CRASHED
+        if report is not None:
+            part = (len(predictions) + len(refusals)) / growth.size
+            report(0.3 + 0.4 * part, "matrices")
+    messages = list(dict.fromkeys(refusals[index] for index in np.ndindex(shape) if index in refusals))
+    if not predictions:
+        raise StructureError(messages[0])
     verified = np.full(shape, -1, dtype=np.int8)
     chosen = _chosen(~np.isnan(growth), stable)
-    for done, index in enumerate(chosen, 1):
-        verified[index] = points[index].verify()
+    simulated = {index: (points[index], predictions[index]) for index in chosen}
+    for done, (index, agrees) in enumerate(_computed(_verified, simulated, executor), 1):
+        verified[index] = -1 if agrees is None else agrees
         if report is not None:
             report(0.7 + 0.3 * done / len(chosen), "simulations")
-    scene = points[(0,) * len(shape)].scene
+    first = next(iter(points.values()))
     words = "scene" if isinstance(name, Scene) else str(name)
-    return StabilityMap(words, scene.algorithm, scene.step_size, axes, growth, stable, verified, list(messages))
+    return StabilityMap(words, first.algorithm, first.step_size, axes, growth, stable, verified, messages)
+
+
+def _computed(
+    work: Callable[[Any], Any], tasks: Mapping[Index, Any], executor: Executor | None
+) -> Iterator[tuple[Index, Any]]:
+    """Yield the results of tasks by index; `None` where a worker was lost with each attempt."""
+    indices = {id(task): index for index, task in tasks.items()}
+    work = work if executor is None else partial(pool.one_at_a_time, work)
+    with closing(pool.results(work, list(tasks.values()), executor=executor)) as results:
+        for task, result in results:
+            yield indices[id(task)], result
 
 
 def _check_axes(axes: Sequence[Axis], arguments: Mapping[str, str], step_size: float | None) -> None:
@@ -157,33 +206,58 @@ def _scene(
     return replace(scene, **{key: value for key, value in changes.items() if value is not None})
 
 
+@dataclass(frozen=True, eq=False)
 class _Point:
-    """Point of a map."""
+    """Point of a map, as plain data: its assembly, and how it is stepped."""
 
-    def __init__(
-        self,
-        load: Callable[[Mapping[str, str], float | None], Scene],
-        arguments: Mapping[str, str],
-        axes: Sequence[Axis],
-        index: Sequence[int],
-        step_size: float | None,
-    ):
-        values = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)}
-        step_size = values.pop(STEP_SIZE, step_size)
-        typed = {key: repr(value) for key, value in values.items()}
-        self._load = partial(load, {**arguments, **typed}, step_size)
-        self.scene: Scene
-        self._mode: Mode | None = None
+    assembly: Assembly
+    algorithm: str
+    step_size: float
 
-    def predict(self) -> tuple[float, bool]:
-        """Return the fastest growth rate [1/s] of the modes that count, and whether the point is stable."""
-        self.scene = scene = self._load()
-        if scene.algorithm not in LIMITED:
-            raise StructureError(f"no stability map for {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
-        self._assembly = with_ports(assemble(scene), scene.algorithm)
-        with self._assembly.open() as instances:
-            cycle = CoupledStep(self._assembly.system, instances, scene.algorithm)
-            own, self._contraction = cycle.over(scene.step_size), cycle.contraction(scene.step_size)
+
+@dataclass(frozen=True)
+class _Prediction:
+    """Prediction for a point.
+
+    Attributes:
+        rate: fastest growth rate [1/s] of the modes that count; `is_stable`: whether the point is stable.
+        contraction: contraction of a fixed-point iteration.
+        mode: the fastest mode, `None` where there is none.
+        rest: states at the equilibrium, and `nominal` values of variables, by full name.
+    """
+
+    rate: float
+    is_stable: bool
+    contraction: float
+    mode: Mode | None
+    rest: Mapping[str, float]
+    nominal: Mapping[str, float]
+
+
+def _built(
+    load: Callable[[Mapping[str, str], float | None], Scene],
+    arguments: Mapping[str, str],
+    axes: Sequence[Axis],
+    step_size: float | None,
+    keep: Keep,
+    index: Index,
+) -> _Point:
+    """Return a point of a map, its FMUs built."""
+    values = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)}
+    step_size = values.pop(STEP_SIZE, step_size)
+    typed = {key: repr(value) for key, value in values.items()}
+    scene = load({**arguments, **typed}, step_size)
+    if scene.algorithm not in LIMITED:
+        raise StructureError(f"no stability map for {scene.algorithm}{nearest(scene.algorithm, LIMITED)}")
+    return _Point(with_ports(Variants(scene, keep=keep).plain, scene.algorithm), scene.algorithm, scene.step_size)
+
+
+def _predicted(point: _Point) -> _Prediction | str:
+    """Return the prediction for a point, or the reason why there is none."""
+    try:
+        with point.assembly.open() as instances:
+            cycle = CoupledStep(point.assembly.system, instances, point.algorithm)
+            own, contraction = cycle.over(point.step_size), cycle.contraction(point.step_size)
             nominal = {
                 f"{c}.{n}": abs(v.nominal)
                 for c, i in instances.items()
@@ -191,62 +265,73 @@ class _Point:
                 if v.is_real
             }
             states = {f"{c}.{state}" for c, i in instances.items() for state, _ in i.fmu.description.states}
-        self._mode = max(own.of(cycle.counting), key=lambda mode: mode.rate, default=None)
-        self._rest = {name: value for name, value in cycle.operating_point.items() if name in states}
-        self._nominal = nominal
-        return own.growth(cycle.counting), own.is_stable(cycle.counting) and self._contraction < 1
+        return _Prediction(
+            own.growth(cycle.counting),
+            bool(own.is_stable(cycle.counting) and contraction < 1),
+            contraction,
+            max(own.of(cycle.counting), key=lambda mode: mode.rate, default=None),
+            {name: value for name, value in cycle.operating_point.items() if name in states},
+            nominal,
+        )
+    except ValueError as error:  # StructureError: no equilibrium
+        return str(error)
 
-    def verify(self) -> int:
-        """Return whether a simulation agrees, as in `StabilityMap.verified`."""
-        if self._contraction >= 1:
-            return int(len(self._simulated(self._random_states(), FEWEST)) <= FEWEST)
-        mode = self._mode
-        if mode is None:
-            return -1
-        largest = max((abs(mode.shape[name]) / self._nominal[name] for name in self._rest), default=0.0)
-        if largest == 0.0:
-            return -1
-        moved = {n: x + float((mode.shape[n] * MOVED / largest).real) for n, x in self._rest.items()}
-        steps = self._steps(mode)
-        if abs(mode.rate) * steps * self.scene.step_size < SLOW:
-            return -1
-        still, moving = self._simulated(self._rest, steps), self._simulated(moved, steps)
-        rows = min(len(still), len(moving))
-        if (
-            rows <= steps and self._contraction ** PASSES["fixed_point"] > TOLERANCE
-        ):  # the iteration converges too slowly
-            return -1
-        if rows <= steps:  # the deviation exceeds the bounds
-            return int(mode.rate > 0)
-        size = np.linalg.norm((moving[:rows] - still[:rows]) / self._scale, axis=1)
-        return int(_has_grown(size) == (mode.rate > 0))
 
-    def _random_states(self) -> dict[str, float]:
-        """Return states with a random deviation: a diverging iteration need not be visible along a mode."""
-        drawn = np.random.default_rng(0).uniform(-MOVED, MOVED, len(self._rest))
-        return {n: x + share * self._nominal[n] for (n, x), share in zip(self._rest.items(), drawn, strict=True)}
+def _verified(task: tuple[_Point, _Prediction]) -> int:
+    """Return whether a simulation agrees, as in `StabilityMap.verified`."""
+    point, found = task
+    if found.contraction >= 1:
+        return int(len(_simulated(point, _random_states(found), FEWEST)) <= FEWEST)
+    mode = found.mode
+    if mode is None:
+        return -1
+    largest = max((abs(mode.shape[name]) / found.nominal[name] for name in found.rest), default=0.0)
+    if largest == 0.0:
+        return -1
+    moved = {n: x + float((mode.shape[n] * MOVED / largest).real) for n, x in found.rest.items()}
+    steps = _steps(mode, point.step_size)
+    if abs(mode.rate) * steps * point.step_size < SLOW:
+        return -1
+    still, moving = _simulated(point, found.rest, steps), _simulated(point, moved, steps)
+    rows = min(len(still), len(moving))
+    if rows <= steps and found.contraction ** PASSES["fixed_point"] > TOLERANCE:  # the iteration converges too slowly
+        return -1
+    if rows <= steps:  # the deviation exceeds the bounds
+        return int(mode.rate > 0)
+    scale = np.array([found.nominal[name] for name in _observed(point)])
+    size = np.linalg.norm((moving[:rows] - still[:rows]) / scale, axis=1)
+    return int(_has_grown(size) == (mode.rate > 0))
 
-    def _steps(self, mode: Mode) -> int:
-        """Return the number of steps after which growth and decay of a mode can be distinguished."""
-        h = self.scene.step_size
-        steps = FOLDS / max(abs(mode.rate) * h, 1e-300)
-        turns = 6 / (mode.frequency * h) if mode.frequency > 0 else 0.0
-        return int(np.clip(max(steps, turns), FEWEST, MOST))
 
-    def _simulated(self, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
-        """Return the connected outputs at every communication point reached, (points, connections)."""
-        scene = self.scene
-        names = list(dict.fromkeys(connection.start for connection in self._assembly.system.connections))
-        self._scale = np.array([self._nominal[name] for name in names])
-        library = chosen_loop(BACKENDS[0], lambda _: None)
-        with closing(open_master(self._assembly, scene.algorithm, scene.step_size, library)) as master:
-            recording = master.record(names, rows=steps + 1)
-            try:
-                master.initialize(starts=starts)
-                master.advance(steps)
-            except StepError:
-                pass
-            return recording.values.copy()
+def _random_states(found: _Prediction) -> dict[str, float]:
+    """Return states with a random deviation: a diverging iteration need not be visible along a mode."""
+    drawn = np.random.default_rng(0).uniform(-MOVED, MOVED, len(found.rest))
+    return {n: x + share * found.nominal[n] for (n, x), share in zip(found.rest.items(), drawn, strict=True)}
+
+
+def _steps(mode: Mode, h: float) -> int:
+    """Return the number of steps of h [s] after which growth and decay of a mode can be distinguished."""
+    steps = FOLDS / max(abs(mode.rate) * h, 1e-300)
+    turns = 6 / (mode.frequency * h) if mode.frequency > 0 else 0.0
+    return int(np.clip(max(steps, turns), FEWEST, MOST))
+
+
+def _observed(point: _Point) -> list[str]:
+    """Return the connected outputs of a point."""
+    return list(dict.fromkeys(connection.start for connection in point.assembly.system.connections))
+
+
+def _simulated(point: _Point, starts: Mapping[str, float], steps: int) -> NDArray[np.float64]:
+    """Return the connected outputs at every communication point reached, (points, connections)."""
+    library = chosen_loop(BACKENDS[0], lambda _: None)
+    with closing(open_master(point.assembly, point.algorithm, point.step_size, library)) as master:
+        recording = master.record(_observed(point), rows=steps + 1)
+        try:
+            master.initialize(starts=starts)
+            master.advance(steps)
+        except StepError:
+            pass
+        return recording.values.copy()
 
 
 def _has_grown(size: NDArray[np.float64]) -> bool:

@@ -11,6 +11,7 @@ import dataclasses
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,10 +20,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.assembly.assemble import Variants
+from hfsa.cosim.assembly import cluster
+from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
+from hfsa.cosim.experiments.multisine import INPUTS, Design, designed, runs_of
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude
 from hfsa.cosim.experiments.setup import (
@@ -36,12 +39,14 @@ from hfsa.cosim.experiments.setup import (
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.rig import STARTS, Bench, Settings
+from hfsa.cosim.measurement.multisine import MultisineSettings, multisine
+from hfsa.cosim.measurement.rig import PREVIOUS, REST, STARTS, Bench, Settings
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, linear, plan_sweep, points_of, stepped, system_record
-from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, Theory, read_sweep
+from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, SystemRecord, Theory, read_sweep
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
 from hfsa.cosim.signals import excitation
 from hfsa.cosim.signals.frequency_response import negligible
+from hfsa.cosim.signals.multisine import PHASES
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
@@ -62,10 +67,11 @@ class SweepRequest:
     """Options of a sweep; `None` stands for the default of the scene or of the method.
 
     `inputs` and `outputs` are full or short names; `low` and `high` in Hz; `amplitude` in the unit of each input;
-    `jobs` is the number of threads or processes (default: one per processor); `backend` is one of `BACKENDS`.
+    `jobs` is the number of threads or processes (default: one per processor); `backend` is one of `BACKENDS`. `phases`,
+    `seed` and `together` are those of a multisine.
     """
 
-    method: Literal["stepped", "linear"] = "stepped"
+    method: Literal["stepped", "multisine", "linear"] = "stepped"
     inputs: Sequence[str] = ()
     outputs: Sequence[str] = ()
     low: float | None = None
@@ -75,10 +81,24 @@ class SweepRequest:
     amplitude: float | None = None
     settling_tolerance: float = 1e-3
     settling_time: float = 60.0
-    measurement_periods: int = 1
+    measurement_periods: int | None = None
     jobs: int | None = None
     backend: str = BACKENDS[0]
     start: str = STARTS[0]
+    keep: Keep = "needed"
+    phases: str | None = None
+    seed: int | None = None
+    together: bool = False
+
+    def __post_init__(self):
+        given = {"phases": self.phases, "seed": self.seed, "inputs together": self.together or None}
+        found = [f"--{name}" for name, value in given.items() if value is not None]
+        if found and self.method != "multisine":
+            raise StructureError(f"{', '.join(found)} would have no effect: it takes --method multisine")
+        if self.start == PREVIOUS and self.method != "stepped":
+            raise StructureError(
+                f"--start {PREVIOUS} takes --method stepped: {self.method} measures no point after another"
+            )
 
     def settings(self, scene: Scene) -> Settings:
         """Return the settings of the measurement of a scene."""
@@ -87,9 +107,24 @@ class SweepRequest:
             scene.algorithm,
             scene.step_size,
             self.settling_tolerance,
-            self.measurement_periods,
+            self.measurement_periods or 1,
             self.settling_time,
             self.start,
+        )
+
+    def multisine_settings(self, scene: Scene, design: Design) -> MultisineSettings:
+        """Return the settings of a multisine of a scene."""
+        return design.settings(
+            MultisineSettings(
+                scene.algorithm,
+                scene.step_size,
+                self.settling_tolerance,
+                settling_time=self.settling_time,
+                start=self.start,
+                phases=self.phases or PHASES[0],
+                seed=self.seed or 0,
+                inputs=INPUTS[self.together],
+            )
         )
 
     def band(self, scene: Scene) -> tuple[float, float]:
@@ -103,12 +138,12 @@ class SweepRequest:
         return (low, high * (1 + _AROUND)) if low == high else (low, high)
 
 
-@checked()
+@checked(zero=("seed",))
 def sweep(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,
     *,
-    method: Literal["stepped", "linear"] = "stepped",
+    method: Literal["stepped", "multisine", "linear"] = "stepped",
     low: float | None = None,
     high: float | None = None,
     points: int | None = None,
@@ -124,11 +159,16 @@ def sweep(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     settling_tolerance: float = 1e-3,
     settling_time: float = 60.0,
-    measurement_periods: int = 1,
-    start: Literal["steady", "rest"] = "steady",
+    measurement_periods: int | None = None,
+    start: Literal["steady", "rest", "previous"] = "steady",
+    phases: Literal["schroeder", "random"] | None = None,
+    seed: int | None = None,
+    together: bool = False,
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
     tuned: str | Path | None = None,
+    keep: Literal["needed", "all"] = "needed",
+    scheduler: str | None = None,
     path: str | Path | None = None,
     resume: bool = False,
     force: bool = False,
@@ -140,7 +180,8 @@ def sweep(
     Args:
         scene: name, path of a `.py` or `.toml` file, or a `Scene`.
         parameters: arguments of the scene or of its components, by name: `{"law": "ctc", "robot.damping": 0.02}`.
-        method: `stepped` co-simulates one sine at a time until it has settled; `linear` uses directional derivatives.
+        method: `stepped` co-simulates one sine at a time until it has settled; `multisine` many at once; `linear` uses
+            directional derivatives.
         low, high: ends of the band [Hz] (default: the scene's).
         points: number of frequencies (default: 40, for `linear` 1000).
         grid: spacing of frequencies, one of `GRIDS`.
@@ -153,12 +194,20 @@ def sweep(
         algebraic_loops: `solve` or `refuse`.
         settling_tolerance: largest remaining transient, relative to each response.
         settling_time: simulated time [s] after which an unsettled point is given up.
-        measurement_periods: periods in a measurement window.
-        start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it.
+        measurement_periods: periods in a measurement window (default: 1); in that of a multisine, of the lowest
+            frequency (default: as many as give each frequency its own line, if affordable).
+        start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it;
+            `previous` goes on from the point before, upwards and then downwards, to follow the branches of a nonlinear
+            response.
+        phases: of a multisine, `schroeder` (the default) or `random`.
+        seed: whole number from which a multisine draws random phases and the lines that it leaves out (default: 0).
+        together: whether a multisine excites all inputs in one run, on interleaved lines.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
         tuned: results file of `trade`, whose answer determines levels, groups, algorithm and step.
-        path: results file (default: `results/SCENE.h5`, for `linear` `results/SCENE_linear.h5`).
+        keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
+        scheduler: address of a scheduler of dask.distributed, whose workers measure the points instead.
+        path: results file (default: `results/SCENE.h5`, for other methods `results/SCENE_METHOD.h5`).
         resume, force: continue an existing results file, or replace it.
         warn: function that receives warnings.
         report: function of the finished part, 0 to 1, and a word.
@@ -197,9 +246,18 @@ def sweep(
         jobs,
         backend,
         start,
+        keep,
+        phases,
+        seed,
+        together,
     )
+    if scheduler is not None and (method != "stepped" or start == PREVIOUS):
+        raise StructureError("--scheduler takes --method stepped, and no --start previous: its points are independent")
     show = None if report is None else partial(_report_points, report)
-    written = sweep_scene(setup, request, file, resume=resume, force=force, warn=warn, report=show)
+    with cluster.on(scheduler) as executor:
+        written = sweep_scene(
+            setup, request, file, resume=resume, force=force, warn=warn, report=show, executor=executor
+        )
     found = read_sweep(file)
     written.check(file)
     return found
@@ -229,10 +287,11 @@ def sweep_scene(
     force: bool = False,
     warn: Warn = warnings.warn,
     report: Callable[[Progress], None] | None = None,
+    executor: Executor | None = None,
 ) -> Identity:
     """Sweep a scene, write the file `path`, and return its identity.
 
-    `resume` continues an existing file, `force` replaces it.
+    `resume` continues an existing file, `force` replaces it. Points are measured on `executor`, else on this machine.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -248,8 +307,10 @@ def sweep_scene(
     scene, order = with_computed_order(scene, setup.order, **override)
     if order is not None:
         warn(order.sentence)
-    variants = Variants(scene, setup.highest)
-    assembly = variants.plain
+    variants = Variants(scene, setup.highest, keep=request.keep, observed=outputs, excited=inputs)
+    assembly, left_out = variants.plain, variants.left_out.sentence
+    if variants.left_out.warning:
+        warn(left_out)
     draft = _draft(assembly, inputs, outputs, scene, request)
     theory = _theory(assembly, draft, request, warn)
     dense = None if theory is None else theory.response(draft.frequency)
@@ -257,10 +318,13 @@ def sweep_scene(
     opening = SweepFile.resume if resume and path.is_file() else partial(SweepFile.create, force=force)
     if theory is not None and request.method == "linear":
         point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
-        record = system_record(setup.title, scene_text(scene), assembly, operating_point=point)
+        record = system_record(setup.title, scene_text(scene), assembly, operating_point=point, left_out=left_out)
         with opening(path, plan, levels.with_choices(record, choices)) as file:
             file.write(points_of(theory.response(plan.frequency)))
         return file.identity
+    design = None
+    if request.method == "multisine":
+        plan, design = _with_lines(plan, assembly, scene, request, warn)
     if theory is not None and dense is not None:
         line = _along(draft, dense, _LINE)
         plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
@@ -272,24 +336,68 @@ def sweep_scene(
         for sentence in sentences:
             warn(sentence)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
-        starts, reason = known.steady_starts(scene, plan.frequency) if request.start == STARTS[0] else ({}, "")
+        starts, runs, reason = {}, [], ""
+        if design is not None:
+            own = request.multisine_settings(scene, design)
+            runs, reason = runs_of(design, known, scene, variants, plan, own, library)
+            plan = dataclasses.replace(plan, settings=dataclasses.asdict(own))
+        elif request.start != REST:
+            starts, reason = known.steady_starts(scene, plan.frequency)
+        if request.start == PREVIOUS and len(starts) < len(inputs):
+            raise StructureError(f"a branch cannot be followed from point to point, as {reason}; take --start rest")
         if reason:
             warn(f"points start at rest, which takes longer: their steady state is not known, as {reason}")
+    choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
+    jobs = request.jobs or os.cpu_count() or 1
+    if design is not None:
+        record = system_record(setup.title, scene_text(scene), *(run.assembly for run in runs), **choice)
+        measure = partial(multisine, runs=runs, jobs=jobs, report=report)
+        return _written(path, opening, plan, levels.with_choices(record, choices), measure, warn)
     settings = request.settings(scene)
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}
     benches = {name: Bench(whole, tuple(outputs), scene.source.name, LOCK_IN, library) for name, whole in ready.items()}
-    record = system_record(setup.title, scene_text(scene), *ready.values(), order=order, algorithm=algorithm)
-    jobs = request.jobs or os.cpu_count() or 1
-    with opening(path, plan, levels.with_choices(record, choices)) as file:
+    record = system_record(setup.title, scene_text(scene), *ready.values(), **choice)
+    workers = {"jobs": jobs, "executor": executor}
+    measure = partial(stepped, benches=benches, settings=settings, starts=starts, report=report, **workers)
+    return _written(path, opening, plan, levels.with_choices(record, choices), measure, warn)
+
+
+def _written(
+    path: Path,
+    opening: Callable[[Path, Plan, SystemRecord], SweepFile],
+    plan: Plan,
+    record: SystemRecord,
+    measure: Callable[..., None],
+    warn: Warn,
+) -> Identity:
+    """Measure into the file that `opening` returns; return its identity."""
+    with opening(path, plan, record) as file:
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
-            stepped(file, plan, benches, settings, starts=starts, jobs=jobs, report=report)
-        except KeyboardInterrupt:
+            measure(file, plan)
+        except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
     return file.identity
+
+
+def _with_lines(plan: Plan, assembly: Assembly, scene: Scene, request: SweepRequest, warn: Warn) -> tuple[Plan, Design]:
+    """Return the plan at the lines of a multisine next to its frequencies, and their design."""
+    with usage_errors():
+        design = designed(
+            plan,
+            assembly,
+            scene,
+            request.measurement_periods,
+            request.phases or PHASES[0],
+            request.seed or 0,
+            INPUTS[request.together],
+        )
+    for sentence in design.warnings:
+        warn(sentence)
+    return design.in_plan(plan, request.multisine_settings(scene, design)), design
 
 
 def _selected(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], list[str]]:

@@ -17,15 +17,15 @@ import dataclasses
 import hashlib
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import ModelError
 from hfsa.components._modelling.catalogue import part_named
-from hfsa.cosim.assembly.fmu_cache import cache_folder, cache_subfolder, fmu_file, own_parts, sources
+from hfsa.cosim.assembly.cache import cache_folder, keep
+from hfsa.cosim.assembly.fmu_cache import fmu_file, own_parts
 from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
+from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
@@ -61,11 +61,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     if not file.is_file():
         ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
         choices = choose_among(scene, ladders, library)
-        with tempfile.NamedTemporaryFile(
-            "w", dir=cache_subfolder("levels"), delete=False, encoding="utf-8"
-        ) as unfinished:
-            json.dump({name: dataclasses.asdict(choice) for name, choice in choices.items()}, unfinished)
-        os.replace(unfinished.name, file)
+        keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}), file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 

@@ -5,8 +5,9 @@
 
 Files overlay: the method `linear`, and the theory within a measured sweep, are drawn as lines, measured methods as
 points. Entries of one input with a common unit share a pair of axes. Peaks of the densest curve are labelled; published
-frequencies, the `marks` of a scene, are thin vertical lines. Only here units are not SI: lengths in mm (um over an
-input that is neither length nor angle), angles in deg.
+frequencies, the `marks` of a scene, are thin vertical lines. Where branches were followed, the downward sweep has
+points of its own, and arrows mark jumps. Only here units are not SI: lengths in mm (um over an input that is neither
+length nor angle), angles in deg.
 """
 
 from collections.abc import Iterable, Sequence
@@ -16,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hfsa.cosim.figures.bode_axes import add_legends, draw_panel
-from hfsa.cosim.figures.curves import METHODS, select_entries, theory_sweep
+from hfsa.cosim.figures.curves import METHODS, downward_sweep, select_entries, theory_sweep
 from hfsa.cosim.figures.labels import label_peaks
 from hfsa.cosim.figures.sheet import sheet_of
 from hfsa.cosim.figures.style import ACCENT, STYLE, font_size, save
@@ -33,7 +34,7 @@ def bode_figure(sweeps: Sequence[Bode], outputs: Iterable[str] = (), inputs: Ite
     A name may have a range and may omit the component. `ResultsError` where there is nothing to draw, or where no sweep
     has a given signal.
     """
-    sweeps = [drawn for bode in sweeps for drawn in (*theory_sweep(bode), bode)]
+    sweeps = [drawn for bode in sweeps for drawn in (*theory_sweep(bode), bode, *downward_sweep(bode))]
     entries = select_entries(sweeps, _full_names(sweeps, "output", outputs), _full_names(sweeps, "input", inputs))
     sheet = sheet_of(sweeps, entries)
     with mpl.rc_context({**STYLE, "font.size": sheet.font}):

@@ -51,12 +51,16 @@ def _draw_curve(axes: Any, curve: Curve, values: NDArray[np.float64]) -> None:
         curve.frequency[settled],
         values[settled],
         **look,
-        marker="o",
+        marker="v" if curve.is_downward else "o",
         color=curve.colour,
         markeredgecolor="white",
         markeredgewidth=0.8,
         label=curve.label,
     )
+    for before, after in curve.jumps:
+        ends = [(curve.frequency[k], values[k]) for k in (before, after)]
+        arrow = {"arrowstyle": "->", "color": curve.colour, "linestyle": (0, (3, 2)), "shrinkA": 4, "shrinkB": 4}
+        axes.annotate("", xytext=ends[0], xy=ends[1], arrowprops=arrow, zorder=3)
     hollow = {"color": "white", "markeredgecolor": curve.colour, "markeredgewidth": 1.2}
     for status, words, marker in ((Status.NOT_SETTLED, "not settled", "o"), (Status.LIMITED, "at a limit", "s")):
         here = curve.status == status

@@ -13,9 +13,17 @@ from hfsa.cosim.figures.labels import Peak
 from hfsa.cosim.figures.style import COLOURS
 from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
+from hfsa.cosim.signals.branches import JUMP_DOWN, JUMP_UP
 from hfsa.cosim.signals.frequency_response import negligible, resonances
 
-METHODS = {"linear": "linear theory", "stepped": "stepped sine, co-simulated FMUs"}
+_DOWNWARDS = "stepped downwards"
+
+METHODS = {
+    "linear": "linear theory",
+    "stepped": "stepped sine, co-simulated FMUs",
+    _DOWNWARDS: "stepped sine, downwards",
+    "multisine": "multisine, co-simulated FMUs",
+}
 """Labels of the methods of a sweep in a legend."""
 
 _CLOSE = 0.02
@@ -26,7 +34,10 @@ _MOST_PEAKS = 4
 
 @dataclass
 class Curve:
-    """Entry of a results file: magnitude [dB] and phase [deg] over frequency [Hz], without missing points."""
+    """Entry of a results file: magnitude [dB] and phase [deg] over frequency [Hz], without missing points.
+
+    `jumps` are pairs of indices: the points before and after a jump from one branch to another.
+    """
 
     bode: Bode
     output: Signal
@@ -35,6 +46,7 @@ class Curve:
     phase: NDArray[np.float64]
     status: NDArray[np.int8]
     failed: NDArray[np.float64]
+    jumps: Sequence[tuple[int, int]] = ()
     colour: str = COLOURS[0]
     label: str = ""
 
@@ -42,6 +54,11 @@ class Curve:
     def is_line(self) -> bool:
         """Whether the response is theoretical and drawn as a line."""
         return self.bode.settings.get("method") == "linear"
+
+    @property
+    def is_downward(self) -> bool:
+        """Whether the response was measured downwards in frequency."""
+        return self.bode.settings.get("method") == _DOWNWARDS
 
 
 class Entry(NamedTuple):
@@ -60,6 +77,14 @@ def theory_sweep(bode: Bode) -> list[Bode]:
     settings = {**bode.settings, "method": "linear"}
     status = np.full(points, Status.DONE, dtype=np.int8)
     return [replace(bode, **vars(bode.theory), status=status, settings=settings, theory=None)]
+
+
+def downward_sweep(bode: Bode) -> list[Bode]:
+    """Return the downward sweep of a file that follows branches as a sweep of its own; empty where it has none."""
+    if (down := bode.downward) is None:
+        return []
+    settings = {**bode.settings, "method": _DOWNWARDS}
+    return [replace(bode, response=down.response, status=down.status, settings=settings, theory=None)]
 
 
 def select_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[Entry]:
@@ -82,12 +107,18 @@ def select_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]
 def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> Curve:
     """Return the curve of an output per input, scaled by a factor."""
     response = factor * bode.entry(output.name, source.name)
-    status = bode.status[:, [s.name for s in bode.inputs].index(source.name)]
+    place = [s.name for s in bode.inputs].index(source.name)
+    status = bode.status[:, place]
     there = np.isfinite(response) & (np.abs(response) > 0)
     phase = np.degrees(np.unwrap(np.angle(response[there])))
     level = 20 * np.log10(np.abs(response[there]))
     failed = bode.frequency[status == Status.FAILED]
-    return Curve(bode, output, bode.frequency[there], level, phase, status[there], failed)
+    curve = Curve(bode, output, bode.frequency[there], level, phase, status[there], failed)
+    if bode.downward is not None and not curve.is_line:
+        flag, before = (JUMP_DOWN, 1) if curve.is_downward else (JUMP_UP, -1)
+        arrivals = np.flatnonzero(bode.downward.branches[there, place] & flag)
+        curve.jumps = [(int(k) + before, int(k)) for k in arrivals if 0 <= k + before < len(level)]
+    return curve
 
 
 def name_curves(by_output: Mapping[str, Sequence[Curve]], sweeps: Sequence[Bode]) -> None:

@@ -143,7 +143,7 @@ class Description:
 def describe(file: Path, interface: Interface | None = None) -> Description:
     """Return the description of an FMU, read once per process; `StructureError` with the reason where it cannot run.
 
-    The default interface is Co-Simulation where the FMU offers it.
+    `file` is an FMU, or a modelDescription.xml alone. The default interface is Co-Simulation where the FMU offers it.
     """
     try:
         stat = file.stat()
@@ -156,8 +156,11 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
 def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]:
     """Return the model description of an FMU as XML and from fmpy; a changed file has another `_version`."""
     try:
-        with zipfile.ZipFile(file) as archive:
-            root = etree.fromstring(archive.read("modelDescription.xml"))
+        if file.suffix == ".xml":
+            root = etree.fromstring(file.read_bytes())
+        else:
+            with zipfile.ZipFile(file) as archive:
+                root = etree.fromstring(archive.read("modelDescription.xml"))
         version = str(root.get("fmiVersion"))
         if not version.startswith(("2.", "3.")):
             raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.fmi.description import NEXT, SAMPLE_TIME
+from hfsa.cosim.linear.balance import balance
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Connection, System
@@ -114,7 +114,7 @@ class ClosedSystem:
         """Return the same system in units of [x; v] that balance the rows and columns of its matrix."""
         n = len(self.states) + len(self.sampled)
         square = np.vstack([self.rate, self.tick])[:, :n]
-        _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
+        scale = balance(square)
         columns = np.concatenate([scale, np.ones(len(self.inputs))])  # powers of two: nothing is rounded
         x = len(self.states)
         rate, tick = self.rate * columns / scale[:x, None], self.tick * columns / scale[x:, None]

@@ -25,7 +25,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
@@ -362,6 +361,8 @@ def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int
 
 def _exponential(generator: np.ndarray) -> np.ndarray:
     """Return the exponential of a matrix, balanced first because its states have very different units."""
+    import scipy.linalg  # imported here, as it takes a fifth of a second
+
     balanced, (scale, _) = scipy.linalg.matrix_balance(generator, permute=False, separate=True)
     return scipy.linalg.expm(balanced) * scale[:, None] / scale
 

@@ -25,7 +25,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.exchange import Exchange
@@ -132,6 +131,12 @@ class Linearization:
         matrix = self.sampled.transition if self.is_sampled else self.closed.balanced().rate[:, : len(self.states)]
         if not len(matrix):
             return Growth()
+        values = np.linalg.eigvals(matrix)
+        size = np.maximum(np.abs(values), np.finfo(float).tiny)
+        if not np.any((np.log(size) / self.sampled.period if self.is_sampled else values.real) > NEUTRAL / 2):
+            return Growth()
+        import scipy.linalg  # imported here, as it takes a fifth of a second and few systems grow
+
         values, left, right = scipy.linalg.eig(matrix, left=True, right=True)  # pyright: ignore[reportAssignmentType]
         condition = 1 / np.maximum(np.abs(np.sum(left.conj() * right, axis=0)), np.finfo(float).tiny)
         rounding = _ROUNDING * np.finfo(float).eps * np.linalg.norm(matrix) * condition

@@ -122,6 +122,12 @@ class Master(ABC):
         if isinstance(moving, Extrapolation) and earlier.size:
             moving.history.points[:2] = self.wiring.bus + earlier
 
+    @property
+    def earlier(self) -> np.ndarray:
+        """Values of the connected outputs at the two points before this one, in the form that `remember` takes."""
+        moving = self._scheme.moving
+        return moving.history.points[:2] - self.wiring.bus if isinstance(moving, Extrapolation) else np.zeros((2, 0))
+
     def advance(self, steps: int) -> None:
         """Take a number of steps.
 

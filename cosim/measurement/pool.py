@@ -18,11 +18,12 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from functools import partial
 from multiprocessing.synchronize import Event
 from pathlib import Path
+from queue import SimpleQueue
 from types import ModuleType
 from typing import TypeVar
 
@@ -41,6 +42,7 @@ _stop: Event | None = None
 _is_ending = False
 _is_busy = False
 _thread = threading.local()
+_alone = threading.Lock()
 
 
 def results(
@@ -85,10 +87,63 @@ def in_threads(
         pool.shutdown(cancel_futures=True)
 
 
+def streamed(
+    work: Callable[[Task], Iterable[Result]], tasks: Sequence[Task], jobs: int
+) -> Generator[tuple[Task, Result]]:
+    """Yield each task with each of its results, as soon as it is there, from threads as `in_threads`."""
+    if min(jobs, len(tasks)) <= 1:
+        for task in tasks:
+            for result in work(task):
+                yield task, result
+        return
+    found: SimpleQueue[tuple[Task, Result] | None] = SimpleQueue()
+
+    def run(task: Task) -> None:
+        """Put the results of a task into the queue, then `None`."""
+        try:
+            for result in work(task):
+                found.put((task, result))
+        finally:
+            found.put(None)
+
+    stop = threading.Event()
+    pool = ThreadPoolExecutor(min(jobs, len(tasks)), "hfsa", partial(setattr, _thread, "stop"), (stop,))
+    try:
+        futures = [pool.submit(run, task) for task in tasks]
+        running = len(futures)
+        while running:
+            one = found.get()
+            if one is None:
+                running -= 1
+            else:
+                yield one
+        for future in futures:
+            future.result()
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
 def is_stopping() -> bool:
     """Whether the result is no longer needed; always false outside the workers of this module."""
     stops = (_stop, getattr(_thread, "stop", None))
     return _is_ending or any(stop is not None and stop.is_set() for stop in stops)
+
+
+@contextlib.contextmanager
+def stopped_by(stop: threading.Event) -> Iterator[None]:
+    """Context in which an event asks the task of this thread to stop."""
+    _thread.stop = stop
+    try:
+        yield
+    finally:
+        del _thread.stop
+
+
+def one_at_a_time(work: Callable[[Task], Result], task: Task) -> Result:
+    """Run a task while no other of this function runs in the same process, for work that suits no threads."""
+    with _alone:
+        return work(task)
 
 
 def _in_processes(

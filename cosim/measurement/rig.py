@@ -17,15 +17,17 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
+from hfsa.cosim.measurement.newton import CONTRACTION, MOST_CORRECTIONS, SAMPLES, Orbit
 from hfsa.cosim.measurement.pool import is_stopping
+from hfsa.cosim.measurement.start_state import StartState
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import LOCK_IN
 
-STARTS = ("steady", "rest")
-"""States in which a measurement starts: the predicted steady state where there is one, or rest."""
+STARTS = STEADY, REST, PREVIOUS = "steady", "rest", "previous"
+"""States in which a measurement starts: the predicted steady state, where there is one, rest, or the point before."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,14 @@ class Task:
 _SPELL = 100_000
 """Largest number of steps between two looks for a stop request."""
 
+_LEFT = 0.05
+"""Largest error of a corrected start, relative to the settling tolerance."""
+
+_LONGEST = 4
+"""Largest number of windows after which the state is sampled."""
+
+_WAITED = "waited for the transient:"
+
 _RAMP = "ramp"
 """Parameter of the sine source: 0 for full amplitude from the start."""
 
@@ -103,8 +113,23 @@ def measure(task: Task) -> Point:
     return replace(point, wall_time=time.perf_counter() - begin)
 
 
+def measure_on(task: Task) -> tuple[Point, SteadyStart | None]:
+    """Measure one point as `measure`, and return the state at its end, `None` where it has none to go on from."""
+    try:
+        rig = _rig(task.bench, task.settings)
+        point = rig.measure(task)
+        state = rig.closing_state(task)
+        return replace(point, steps=rig.steps), state
+    except Exception as error:  # as in `measure`
+        return Point(task.input, task.place, Status.FAILED, message=_message(error)), None
+
+
 class Rig:
-    """The loaded instances of a bench and the master that steps them."""
+    """The loaded instances of a bench and the master that steps them.
+
+    Attributes:
+        steps: communication steps since the begin of the present point.
+    """
 
     def __init__(self, bench: Bench, settings: Settings):
         self.bench = bench
@@ -119,53 +144,131 @@ class Rig:
         self._windows = self._lock_in.handle(["windows"])
         limits = [bench.assembly.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
         self._limits = self.master.record(limits, rows=1000) if limits else None
+        self.steps = 0
 
     def measure(self, task: Task) -> Point:
         """Measure one point; raises as the master.
 
-        Where the system does not run from the predicted steady state, it starts at rest, and the message says why.
+        Where the system does not run from its start, it starts at rest, and the message says why.
         """
+        self.steps = 0
         try:
-            return self._measure(task)
+            point = self._measure(task)
         except (StepError, StructureError) as error:
             if task.start is None:
                 raise
             point = self._measure(replace(task, start=None))
-            return replace(point, message=point.message or f"started at rest: {error}")
+            point = replace(point, message=point.message or f"started at rest: {error}")
+        return replace(point, steps=self.steps)
+
+    def closing_state(self, task: Task) -> SteadyStart | None:
+        """Run the measured system on to phase 0 of the source, and return its state there as the start of another run.
+
+        `None` where the samples near phase 0 do not determine it, or no linear map is known.
+        """
+        start = task.start
+        if start is None or start.map is None:
+            return None
+        turn, pattern, done = _turn(task), start.map.steps, self.master.statistics["steps"]
+        period = 2 * math.pi / turn
+        middle = math.ceil(done / period + SAMPLES * pattern / period) * period
+        first = (round(middle / pattern) - SAMPLES // 2) * pattern
+        state = StartState(self.master, start.map.values)
+        orbit = Orbit(start.map, state.nominal, turn, first)
+        if not orbit.is_known:
+            return None
+        return state.start(start, orbit.closed(self._sampled(orbit, state)))
 
     def _measure(self, task: Task) -> Point:
-        """Measure one point from its steady state, or from rest without one; raises as the master."""
-        settings, start = task.settings, task.start
-        steps = window_steps(task.frequency, settings.step_size, settings.measurement_periods)
-        window = steps * settings.step_size
+        """Measure one point from its start, or from rest without one; raises as the master."""
+        steps = window_steps(task.frequency, task.settings.step_size, task.settings.measurement_periods)
+        window, tolerance, start = steps * task.settings.step_size, task.settings.settling_tolerance, task.start
         self._initialize(task, window)
         if start is None:
-            settling = Settling(settings.settling_tolerance)
             ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
-        else:
-            keeps = math.exp(start.growth * window)
-            settling, ramp = Settling(settings.settling_tolerance, expected=start.gain, keeps=keeps), 0
-        most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
-        simulated = 0.0
-        for k in range(1, ramp + most + 1):
-            if self._limits is not None:
-                self._limits.clear()
-            self._advance(steps)
-            simulated = k * window
-            if k > ramp:
-                gain = self._gain(k)
-                settling.floor = noise_floor(gain, self.units, self.nominal)
-                settling.add(gain)
-            if settling.settled:
+            return self._settled(task, steps, Settling(tolerance), ramp=ramp)
+        settling = Settling(tolerance, expected=start.gain, keeps=math.exp(start.growth * window))
+        self._take_window(steps, settling, 1)
+        if settling.settled or start.map is None:
+            return self._settled(task, steps, settling, done=1)
+        corrected, reason = self._corrected(task, steps, settling)
+        if corrected is not None:
+            return self._settled(task, steps, corrected, done=1)
+        self._initialize(task, window)
+        point = self._settled(task, steps, Settling(tolerance, expected=start.gain, keeps=settling.keeps))
+        # a branch is followed by waiting wherever it is far from linear
+        return replace(point, message=point.message or reason) if start.gain is not None else point
+
+    def _settled(self, task: Task, steps: int, settling: Settling, ramp: int = 0, done: int = 0) -> Point:
+        """Measure windows after the `done` ones until the gains have settled; those of the ramp are not measured."""
+        window = steps * task.settings.step_size
+        most = max(math.ceil(task.settings.settling_time / window), FEWEST_WINDOWS)
+        k = done
+        while k < ramp + most and not settling.settled:
+            k += 1
+            self._take_window(steps, settling if k > ramp else None, k)
+        return self._point(task, settling, k * window)
+
+    def _take_window(self, steps: int, settling: Settling | None, k: int) -> None:
+        """Run to the end of window `k`, and add its gains to the settling."""
+        if self._limits is not None:
+            self._limits.clear()
+        self._advance(k * steps - self.master.statistics["steps"])
+        if settling is not None:
+            gain = self._gain(k)
+            settling.floor = noise_floor(gain, self.units, self.nominal)
+            settling.add(gain)
+
+    def _corrected(self, task: Task, steps: int, settling: Settling) -> tuple[Settling | None, str]:
+        """Correct the start by Newton's method (`newton.py`), after the first window of a run from it.
+
+        Returns the settling of a run from the corrected start, to continue after its first window, or `None` and the
+        reason.
+        """
+        start = task.start
+        assert start is not None
+        assert start.map is not None
+        state = StartState(self.master, start.map.values)
+        orbit = Orbit(start.map, state.nominal, _turn(task), steps)
+        if not orbit.is_known or orbit.samples[-1] > _LONGEST * steps:
+            return None, f"{_WAITED} ticks repeat too rarely for Newton's method"
+        z, gains, changes = state.vector(start), [settling.gain], [math.inf]
+        for k in range(1, MOST_CORRECTIONS + 1):
+            try:
+                z = z + orbit.correction(z, self._sampled(orbit, state))
+                self._initialize(replace(task, start=state.start(start, z)), steps * task.settings.step_size)
+                found = Settling(settling.tolerance)
+                self._take_window(steps, found, 1)
+            except StepError as error:
+                return None, f"{_WAITED} Newton's method leads to a state that does not run: {error}"
+            gains.append(found.gain)
+            changes.append(float(np.max(np.abs(gains[-1] - gains[-2]) / found.scale)))
+            factor = changes[-1] / changes[-2] if k > 1 else CONTRACTION if start.gain is not None else math.nan
+            if changes[-1] * factor <= _LEFT * settling.tolerance and factor <= CONTRACTION:
+                # the true map keeps at most as much more of a transient as the method leaves of an error
+                keeps = 1 - (1 - settling.keeps) * (1 - factor)
+                found = Settling(settling.tolerance, found.floor, expected=found.gain, keeps=keeps)
+                return found, ""
+            if k > 1 and not factor <= CONTRACTION:
                 break
-        return self._point(task, settling, simulated)
+        return None, f"{_WAITED} Newton's method does not converge, the last change is {changes[-1]:.2g} of the gain"
+
+    def _sampled(self, orbit: Orbit, state: StartState) -> list[np.ndarray]:
+        """Return the states at the samples of an orbit, in the present run."""
+        found = []
+        for count in orbit.samples:
+            self._advance(count - self.master.statistics["steps"])
+            found.append(state.read())
+        return found
 
     def _advance(self, steps: int) -> None:
-        """Take the steps of a window; `KeyboardInterrupt` where the point is no longer needed."""
+        """Take steps; `KeyboardInterrupt` where the point is no longer needed."""
         for first in range(0, steps, _SPELL):
             if is_stopping():
                 raise KeyboardInterrupt
-            self.master.advance(min(_SPELL, steps - first))
+            spell = min(_SPELL, steps - first)
+            self.master.advance(spell)
+            self.steps += spell
 
     def _initialize(self, task: Task, window: float) -> None:
         """Bring the system to the start of a point, windows of a length [s]; raises as the master."""
@@ -240,10 +343,22 @@ def _rig(bench: Bench, settings: Settings) -> Rig:
     return _rigs[key]
 
 
+def close_oldest(most: int = 64) -> None:
+    """Free the rigs of this thread but for a number of the newest, in a process that serves one sweep after another."""
+    own = [key for key in list(_rigs) if key[0] == threading.get_ident()]
+    for key in own[: max(len(own) - most, 0)]:
+        _rigs.pop(key).close()
+
+
 def close_rigs() -> None:
     """Free the instances of all rigs of this process."""
     while _rigs:
         _rigs.popitem()[1].close()
+
+
+def _turn(task: Task) -> float:
+    """Return the phase of the source per step [rad]."""
+    return 2 * math.pi * task.frequency * task.settings.step_size
 
 
 def _message(error: Exception) -> str:

@@ -4,18 +4,21 @@
     with SweepFile.create(path, plan, system_record(...)) as file:
         stepped(file, plan, benches, settings, jobs=2)          # or file.write(points_of(linear(...).response(...)))
 
-`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`).
-FMUs are loaded once per thread or process and reused. A task is one point: it receives plain data and returns numbers,
-and only the caller writes the file. A failed point is a status in the file with its message; all others are measured.
-`linear` computes the response from the FMUs' directional derivatives (`linear/linearize.py`), all points at once.
+`stepped` excites one input with a sine, waits until the response has settled and reads a lock-in amplifier (`rig.py`);
+`multisine.py` excites many lines at once. FMUs are loaded once per thread or process and reused. A task is one point:
+it receives plain data and returns numbers, and only the caller writes the file. A failed point is a status in the file
+with its message; all others are measured. `linear` computes the response from the FMUs' directional derivatives
+(`linear/linearize.py`), all points at once.
 """
 
 import contextlib
 import hashlib
+import itertools
 import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,8 +30,8 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.masters.algorithms import ALGORITHMS
-from hfsa.cosim.measurement import pool
-from hfsa.cosim.measurement.rig import Bench, Settings, Task, close_rigs, measure
+from hfsa.cosim.measurement import branches, pool
+from hfsa.cosim.measurement.rig import PREVIOUS, Bench, Settings, Task, close_rigs, measure
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     InstanceRecord,
@@ -58,7 +61,7 @@ __all__ = [
     "system_record",
 ]
 
-METHODS = ("stepped", "linear")
+METHODS = ("stepped", "multisine", "linear")
 """Methods of a sweep; the first is the default."""
 
 _TYPICAL_SETTLING = 3.0
@@ -89,7 +92,7 @@ def plan_sweep(
     Raises `StructureError` for an unknown signal, with the nearest names, for a signal of another causality, and for a
     sample time that the step does not fit.
     """
-    if settings.method == "stepped":
+    if settings.method != "linear":
         check_sample_times(assembly.system, assembly.connectors, {}, settings.step_size)
 
     def signal(name: str, causality: str) -> Signal:
@@ -104,7 +107,8 @@ def plan_sweep(
         frequency=np.asarray(frequency, dtype=float),
         outputs=tuple(signal(name, "output") for name in outputs),
         inputs=tuple(signal(name, "input") for name in inputs),
-        settings=asdict(settings) if settings.method == "stepped" else {"method": settings.method},
+        settings=asdict(settings) if settings.method != "linear" else {"method": settings.method},
+        has_branches=settings.method == "stepped" and settings.start == PREVIOUS,
     )
 
 
@@ -155,11 +159,12 @@ def system_record(
     operating_point: Mapping[str, float] = {},
     order: OrderChoice | None = None,
     algorithm: AlgorithmChoice | None = None,
+    left_out: str = "",
 ) -> SystemRecord:
     """Return the description of the measured system for the results file: the text of the scene, and all FMUs.
 
     Where a component is a different FMU in another assembly (a source in another unit), its name gets a number,
-    `source[2]`.
+    `source[2]`. `left_out` is the sentence on what was pruned.
     """
     files: dict[str, list[Path]] = {}
     instances = []
@@ -170,7 +175,7 @@ def system_record(
                 earlier.append(file)
                 name = component.name if len(earlier) == 1 else f"{component.name}[{len(earlier)}]"
                 instances.append(_instance_record(name, component, assembly.descriptions[component.name]))
-    return SystemRecord(title, scene, instances, operating_point, order, algorithm)
+    return SystemRecord(title, scene, instances, operating_point, order, algorithm, left_out)
 
 
 def _instance_record(name: str, component: Component, description: Description) -> InstanceRecord:
@@ -203,11 +208,15 @@ def stepped(
     """Measure all unfinished points of the file, and write each when it is finished.
 
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
-    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process. Raises `StructureError` for
-    wrong wiring, before a run, and `ResultsError` where the file cannot be written.
+    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process; where each starts on the one
+    before, the inputs run in `jobs` threads, and an unfinished input is measured as a whole. Raises `StructureError`
+    for wrong wiring, before a run, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
+    unfinished, is_following = file.unfinished(), settings.start == PREVIOUS
+    if is_following:  # a branch begins at its first point
+        unfinished = [(i, k) for i in sorted({i for i, _ in unfinished}) for k in range(len(plan.frequency))]
     tasks = [
         Task(
             i,
@@ -218,14 +227,19 @@ def stepped(
             plan.inputs[i].amplitude,
             starts[plan.inputs[i].name][k] if plan.inputs[i].name in starts else None,
         )
-        for i, k in file.unfinished()
+        for i, k in unfinished
     ]
+    if is_following:
+        branches.check(tasks)
     # longest first, so that all workers end at about the same time
-    tasks.sort(key=_work, reverse=True)
-    total, finished = sum(map(_work, tasks)), 0.0
-    points = len(plan.frequency) * len(plan.inputs)
-    with _rigs_closed(), contextlib.closing(_points(tasks, jobs, executor)) as results:
-        for n, (task, point) in enumerate(results, points - len(tasks) + 1):
+    if not is_following:
+        tasks.sort(key=_work, reverse=True)
+    sweeps = 2 if is_following else 1
+    total, finished = sweeps * sum(map(_work, tasks)), 0.0
+    points = sweeps * len(plan.frequency) * len(plan.inputs)
+    measured = _branch_points(tasks, jobs) if is_following else _points(tasks, jobs, executor)
+    with _rigs_closed(), contextlib.closing(measured) as results:
+        for n, (task, point) in enumerate(results, points - sweeps * len(tasks) + 1):
             if point is None:
                 message = "the process ended without a result: an FMU must have crashed"
                 point = Point(task.input, task.place, Status.FAILED, message=message)
@@ -242,9 +256,20 @@ def _points(tasks: Sequence[Task], jobs: int, executor: Executor | None) -> Gene
     is_stepped = all(
         task.bench.library is not None and ALGORITHMS[task.settings.algorithm].is_limited for task in tasks
     )
-    if executor is None and is_stepped and not is_foreign:
+    suits_threads = is_stepped and not is_foreign
+    if executor is not None:  # whose processes may have several threads
+        work = measure if suits_threads else partial(pool.one_at_a_time, measure)
+        return pool.results(work, tasks, executor=executor)
+    if suits_threads:
         return pool.in_threads(measure, tasks, jobs)
-    return pool.results(measure, tasks, jobs, executor, apart=is_foreign)
+    return pool.results(measure, tasks, jobs, apart=is_foreign)
+
+
+def _branch_points(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, Point | None]]:
+    """Yield each task with its points as they are measured, upwards and downwards; inputs run in parallel."""
+    by_input = [tuple(own) for _, own in itertools.groupby(tasks, lambda task: task.input)]
+    for own, point in pool.streamed(branches.follow, by_input, jobs):
+        yield own[point.frequency], point
 
 
 @contextlib.contextmanager

@@ -14,11 +14,29 @@ from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, Signal, Theory
 from hfsa.cosim.results.store import open_file, translate_errors
-from hfsa.cosim.results.sweep_file import COMPUTED
+from hfsa.cosim.results.sweep_file import COMPUTED, DOWN, is_downward
 from hfsa.cosim.systems.names import nearest
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+
+@dataclass(frozen=True)
+class Downward:
+    """Downward sweep of a file that follows branches: arrays as those of the upward sweep in `Bode`, and `branches`.
+
+    Attributes:
+        branches: flags of `signals/branches.py`, (frequencies, inputs): jumps of both sweeps, and where they differ.
+    """
+
+    response: NDArray[np.complex128]
+    harmonic_distortion: NDArray[np.float64]
+    remaining_transient: NDArray[np.float64]
+    status: NDArray[np.int8]
+    wall_time: NDArray[np.float64]
+    message: NDArray[np.object_]
+    steps: NDArray[np.int64]
+    branches: NDArray[np.int8]
 
 
 @dataclass(frozen=True)
@@ -30,11 +48,13 @@ class Bode:
         outputs, inputs: full names with units, the inputs with their amplitudes.
         response: complex, output per input; NaN where a point is pending or failed.
         step_error: relative error due to the communication steps, NaN where it is unknown or the response is zero.
-        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s] and `message`.
+        status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s], `message`, and the number of
+            communication `steps`, 0 where it is unknown.
         attributes: attributes of the file.
         settings: settings of the measurement.
         theory: linear response to compare a measured one with, if known.
         marks: published frequencies [Hz] by source, from the scene.
+        downward: the downward sweep where branches were followed; the other arrays are then the upward one.
     """
 
     path: Path
@@ -48,10 +68,12 @@ class Bode:
     status: NDArray[np.int8]
     wall_time: NDArray[np.float64]
     message: NDArray[np.object_]
+    steps: NDArray[np.int64]
     settings: dict[str, Any]
     attributes: dict[str, Any]
     theory: Theory | None = None
     marks: Mapping[str, float] = field(default_factory=dict)
+    downward: Downward | None = None
 
     def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (name of the axis in the file)
         """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
@@ -64,7 +86,10 @@ class Bode:
         entries, points = ("frequency", "output", "input"), ("frequency", "input")
         of_entries = ("response", "harmonic_distortion", "remaining_transient", "step_error")
         variables = {name: (entries, getattr(self, name)) for name in of_entries}
-        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message")}
+        variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message", "steps")}
+        if self.downward is not None:
+            variables |= {f"{name}{DOWN}": (entries, getattr(self.downward, name)) for name in of_entries[:3]}
+            variables["branches"] = (points, self.downward.branches)
         coordinates = {
             "frequency": ("frequency", self.frequency, {"units": "Hz"}),
             "output": [signal.name for signal in self.outputs],
@@ -95,20 +120,27 @@ def read_sweep(path: str | Path) -> Bode:
         inputs = zip(
             hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
         )
-        numbers = {name: group[name][:] for name in COMPUTED if name != "message"}
         return Bode(
             path=path,
             frequency=group["frequency"][:],
             outputs=tuple(Signal(name, unit) for name, unit in outputs),
             inputs=tuple(Signal(name, unit, amplitude) for name, unit, amplitude in inputs),
-            message=np.array([[hdf5.text(m) for m in row] for row in group["message"][:]], dtype=object),
             settings=hdf5.plain(file["sweep"].attrs),
             attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
             step_error=_step_error(group),
             theory=_read_theory(file),
             marks=_marks(hdf5.text(file["system"].attrs["scene"])),
-            **numbers,
+            downward=Downward(**_points(group, DOWN), branches=group["branches"][:]) if is_downward(group) else None,
+            **_points(group),
         )
+
+
+def _points(group: Node, side: str = "") -> dict[str, Any]:
+    """Read the arrays of the points of one sweep, whose names have an ending."""
+    numbers = {name: group[f"{name}{side}"][:] for name in COMPUTED if name != "message"}
+    steps = group[f"steps{side}"][:] if f"steps{side}" in group else np.zeros(numbers["status"].shape, np.int64)
+    message = np.array([[hdf5.text(m) for m in row] for row in group[f"message{side}"][:]], dtype=object)
+    return {**numbers, "steps": steps, "message": message}
 
 
 def _marks(scene: str) -> dict[str, float]:

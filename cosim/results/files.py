@@ -13,6 +13,7 @@
                  response (complex, output per input), magnitude, phase [rad], harmonic_distortion,
                  remaining_transient, step_error: relative error due to the communication steps, NaN if unknown
                  status, wall_time [s], message, over (frequency, input)
+                 of a multisine: line_amplitude, line_phase [rad] over (frequency, input), crest_factor(input)
     /time        time [s] and one dataset per recorded variable; error_estimate, relative_error: their attributes
 
 Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `open_dataset(path, group="bode",
@@ -28,6 +29,7 @@ from hfsa.cosim.results.records import (
     ErrorEstimate,
     InstanceRecord,
     LevelChoice,
+    Lines,
     OrderChoice,
     Plan,
     Point,
@@ -47,6 +49,7 @@ __all__ = [
     "Identity",
     "InstanceRecord",
     "LevelChoice",
+    "Lines",
     "OrderChoice",
     "Plan",
     "Point",

@@ -153,6 +153,7 @@ class SystemRecord:
         operating_point: states at the operating point by full name.
         order: computed order of steps; `None` where the order is the scene's.
         algorithm: choice of `auto`; `None` where the scene names the algorithm.
+        left_out: sentence on the states and outputs of the scene that the FMUs do not have; empty where they have all.
     """
 
     title: str
@@ -161,6 +162,7 @@ class SystemRecord:
     operating_point: Mapping[str, float] = field(default_factory=dict)
     order: OrderChoice | None = None
     algorithm: AlgorithmChoice | None = None
+    left_out: str = ""
 
 
 @dataclass(frozen=True)
@@ -172,13 +174,18 @@ class ErrorEstimate:
 
 
 class Status(enum.IntEnum):
-    """Status of a point of a sweep; the response of a `LIMITED` point is not linear, as a limit was active."""
+    """Status of a point of a sweep.
+
+    The response of a `LIMITED` point is not linear, as a limit was active. A point `NOT_EXCITED` is at a line of a
+    multisine that belongs to another input, and stays without a response.
+    """
 
     PENDING = 0
     DONE = 1
     NOT_SETTLED = 2
     FAILED = 3
     LIMITED = 4
+    NOT_EXCITED = 5
 
 
 @dataclass(frozen=True)
@@ -199,6 +206,18 @@ class Theory:
 
 
 @dataclass(frozen=True)
+class Lines:
+    """Sines of a multisine: `amplitude`, in the unit of each input, and `phase` [rad] at time 0.
+
+    Both are (frequencies, inputs), NaN where an input is not excited; `crest_factor` is (inputs,), that of each sum.
+    """
+
+    amplitude: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    crest_factor: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Plan:
     """Plan of a sweep: its axes, settings, and expected response.
 
@@ -207,6 +226,8 @@ class Plan:
         settings: attributes of `/sweep`.
         theory: linear response for `/theory`, if known.
         step_error: relative error due to the communication steps, (frequencies, outputs, inputs); `None` if unknown.
+        has_branches: whether the inputs are swept upwards and downwards.
+        lines: sines of a multisine, whose peak is the amplitude of the input; `None` for one sine at a time.
     """
 
     frequency: NDArray[np.float64]
@@ -215,13 +236,16 @@ class Plan:
     settings: Mapping[str, Any] = field(default_factory=dict)
     theory: Theory | None = None
     step_error: NDArray[np.float64] | None = None
+    has_branches: bool = False
+    lines: Lines | None = None
 
 
 @dataclass(frozen=True)
 class Point:
     """Result at one input and one frequency, given by their indices; arrays have shape (outputs,).
 
-    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry.
+    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry, `steps`
+    the number of communication steps that the point took; `is_downward` marks a point of a downward sweep.
     """
 
     input: int
@@ -232,3 +256,5 @@ class Point:
     remaining_transient: NDArray[np.float64] | None = None
     wall_time: float = float("nan")
     message: str = ""
+    steps: int = 0
+    is_downward: bool = False

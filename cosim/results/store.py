@@ -202,12 +202,17 @@ def _write_attributes(file: Node, title: str) -> None:
     file.attrs["tool"] = TOOL
     file.attrs["tool_version"] = version("hfsa")
     file.attrs["git_commit"] = _git_commit()
-    file.attrs["command"] = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    file.attrs["command"] = command_line()
     file.attrs["python"] = platform.python_version()
     file.attrs["platform"] = platform.platform()
     file.attrs["format_version"] = FORMAT_VERSION
     # of fixed length, so that it can be overwritten in place
     file.attrs.create("status", np.bytes_(RUNNING), dtype=f"S{LONGEST_STATUS}")
+
+
+def command_line() -> str:
+    """Return the command of this process."""
+    return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
 
 
 def _git_commit() -> str:

@@ -13,6 +13,7 @@ from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import Plan, Point, Signal, Status, SystemRecord
 from hfsa.cosim.results.resume import check_same, earlier_version
 from hfsa.cosim.results.store import Store
+from hfsa.cosim.signals.branches import DIFFERENT, JUMP_DOWN, JUMP_UP, branch_flags
 from hfsa.cosim.signals.frequency_response import phase
 
 _NAN = np.complex128(complex(np.nan, np.nan))
@@ -26,6 +27,12 @@ COMPUTED = (
     "message",
 )
 
+LATER = ("steps",)
+"""Datasets that files of earlier versions lack."""
+
+DOWN = "_down"
+"""Ending of the datasets of the downward sweep, which a file has that follows branches (`--start previous`)."""
+
 
 class SweepFile:
     """Results file of a sweep, open for writing by this process alone; `identity` is independent of its name."""
@@ -34,7 +41,14 @@ class SweepFile:
         self.path, self.identity = store.path, store.identity
         self._store = store
         # copy of the datasets: writing whole rows is many times faster than writing single entries
-        self._arrays = {name: store.file["bode"][name][:] for name in (*COMPUTED, "magnitude", "phase")}
+        bode = store.file["bode"]
+        names = [*COMPUTED, "magnitude", "phase", *(name for name in LATER if name in bode)]
+        self._has_branches = is_downward(bode)
+        if self._has_branches:
+            names += [*(f"{name}{DOWN}" for name in (*COMPUTED, *LATER)), "branches"]
+        self._arrays = {name: bode[name][:] for name in names}
+        self._units = hdf5.texts(bode["output_unit"])
+        self._tolerance = float(store.file["sweep"].attrs.get("settling_tolerance", 0.0))
 
     @classmethod
     def create(cls, path: Path, plan: Plan, system: SystemRecord, force: bool = False) -> "SweepFile":
@@ -55,8 +69,8 @@ class SweepFile:
 
     def unfinished(self) -> list[tuple[int, int]]:
         """Return the indices (input, frequency) of the points to measure: pending and failed ones."""
-        status = self._arrays["status"]
-        open_points = np.argwhere((status == Status.PENDING) | (status == Status.FAILED))
+        sides = [self._arrays[name] for name in ("status", f"status{DOWN}") if name in self._arrays]
+        open_points = np.argwhere(np.any([(s == Status.PENDING) | (s == Status.FAILED) for s in sides], axis=0))
         return [(int(i), int(k)) for k, i in open_points]
 
     def write(self, points: Iterable[Point]) -> None:
@@ -64,22 +78,31 @@ class SweepFile:
         points = list(points)
         arrays = self._arrays
         for point in points:
-            where = (point.frequency, slice(None), point.input)
+            where, side = (point.frequency, slice(None), point.input), DOWN if point.is_downward else ""
             if point.response is not None:
-                arrays["response"][where] = point.response
-                arrays["magnitude"][where] = np.abs(point.response)
-                arrays["phase"][where] = phase(point.response)
+                arrays[f"response{side}"][where] = point.response
+                if not point.is_downward:
+                    arrays["magnitude"][where] = np.abs(point.response)
+                    arrays["phase"][where] = phase(point.response)
             for name in ("harmonic_distortion", "remaining_transient"):
                 if getattr(point, name) is not None:
-                    arrays[name][where] = getattr(point, name)
-            arrays["wall_time"][point.frequency, point.input] = point.wall_time
-            arrays["message"][point.frequency, point.input] = clipped(point.message)
-            arrays["status"][point.frequency, point.input] = point.status
+                    arrays[f"{name}{side}"][where] = getattr(point, name)
+            arrays[f"wall_time{side}"][point.frequency, point.input] = point.wall_time
+            arrays[f"message{side}"][point.frequency, point.input] = clipped(point.message)
+            if f"steps{side}" in arrays:
+                arrays[f"steps{side}"][point.frequency, point.input] = point.steps
+            arrays[f"status{side}"][point.frequency, point.input] = point.status
         rows = {point.frequency for point in points}
         first, last = min(rows, default=0), max(rows, default=-1) + 1
+        if self._has_branches:
+            for i in {point.input for point in points if point.is_downward}:
+                up, down = (arrays[f"response{side}"][:, :, i] for side in ("", DOWN))
+                arrays["branches"][:, i] = branch_flags(up, down, self._units, self._tolerance)
+                last = len(arrays["branches"])
         with deferred_interrupts():
-            self._write_rows(slice(first, last), [name for name in arrays if name != "status"])
-            self._write_rows(slice(first, last), ["status"])
+            statuses = [name for name in arrays if name.startswith("status")]
+            self._write_rows(slice(first, last), [name for name in arrays if name not in statuses])
+            self._write_rows(slice(first, last), statuses)
 
     def _write_rows(self, rows: slice, names: Iterable[str]) -> None:
         """Write rows of some arrays and flush."""
@@ -89,7 +112,7 @@ class SweepFile:
 
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
-        pending = np.any(self._arrays["status"] == Status.PENDING)
+        pending = any(np.any(a == Status.PENDING) for name, a in self._arrays.items() if name.startswith("status"))
         with deferred_interrupts():
             hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
             self._store.close()
@@ -114,26 +137,50 @@ def _lay_out(file: Node, plan: Plan) -> None:
         units.dims[0].attach_scale(bode[side])
     hdf5.create_dataset(bode, "amplitude", ["input"], np.nan, float, _common(plan.inputs) or "input_unit")
     bode["amplitude"][:] = [signal.amplitude for signal in plan.inputs]
-    hdf5.create_dataset(bode, "response", entries, _NAN, np.complex128, unit)
     hdf5.create_dataset(bode, "magnitude", entries, np.nan, float, unit)
     hdf5.create_dataset(bode, "phase", entries, np.nan, float, "rad")
-    hdf5.create_dataset(bode, "harmonic_distortion", entries, np.nan, float, "1")
-    hdf5.create_dataset(bode, "remaining_transient", entries, np.nan, float, "1")
     hdf5.create_dataset(bode, "step_error", entries, np.nan, float, "1")
     if plan.step_error is not None:
         bode["step_error"][:] = plan.step_error
-    hdf5.create_dataset(bode, "wall_time", points, np.nan, float, "s")
-    members = {status.name.lower(): int(status) for status in Status}
-    status = hdf5.create_dataset(bode, "status", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
-    status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
-    status.attrs["flag_meanings"] = " ".join(members)
-    message = hdf5.create_dataset(bode, "message", points, b"", f"S{LONGEST_MESSAGE}")
-    message.attrs["_Encoding"] = "utf-8"  # attribute by which xarray decodes bytes
+    _lay_out_points(bode, unit)
+    if plan.has_branches:
+        _lay_out_points(bode, unit, DOWN)
+        flags = hdf5.create_dataset(bode, "branches", points, np.int8(0), np.int8)
+        flags.attrs["flag_masks"] = np.array([JUMP_UP, JUMP_DOWN, DIFFERENT], dtype=np.int8)
+        flags.attrs["flag_meanings"] = "jump_up jump_down different"
+    if plan.lines is not None:
+        for name, values, unit in (
+            ("line_amplitude", plan.lines.amplitude, _common(plan.inputs) or "input_unit"),
+            ("line_phase", plan.lines.phase, "rad"),
+        ):
+            hdf5.create_dataset(bode, name, points, np.nan, float, unit)[:] = values
+        hdf5.create_dataset(bode, "crest_factor", ["input"], np.nan, float, "1")[:] = plan.lines.crest_factor
     if plan.theory is not None:
         theory = file.create_group("theory")
         _lay_out_axes(theory, plan.theory.frequency, plan)
         hdf5.create_dataset(theory, "response", entries, _NAN, np.complex128, unit)
         theory["response"][:] = plan.theory.response
+
+
+def is_downward(bode: Node) -> bool:
+    """Whether `/bode` holds a downward sweep too."""
+    return f"response{DOWN}" in bode
+
+
+def _lay_out_points(bode: Node, unit: str, side: str = "") -> None:
+    """Create the datasets of the points of one sweep, their names with an ending."""
+    entries, points = ["frequency", "output", "input"], ["frequency", "input"]
+    hdf5.create_dataset(bode, f"response{side}", entries, _NAN, np.complex128, unit)
+    hdf5.create_dataset(bode, f"harmonic_distortion{side}", entries, np.nan, float, "1")
+    hdf5.create_dataset(bode, f"remaining_transient{side}", entries, np.nan, float, "1")
+    hdf5.create_dataset(bode, f"wall_time{side}", points, np.nan, float, "s")
+    hdf5.create_dataset(bode, f"steps{side}", points, np.int64(0), np.int64, "1")
+    members = {status.name.lower(): int(status) for status in Status}
+    status = hdf5.create_dataset(bode, f"status{side}", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
+    status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
+    status.attrs["flag_meanings"] = " ".join(members)
+    message = hdf5.create_dataset(bode, f"message{side}", points, b"", f"S{LONGEST_MESSAGE}")
+    message.attrs["_Encoding"] = "utf-8"  # attribute by which xarray decodes bytes
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:

@@ -12,6 +12,8 @@ from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice
 def write_system(group: Node, system: SystemRecord) -> None:
     """Write the scene, and the FMU, start values and level of each instance."""
     group.attrs["scene"] = system.scene
+    if system.left_out:
+        group.attrs["left_out"] = system.left_out
     for record in system.instances:
         instance = group.create_group(record.instance)
         for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):

@@ -8,9 +8,11 @@ valleys of |H| narrower than an octave are filled up to their lower edge (a morp
 there is relative to the surroundings. Slopes and resonances are unchanged.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 _AROUND = np.array([-4, -2, -1, -0.5, 0, 0.5, 1, 2, 4])
 """Frequencies about a mode, in half-widths of its resonance."""
@@ -50,6 +52,13 @@ def fill_valleys(size: NDArray[np.float64], frequency: NDArray[np.float64]) -> N
     n = len(frequency)
     window = min(max(round((n - 1) * np.log(2) / np.log(frequency[-1] / frequency[0])), 1), 2 * n)
     beyond = np.pad(size, [(window, window), *[(0, 0)] * (size.ndim - 1)])
-    highest = maximum_filter1d(beyond, window, axis=0, mode="constant")
-    lowest = minimum_filter1d(highest, window, axis=0, mode="constant", origin=-1 if window % 2 == 0 else 0)
-    return lowest[window:-window]
+    return _of_neighbours(np.minimum, _of_neighbours(np.maximum, beyond, window), window)[1 : n + 1]
+
+
+def _of_neighbours(extreme: Callable[..., Any], values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return the extreme of each `count` neighbours of n along the first axis, (n - count + 1, ...)."""
+    width = 1
+    while 2 * width <= count:
+        values, width = extreme(values[:-width], values[width:]), 2 * width
+    rest = count - width
+    return extreme(values[:-rest], values[rest:]) if rest else values

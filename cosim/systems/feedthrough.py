@@ -99,7 +99,13 @@ def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
 
 def _representatives(dependencies: Mapping[str, set[str]]) -> dict[str, str]:
     """Return a representative of the strongly connected component of each output; mostly the output itself."""
-    from scipy.sparse import csr_matrix  # imported here, as it takes a third of a second
+    try:
+        TopologicalSorter(dependencies).prepare()
+    except CycleError:
+        pass
+    else:
+        return {name: name for name in dependencies}
+    from scipy.sparse import csr_matrix  # imported here, as it takes a third of a second and few systems have loops
     from scipy.sparse.csgraph import connected_components
 
     names = list(dependencies)

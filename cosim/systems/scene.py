@@ -13,6 +13,7 @@ AUTO = "auto"
 """Algorithm name for the cheapest one with an error within the tolerance (`analysis/algorithm_choice.py`)."""
 
 SINE_SOURCE, LOCK_IN = "sine_source", "lock_in"
+MULTISINE_SOURCE, SAMPLER = "multisine_source", "sampler"
 """Names of the parts that are the instruments of a measurement."""
 
 

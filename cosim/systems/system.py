@@ -51,6 +51,8 @@ class Component:
     with a range has one value for all members, or a list, or an `Analysis`; `computed` holds the analyses that gave
     start values, by name.
 
+    A pruned component (`assembly/prune.py`) has an FMU with the inputs, states and outputs named in `kept` alone.
+
     An FMU fused from several parts (`assembly/fuse.py`) has `members` and `connections` between them; its variables
     are named `member.variable`, and `part` is a description only.
     """
@@ -63,6 +65,7 @@ class Component:
     members: Sequence["Component"] = ()
     connections: Sequence["Connection"] = ()
     computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
+    kept: tuple[str, ...] | None = None
 
     def __post_init__(self):
         if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):

@@ -13,8 +13,8 @@ from pathlib import Path
 from hfsa.components import ModelError
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.fidelity import levels
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.fmi.description import Description
 from hfsa.cosim.results.records import LevelChoice
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
@@ -64,15 +64,15 @@ def choices_of(scene: Scene, library: Path | None, report: Callable[[str], None]
         except (*REFUSALS, ArithmeticError) as error:
             refusals["levels"] = str(error)
     lower = tuple((name, choice.level) for name, choice in chosen.items() if choice.level != highest[name])
-    variants = Variants(reference)
-    groups = list(_groups(reference, variants.parts.descriptions))
+    variants = Variants(reference, keep="needed")
+    groups = list(_groups(variants.parts))
     found: list[Composition] = []
     for of_level in dict.fromkeys([(), lower]):
         for group in dict.fromkeys([(), tuple(map(tuple, own_fuse)), *groups]):
             composition = Composition(of_level, group)
             report(str(composition))
             try:
-                Variants(composition.of(reference)).plain.check()
+                Variants(composition.of(reference), variants.parts, keep="needed").plain.check()
             except REFUSALS as error:
                 refusals[str(composition)] = str(error)
                 continue
@@ -81,13 +81,14 @@ def choices_of(scene: Scene, library: Path | None, report: Callable[[str], None]
     return Choices(reference, found, Composition(own, tuple(map(tuple, own_fuse))), chosen, highest, refusals)
 
 
-def _groups(scene: Scene, descriptions: Mapping[str, Description]) -> Iterator[tuple[tuple[str, ...], ...]]:
+def _groups(parts: Assembly) -> Iterator[tuple[tuple[str, ...], ...]]:
     """Yield groups to fuse: the parts on each loop, all continuous parts, all parts; each connected, of two or more."""
-    parts = [c.name for c in scene.system.components if not c.part.endswith(".fmu")]
-    continuous = [name for name in parts if not descriptions[name].is_sampled]
-    edges = {(scene.system.split(c.start)[0], scene.system.split(c.end)[0]) for c in scene.system.connections}
+    system = parts.system
+    ours = [c.name for c in system.components if not c.part.endswith(".fmu")]
+    continuous = [name for name in ours if not parts.descriptions[name].is_sampled]
+    edges = {(system.split(c.start)[0], system.split(c.end)[0]) for c in system.connections}
     loops = tuple(group for group in _on_loops(continuous, edges) if len(group) > 1)
-    for found in (loops, _connected(continuous, edges), _connected(parts, edges)):
+    for found in (loops, _connected(continuous, edges), _connected(ours, edges)):
         if found:
             yield found
 

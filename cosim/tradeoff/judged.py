@@ -35,9 +35,9 @@ class Judged:
         self._ready: dict[tuple[Composition, str, str], Assembly] = {}
 
     def variants(self, composition: Composition) -> Variants:
-        """Return the assemblies of a composition; errors as of `Variants`."""
+        """Return the assemblies of a composition, pruned; errors as of `Variants`."""
         if composition not in self._variants:
-            self._variants[composition] = Variants(composition.of(self.scene))
+            self._variants[composition] = Variants(composition.of(self.scene), keep="needed")
         return self._variants[composition]
 
     def excited(self, composition: Composition) -> Mapping[str, Assembly]:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.step_effect import StepAnalysis
+from hfsa.cosim.analysis.step_limits import fitting
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.linear.cycle import Source
@@ -132,7 +133,7 @@ class Motion:
 
     def exact(self, places: float) -> "Outputs":
         """Return the outputs of the monolithic run, as far as it comes; `StructureError` where it is not possible."""
-        scene, step = self.scene, places / _COMPARED
+        scene, step = self.scene, fitting(places / _COMPARED, self.times(Composition()))
         steps, begin = max(round(scene.stop_time / step), 1), time.monotonic()
         assembly = self.built(Configuration(Composition(), _MONOLITHIC, step))
         with closing(open_master(assembly, _MONOLITHIC, step, self._library, _TOLERANCE * scene.tolerance)) as master:

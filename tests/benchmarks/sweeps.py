@@ -1,12 +1,15 @@
 """Cost of a frequency response: the sweep of a scene beside a loop with fmpy as one writes it by hand.
 
-    make bench        # or: python tests/benchmarks/sweeps.py [ROUNDS]
+    make bench        # or: python tests/benchmarks/sweeps.py [ROUNDS] [--methods]
 
 The loop by hand steps the two FMUs of `sdelta_shaker` with the scene's communication step: it sets a sine with its
 derivatives, waits 3.4 s, in which the transient falls to 0.5 %, and fits a sine to two periods by least squares.
 Ours is `hfsa sweep` as a command, on one processor: start, FMUs, choice of the algorithm, theory and file included; a
 single point is its `wall_time` in that file. Commands run ROUNDS times, in turn, and the shortest CPU time counts.
 Errors are against the linear response, which has no steps.
+
+A second table has the methods side by side: `linear`, `multisine` and `stepped` of one scene, each with the number of
+its frequencies. The FMUs of all are built before a command is timed.
 """
 
 import argparse
@@ -25,6 +28,9 @@ from fmpy.fmi2 import FMU2Slave
 from hfsa.cosim import load_scene, read
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.measurement.rig import Settings
+from hfsa.cosim.measurement.sweep import linear, plan_sweep
+from hfsa.cosim.results.files import Bode
 
 SETTLING, PERIODS = 3.4, 2
 SCENE, INPUT, OUTPUT = "sdelta_shaker", "reference.command.position[3]", "robot.platform.position[3]"
@@ -103,19 +109,72 @@ def by_hand(frequency: Sequence[float]) -> tuple[list[float], list[complex]]:
     return seconds, found
 
 
-def command(file: Path, *words: str) -> float:
+def command(file: Path, *words: str, scene: str = SCENE) -> float:
     """Return the CPU time [s] of a sweep as a command."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    own = [sys.executable, "-m", "hfsa.cosim.cli", "sweep", SCENE, *words, "-o", str(file), "--force"]
+    own = [sys.executable, "-m", "hfsa.cosim.cli", "sweep", scene, *words, "-o", str(file), "--force"]
     subprocess.run(own, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+NONLINEAR = ("-p", "sensor.level=nonlinear", "--input", "sensor.base.acceleration[2]", "--to", "500", "--points", "8")
+CASES = {
+    "sdelta_shaker, 1 input, 6 outputs": ("sdelta_shaker", ("--input", INPUT), ()),
+    "sdelta_shaker, 6 inputs": ("sdelta_shaker", (), ()),
+    "sdelta_shaker, 6 inputs together": ("sdelta_shaker", (), ("--inputs", "together")),
+    "sdelta_hfsa (sampled), 1 input": ("sdelta_hfsa", ("--input", INPUT), ()),
+    "accelerometer_shaker, nonlinear, 1 input": ("accelerometer_shaker", NONLINEAR, ()),
+    "  from rest": ("accelerometer_shaker", NONLINEAR, ("--start", "rest")),
+}
+
+
+def off(bode: Bode, scene: str, words: Sequence[str]) -> float:
+    """Return the largest difference of a sweep from the linear response, relative to the largest of an input."""
+    levels = dict([word.split("=") for word in words if "=" in word])
+    at = load_scene(scene, levels)
+    inputs, outputs = ([signal.name for signal in side] for side in (bode.inputs, bode.outputs))
+    assembly = Variants(at).plain
+    plan = plan_sweep(assembly, inputs, outputs, bode.frequency, at.amplitude, Settings("linear"))
+    exact = linear(assembly, plan).response(bode.frequency)
+    return float(np.nanmax(np.abs(bode.response - exact) / np.abs(exact).max(axis=(0, 1))))
+
+
+def methods(rounds: int) -> None:
+    """Print cost and error of the methods of a sweep, side by side."""
+    print(f"\n{'':42} {'method':10} {'CPU time':>9} {'runs':>9} {'points':>7} {'error':>8}")
+    with tempfile.TemporaryDirectory() as folder:
+        for label, (scene, words, of_measured) in CASES.items():
+            ways = {"linear": (), "multisine": of_measured, "stepped": of_measured}
+            if "--inputs" in of_measured:
+                ways = {"multisine": of_measured}
+            if "--start" in of_measured:
+                ways = {"multisine": of_measured, "stepped": of_measured}
+            best = dict.fromkeys(ways, float("inf"))
+            for _ in range(rounds + 1):  # the first builds FMUs
+                for method, own in ways.items():
+                    more = own if method == "linear" else ("-j", "1", *own)
+                    file = Path(folder, f"{method}.h5")
+                    taken = command(file, *words, "--method", method, *more, scene=scene)
+                    best[method] = min(best[method], taken)
+            for method, taken in best.items():
+                bode = read(Path(folder, f"{method}.h5"))
+                measured = float(np.nansum(bode.wall_time))
+                points = int(np.isfinite(bode.response[:, 0]).sum())
+                error = off(bode, scene, words)
+                print(f"{label:42} {method:10} {taken:7.2f} s {measured:7.2f} s {points:7} {error:8.1e}", flush=True)
+                label = ""
+
+
 def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Cost of a frequency response, beside a loop written by hand.")
     parser.add_argument("rounds", nargs="?", type=int, default=2)
-    rounds = parser.parse_args(words).rounds
+    parser.add_argument("--methods", action="store_true", help="the table of methods alone")
+    given = parser.parse_args(words)
+    rounds = given.rounds
+    if given.methods:
+        methods(rounds)
+        return
     vertical = ("--input", INPUT, "--signal", OUTPUT, "--points", "40", "-j", "1")
     ways = {
         "hfsa sweep, 1 input, 1 output": vertical,
@@ -151,6 +210,7 @@ def main(words: Sequence[str] | None = None) -> None:
         own = np.abs(first.response[few, 0, 0] / exact[few] - 1).max()
         theirs = np.abs(np.array(found) / exact[few] - 1).max()
         print(f"\nlargest error at these points: hfsa {own:.1e}, by hand {theirs:.1e}")
+    methods(rounds)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,8 @@ from hfsa.components import Model, ModelError
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.model import Kind
 from hfsa.components.lock_in import lock_in
+from hfsa.components.multisine_source import multisine_source
+from hfsa.components.sampler import sampler
 from hfsa.components.sine_source import sine_source
 
 
@@ -129,3 +131,51 @@ def test_sine_source_swings_about_its_offset():
         about, plain = (np.array(out(t, [], [], [], [0.5, 1.0, offset, 1.0])).ravel() for offset in (75.0, 0.0))
         assert about[0] == pytest.approx(75.0 + plain[0], rel=1e-15)
         assert about[1:].tolist() == plain[1:].tolist()
+
+
+def multisine(orders, amplitudes, phases, step=50e-6, points=20_000, offset=0.0, ramp=0.0):
+    """Outputs of a multisine at a time."""
+    out = functions(multisine_source(lines=len(orders), unit="m")).out
+    values = [*amplitudes, *orders, *phases, step, points, offset, ramp]
+    return lambda t: np.array(out(t, [], [], [], values)).ravel()
+
+
+@pytest.mark.parametrize("late", [0, 1_000_000, 999_999_937])
+def test_a_multisine_loses_no_digits_however_late(late):
+    """At multiples of the step: phases by whole numbers, in 1e-13 of the amplitude."""
+    orders, amplitudes, phases = np.array([1, 37, 1999]), np.array([1.0, 0.5, 0.25]), np.array([0.3, -1.0, 2.0])
+    step, points = 50e-6, 20_000
+    at = multisine(orders, amplitudes, phases, step, points)
+    for n in late + np.array([0, 1, 777, 12_345]):
+        turns = np.array([int(k) * int(n) % points for k in orders]) / points
+        angle, omega = 2 * np.pi * turns + phases, 2 * np.pi * orders / (points * step)
+        exact = [np.sum(amplitudes * np.imag((1j * omega) ** d * np.exp(1j * angle))) for d in range(4)]
+        scale = [np.sum(amplitudes * omega**d) for d in range(4)]
+        assert np.max(np.abs(at(n * step) - exact) / scale) < 1e-13
+        assert np.array_equal(at(n * step), at((n + points) * step))
+
+
+@pytest.mark.parametrize("ramp", [0.0, 1.5])
+def test_rates_of_a_multisine_are_its_derivatives_also_in_the_ramp(ramp):
+    at = multisine([3, 7, 20], [1e-3, 2e-3, 5e-4], [0.1, 2.0, -1.0], 1e-3, 1000, 0.25, ramp)
+    omega, size = 2 * np.pi * 20, 3.5e-3
+    for t in (0.2, 0.777123, 1.3, 9.1234567):
+        h = 2e-4
+        slope = (at(t - 2 * h) - 8 * at(t - h) + 8 * at(t + h) - at(t + 2 * h)) / (12 * h)
+        for d in range(3):
+            assert at(t)[d + 1] == pytest.approx(slope[d], abs=1e-6 * size * omega ** (d + 1))
+    if ramp:
+        assert at(0.0)[:2] == pytest.approx([0.25, 0], abs=1e-15)
+
+
+def test_a_multisine_and_a_sampler_need_a_line_and_a_signal():
+    with pytest.raises(ModelError, match="lines is 0"):
+        multisine_source(lines=0)
+    with pytest.raises(ModelError, match="units is empty"):
+        sampler(units=[])
+
+
+def test_a_sampler_holds_the_signals_of_its_tick():
+    tick = functions(sampler(units=["m", "rad"])).tick
+    _, held = tick(0, [], [], [0.25, -3.0], [1e-3])
+    assert np.array(held).ravel().tolist() == [0.25, -3.0]

@@ -162,3 +162,13 @@ def test_bad_arguments():
         sdelta_reference(level="exakt")
     with pytest.raises(ModelError, match="condition number"):
         sdelta_reference(posture=Posture(rotation=(90, 0, 0)))
+
+
+@given(st.tuples(*[st.floats(-180, 180)] * 3))
+def test_the_attitude_is_turned_about_z_x_y_of_the_platform(angles):
+    expected = Rotation.from_euler("ZXY", angles, degrees=True).as_matrix()
+    np.testing.assert_allclose(Posture(angles).matrix, expected, atol=2e-15, rtol=0)
+
+
+def test_the_symmetric_attitude_is_exactly_level():
+    np.testing.assert_array_equal(SYMMETRIC.matrix.view(np.int64), np.eye(3).view(np.int64))

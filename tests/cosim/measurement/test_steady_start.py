@@ -11,6 +11,7 @@ from hfsa.cosim import load_scene, read
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
+from hfsa.cosim.assembly.load_scene import available_scenes
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
@@ -27,7 +28,10 @@ LINEAR = [
     ("accelerometer_shaker", {"sensor.level": "planar"}),
     ("beam_payload", {}),
     ("beam_bode", {}),
+    ("sdelta_accelerometer", {}),
 ]
+"""The stage is nonlinear at every level with stacks."""
+
 OTHERS = ("linearized_feedback", "jacobi_plain")
 """One takes FMUs with ports; of the other inputs lag behind outputs, which no start value gives."""
 
@@ -93,9 +97,30 @@ SCENES = [
     ),
     ("stage_bode", ["--input", "stack[1].command.voltage", "--from", "100", "--to", "300"], 2),
     ("stage_accelerometer", ["--input", "stack[1].command.voltage", "--to", "300"], 2),
+    *(
+        pytest.param(name, [*more, "--input", source, "--from", "200", "--to", "300"], 1, marks=pytest.mark.slow)
+        for name, more, source in (
+            ("stage_bode", ["-p", "stage=exact"], "stack[1].command.voltage"),
+            ("stage_bode", ["-p", "stack[1].level=hysteretic"], "stack[1].command.voltage"),
+            ("stage_accelerometer", ["-p", "stage=exact"], "stack[1].command.voltage"),
+        )
+    ),
+    pytest.param(
+        "sdelta_accelerometer",
+        ["-p", "sensor.level=nonlinear", "--input", "reference.command.position[3]"],
+        1,
+        marks=pytest.mark.slow,
+    ),
     ("beam_payload", ["--input", "payload.base.acceleration[3]"], 3),
     ("beam_bode", ["--input", "stage.wrench.force[3]"], 3),
 ]
+
+
+def test_every_scene_with_inputs_is_compared():
+    compared = {getattr(scene, "values", scene)[0] for scene in SCENES}
+    assert compared == {name for name in available_scenes() if load_scene(name).inputs}
+    nonlinear = {word for scene in SCENES for word in getattr(scene, "values", scene)[1] if "=" in word}
+    assert {"sensor.level=nonlinear", "stage=exact", "stack[1].level=hysteretic"} <= nonlinear
 
 
 @pytest.mark.parametrize(("name", "more", "points"), SCENES, ids=lambda value: value if isinstance(value, str) else "")

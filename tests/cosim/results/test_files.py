@@ -119,6 +119,7 @@ def test_layout_is_that_of_the_design(path):
             "harmonic_distortion": ("frequency", "output", "input"),
             "status": ("frequency", "input"),
             "wall_time": ("frequency", "input"),
+            "steps": ("frequency", "input"),
             "amplitude": ("input",),
             "output_unit": ("output",),
             "input_unit": ("input",),
