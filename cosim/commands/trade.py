@@ -7,7 +7,8 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.commands._options import Arguments, Force, Json, Names, Output, Positive, Signals, given
+from hfsa.cosim.commands._json import Json
+from hfsa.cosim.commands._options import Arguments, Force, Names, Output, Positive, Signals, given
 
 
 def trade(

@@ -17,6 +17,9 @@ _NEAR, _FAR_OFF = 4, 3
 _SHORTENED, _ASIDE = 3, 0.8
 """Shorter steps that are tried where errors are not predicted, and their expected error over the tolerance."""
 
+_FEWEST, _EXAGGERATED = 3, 0.5
+"""Least number of verified candidates, and the median of measured over predicted errors, for another search."""
+
 _MOST = 12
 """Largest number of offered candidates that are verified in the search of an answer."""
 
@@ -76,6 +79,9 @@ def answered(
                 break
         for candidate in planned:
             verification.verify(candidate)
+        for candidate in _reconsidered(search, tolerance):
+            if verification.verify(candidate).error <= tolerance:
+                break
         for _ in range(_SHORTENED if not offered and verification.reference.values is not None else 0):
             shorter = _shortened(search, tolerance)
             if shorter is None:
@@ -100,6 +106,24 @@ def _planned(search: Search, tolerance: float) -> tuple[list[Candidate], list[Ca
     near = [c for c in predicted if c.predicted.error <= tolerance][:_NEAR]
     offered = list(islice(search.offered(), _MOST))
     return offered, [*reversed(cheaper), *near, *_far(known, [*cheaper, *near, *offered[:_NEAR]])]
+
+
+def _reconsidered(search: Search, tolerance: float) -> list[Candidate]:
+    """Return cheaper candidates than the best one, where the measured errors are far below the predicted ones."""
+    known = [c for c in search.candidates if c.measured is not None and c.predicted.error > 0 and c.measured.error > 0]
+    near = [c.measured.error / c.predicted.error for c in known if c.measured and c.predicted.error < FAR * tolerance]
+    if len(near) < _FEWEST or np.median(near) > _EXAGGERATED:
+        return []
+    best, bias = _cheapest_within(search, tolerance), float(np.median(near))
+    cheaper = [
+        c
+        for c in search.candidates
+        if c.measured is None
+        and c.predicted.error * bias <= tolerance
+        and (best is None or c.cost < best.known_cost)
+        and search.is_stable(c)
+    ]
+    return cheaper[:_MOST]
 
 
 def _shortened(search: Search, tolerance: float) -> Candidate | None:

@@ -40,6 +40,12 @@ _POINTS = 2**15
 _REST = 0.5
 """Rest after the mirror image of a signal, relative to the run."""
 
+_JUDGED = 0.97
+"""Part of a run that is judged: the mirror image begins with a kink, whose spectrum is cut off."""
+
+_STILL = 1e-6
+"""Distance of a state from its equilibrium, over its nominal value, up to which it is there."""
+
 _FREQUENCIES = 80
 """Frequencies of the errors of responses, beside those around modes; between them they are interpolated."""
 
@@ -123,7 +129,18 @@ class Motion:
             recording = master.record(signals, rows=_POINTS + 1)
             master.initialize(stop_time=self.scene.stop_time)
             master.advance(_POINTS)
-            return Signals(spacing, recording.values.copy())
+            values = recording.values.copy()
+        return Signals(spacing, values, values[0] if self._starts_at_rest(own) else np.zeros(values.shape[1]))
+
+    def _starts_at_rest(self, own: StepAnalysis) -> bool:
+        """Whether the states start at their equilibrium, so that the first value of a signal excites nothing."""
+        for name, value in own.coupled.operating_point.items():
+            component, variable = own.system.split(name)
+            known = own.instances[component].fmu.variables[variable]
+            start = float(own.system[component].start.get(variable, known.start or 0.0))
+            if abs(value - start) > _STILL * max(abs(known.nominal), abs(start)):
+                return False
+        return True
 
     # A verification ---------------------------------------------------------------------------------------------------
 
@@ -199,17 +216,24 @@ class Outputs:
 
 @dataclasses.dataclass(frozen=True)
 class Signals:
-    """Signals of sources, (points, excitations), at a `spacing` [s] over the run."""
+    """Signals of sources over a run.
+
+    Attributes:
+        spacing: time [s] between two points.
+        values: (points, excitations).
+        rest: values before the run, (excitations,).
+    """
 
     spacing: float
     values: NDArray[np.float64]
+    rest: NDArray[np.float64]
 
     @property
     def continued(self) -> NDArray[np.float64]:
-        """The signals from their first value on, with mirror image and rest, (longer, excitations)."""
+        """The signals as deviations from rest, with mirror image and rest, (longer, excitations)."""
         from scipy.fft import next_fast_len  # costly to import
 
-        moved = self.values - self.values[0]
+        moved = self.values - self.rest
         both = np.concatenate([moved[:-1], moved[::-1]])
         whole = int(next_fast_len(round((1 + _REST / 2) * len(both)), real=True) or len(both))
         return np.concatenate([both, np.zeros((whole - len(both), moved.shape[1]))])
@@ -235,7 +259,7 @@ class Spectra:
         known = self._coarse <= 0.5 / step * (1 - 1e-9)
         frequency = self._coarse[known]
         difference = analysis.stepped(algorithm, step, frequency) - self._exact[known]
-        size = np.abs(self._outputs(frequency, difference)).max(axis=0)
+        size = np.abs(self._outputs(frequency, difference)[: round(_JUDGED * self._points)]).max(axis=0)
         units = [_unit(self._own, name) for name in self._own.outputs]
         counts = ~negligible(self._peak[None, :, None], units, [1.0])[:, 0] & (self._peak > 0)
         counts &= [name not in self._own.ignored for name in self._own.outputs]

@@ -133,7 +133,8 @@ def chain(exported, tmp_path_factory):
             if not name.startswith("sources/"):
                 theirs.writestr(name, data)
     parts = "".join(
-        f'[[components]]\nname = "{name}"\npart = "./Foreign.fmu"\nstart = {{ damping = 20.0, stiffness = {stiffness} }}\n'
+        f'[[components]]\nname = "{name}"\npart = "./Foreign.fmu"\n'
+        f"start = {{ damping = 20.0, stiffness = {stiffness} }}\n"
         for name, stiffness in (("a", 1e4), ("b", 2e4), ("c", 4e4))
     )
     wires = "".join(
