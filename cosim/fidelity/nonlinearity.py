@@ -11,7 +11,7 @@ that the error of the step cancels:
 
 import contextlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
-from hfsa.cosim.fidelity.step_judge import with_algorithm
+from hfsa.cosim.fidelity.step_judge import judge, with_algorithm
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
 from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
@@ -87,23 +88,43 @@ def measure_amplitude_effect(
 
     Raises `StructureError` for a response that does not settle; `StepError` as a master.
     """
-    scene, _ = with_algorithm(scene)
-    settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
-    variants = Variants(scene)
+    parts, algorithm = Variants(scene).parts, with_algorithm(scene)[0].algorithm
+    scene = replace(scene, algorithm=algorithm)
+    small, full = (_at_amplitude(scene, part, inputs, frequency, parts, library) for part in (_SMALLER, 1.0))
+    for place, point in full.items():
+        k, i = place
+        response[k, :, i] = (_array(point.response) - _array(small[place].response)) / (1 - _SMALLER)
+        harmonics[k, :, i] = np.nan_to_num(_array(point.harmonic_distortion)) * np.abs(_array(point.response))
+    return AmplitudeEffect(response, harmonics)
+
+
+def _at_amplitude(
+    scene: Scene,
+    part: float,
+    inputs: Sequence[Signal],
+    frequency: NDArray[np.float64],
+    parts: Assembly,
+    library: Path | None,
+) -> dict[tuple[int, int], Point]:
+    """Return the points at a part of the amplitude by (frequency, input), from their predicted steady states."""
+    amplitude = {unit: part * size for unit, size in scene.amplitude.items()}
+    scene = replace(scene, amplitude=amplitude, inputs=[signal.name for signal in inputs])
+    settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
+    variants, found = Variants(scene, parts), {}
+    excited = {signal.name: variants.instrumented(signal.name) for signal in inputs}
+    with judge(scene, variants.plain, excited, scene.outputs, scene.band) as known:
+        starts, _ = known.steady_starts(scene, frequency)
     for i, signal in enumerate(inputs):
-        assembly = with_ports(variants.instrumented(signal.name), scene.algorithm)
+        assembly = with_ports(excited[signal.name], scene.algorithm)
         bench = Bench(assembly, tuple(scene.outputs), scene.source.name, LOCK_IN, library)
         with contextlib.closing(Rig(bench, settings)) as rig:
             for k, f in enumerate(frequency.tolist()):
-                small, full = (
-                    _settled(rig.measure(Task(i, k, bench, settings, f, part * signal.amplitude)), signal, f)
-                    for part in (_SMALLER, 1.0)
-                )
-                response[k, :, i] = (_array(full.response) - _array(small.response)) / (1 - _SMALLER)
-                harmonics[k, :, i] = np.nan_to_num(_array(full.harmonic_distortion)) * np.abs(_array(full.response))
-    return AmplitudeEffect(response, harmonics)
+                start = starts[signal.name][k] if signal.name in starts else None
+                point = rig.measure(Task(i, k, bench, settings, f, part * signal.amplitude, start))
+                found[k, i] = _settled(point, signal, f)
+    return found
 
 
 def _settled(point: Point, signal: Signal, frequency: float) -> Point:

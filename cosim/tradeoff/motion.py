@@ -251,14 +251,15 @@ class Spectra:
         self._coarse = np.unique(
             np.concatenate([logarithmic(low, high, _FREQUENCIES), near_modes(own.coupled.exact.poles, (low, high))])
         )
-        self._exact = own.exact(self._coarse)
-        self._peak = np.abs(self._outputs(self._coarse, self._exact)).max(axis=0)
+        self._peak = np.abs(self._outputs(self._coarse, own.exact(self._coarse))).max(axis=0)
 
     def error(self, analysis: StepAnalysis, algorithm: str, step: float) -> tuple[float, str]:
         """Return the largest error of the outputs over the run, relative to the peak of each, and the output."""
-        known = self._coarse <= 0.5 / step * (1 - 1e-9)
-        frequency = self._coarse[known]
-        difference = analysis.stepped(algorithm, step, frequency) - self._exact[known]
+        modes = analysis.coupled.with_algorithm(algorithm).over(step).modes
+        poles = np.array([complex(mode.rate, 2 * np.pi * mode.frequency) for mode in modes])
+        known = self._coarse[self._coarse <= 0.5 / step * (1 - 1e-9)]
+        frequency = np.unique(np.concatenate([known, near_modes(poles, (known[0], known[-1]))]))
+        difference = analysis.stepped(algorithm, step, frequency) - self._own.exact(frequency)
         size = np.abs(self._outputs(frequency, difference)[: round(_JUDGED * self._points)]).max(axis=0)
         units = [_unit(self._own, name) for name in self._own.outputs]
         counts = ~negligible(self._peak[None, :, None], units, [1.0])[:, 0] & (self._peak > 0)

@@ -96,7 +96,7 @@ def test_a_motion_has_an_answer_too(tmp_path):
     assert found.best.measured_error <= 1e-2
     assert "monolithic" in found.reference
     for row in found.rows:
-        if row.is_measured and min(row.measured_error, row.predicted_error) > 1e-5:
+        if row.is_measured and min(row.measured_error, row.predicted_error) > 1e-3:
             assert row.predicted_error == pytest.approx(row.measured_error, rel=0.5)
     tuned = run("mass_on_spring", {"damping": 20}, tuned=found.path, stop_time=0.5, path=tmp_path / "r.h5", **QUIET)
     assert np.diff(tuned.time)[0] == pytest.approx(found.best.step_size)

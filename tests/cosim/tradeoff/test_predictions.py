@@ -61,7 +61,7 @@ MOTIONS = {
 @pytest.mark.parametrize("case", MOTIONS.values(), ids=MOTIONS)
 def test_motions_have_the_predicted_error(case):
     name, arguments, output, algorithm, step = case
-    scene = replace(load_scene(name, arguments), stop_time=1.0, outputs=[output])
+    scene = replace(load_scene(name, arguments), stop_time=0.4, outputs=[output])
     with ExitStack() as stack:
         question = Motion(scene, stepping_library(), stack)
         configuration = Configuration(Composition(), algorithm, step)
