@@ -3,10 +3,11 @@
 # make bench  speed of the stepping loop, of other masters and of sweeps;  make published  published and computed numbers
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
+# make trades the cheapest way to run each of some scenes: docs/trades.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz coverage bench published style lint docs pictures lock clean
+.PHONY: demo test slow fuzz coverage bench published style lint docs pictures trades lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -59,6 +60,9 @@ docs: .venv/installed
 
 pictures: .venv/installed
 	$(BIN)/python docs/pictures.py
+
+trades: .venv/installed
+	$(BIN)/python docs/trades.py
 
 # Environment: pinned versions with hashes, then this checkout, editable.
 .venv/installed: $(LOCKS) pyproject.toml setup.py
