@@ -22,6 +22,7 @@ from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Warn, default_path, set_up
 from hfsa.cosim.experiments.tuning import scene_words
 from hfsa.cosim.fidelity.step_judge import with_algorithm
+from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.results.records import SystemRecord
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.results.trade import Trade, TradeRow, write_trade
@@ -36,6 +37,9 @@ from hfsa.cosim.tradeoff.responses import Responses
 from hfsa.cosim.tradeoff.search import Search
 from hfsa.cosim.tradeoff.sentences import sentences_of
 from hfsa.cosim.tradeoff.verification import Verification
+
+SOLVER_TOLERANCE = "solver.relative_tolerance"
+"""Setting of the solver inside an FMU."""
 
 Purpose = Literal["response", "motion"]
 """What a scene is run for."""
@@ -97,7 +101,9 @@ def trade(
         verification = Verification(question, costs, asked.tolerance, budget, lambda word: show(0.5, word))
         answer = answered(search, verification, own, asked.tolerance, lambda word: show(0.9, word))
         candidates = search.candidates
-        sentences = sentences_of(answer, choices, verification.reference, asked.tolerance, question.unknown)
+        sentences = sentences_of(
+            answer, choices, verification.reference, asked.tolerance, question.unknown, _solvers(setup.highest)
+        )
     rows = [_row(candidate, choices) for candidate in candidates]
     best, cheaper, default = (
         None if found is None else candidates.index(found) for found in (answer.best, answer.next, answer.own)
@@ -121,7 +127,7 @@ def trade(
 
 def _asked(
     scene: Scene,
-    highest: Any,
+    highest: Assembly,
     purpose: Purpose | None,
     inputs: Sequence[str],
     outputs: Sequence[str],
@@ -141,6 +147,16 @@ def _asked(
     first, last = scene.band
     band = (first if low is None else low, last if high is None else high)
     return dataclasses.replace(scene, inputs=excited, outputs=shown, band=band)
+
+
+def _solvers(assembly: Assembly) -> dict[str, float]:
+    """Return the relative tolerance of the solver in each FMU that states one, by component."""
+    found = {}
+    for component in assembly.system.components:
+        known = assembly.connectors[component.name].get(SOLVER_TOLERANCE)
+        if known is not None:
+            found[component.name] = float(component.start.get(SOLVER_TOLERANCE, known.start or 0.0))
+    return found
 
 
 def _default(scene: Scene, asked: Scene, choices: Choices, search: Search) -> Candidate | None:

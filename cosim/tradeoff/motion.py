@@ -148,6 +148,10 @@ class Motion:
         """Return the longest step [s] of configurations: outputs are compared about as often."""
         return max(configuration.step_size for configuration in configurations)
 
+    def duration(self, places: float) -> float:  # noqa: ARG002
+        """Return the simulated time [s] of a run."""
+        return self.scene.stop_time
+
     def exact(self, places: float) -> "Outputs":
         """Return the outputs of the monolithic run, as far as it comes; `StructureError` where it is not possible."""
         scene, step = self.scene, fitting(places / _COMPARED, self.times(Composition()))

@@ -122,6 +122,10 @@ class Responses:
             found += [] if worst is None else [Place(worst[1], worst[2])]
         return list(dict.fromkeys(p for p in found if p.frequency >= lowest))
 
+    def duration(self, places: Sequence[Place]) -> float:
+        """Return the simulated time [s] of one window at each place."""
+        return sum(1 / place.frequency for place in places)
+
     def exact(self, places: Sequence[Place]) -> Values:
         """Return the linear responses of the scene at places; `StructureError` where they are not known."""
         if self._own is None:

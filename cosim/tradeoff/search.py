@@ -27,7 +27,9 @@ MARGIN = 1.05
 _ASIDE = 0.95
 """Largest predicted error of an answer, over the tolerance."""
 
-_HALVINGS = 24
+_FINEST = 1000.0
+"""Step of the scene over the shortest one that is evaluated."""
+
 
 _SAMPLED = (4.0, 2.0, 1.0, 0.5, 0.25)
 """Steps of a line whose errors are not predicted, over the step of the scene."""
@@ -126,7 +128,7 @@ class Search:
     def _follow(self, composition: Composition, algorithm: str, times: Collection[float]) -> None:
         """Evaluate a line from its longest step down."""
         step, last = self._question.longest_step, None
-        for _ in range(_HALVINGS):
+        while step > self._question.own_step / _FINEST:
             fitted = fitting(step, times)
             if fitted != last:
                 last = fitted

@@ -1,21 +1,36 @@
 """The answer of a trade in words: the cheapest way, what the next cheaper one misses, levels, reference, and doubts."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.names import compact
 from hfsa.cosim.tradeoff.answer import Answer
 from hfsa.cosim.tradeoff.choices import Choices
 from hfsa.cosim.tradeoff.configuration import Candidate
 from hfsa.cosim.tradeoff.verification import CONFIRMED, Reference
 
+_ANYONE = "{component}"
+"""Place of the name of a component in the sentence about its level."""
 
-def sentences_of(answer: Answer, choices: Choices, reference: Reference, tolerance: float, unknown: str) -> list[str]:
-    """Return the sentences of an answer, the cheapest way first; `unknown` is why errors are not predicted."""
+
+def sentences_of(
+    answer: Answer,
+    choices: Choices,
+    reference: Reference,
+    tolerance: float,
+    unknown: str,
+    solvers: Mapping[str, float],
+) -> list[str]:
+    """Return the sentences of an answer, the cheapest way first.
+
+    `unknown` is the reason why errors are not predicted, `solvers` the relative tolerance of each solver inside an FMU.
+    """
     return [
         *_about_best(answer, tolerance),
         *_about_levels(choices),
         *_about_trust(answer, reference, tolerance, unknown),
+        *(_about_solvers(solvers, tolerance) if answer.best is None else ()),
     ]
 
 
@@ -40,8 +55,12 @@ def _about_best(answer: Answer, tolerance: float) -> Iterator[str]:
 
 def _about_levels(choices: Choices) -> Iterator[str]:
     """Yield the sentences about levels, and about what cannot be built."""
+    by_sentence: dict[str, list[str]] = {}
     for name, choice in choices.levels.items():
-        yield f"levels: {choice.sentence(name)}"
+        by_sentence.setdefault(choice.sentence(_ANYONE), []).append(name)
+    for sentence, names in by_sentence.items():
+        for name in compact(names):
+            yield f"levels: {sentence.replace(_ANYONE, name)}"
     for what, reason in choices.refusals.items():
         yield f"not possible: {what} ({reason})"
 
@@ -55,6 +74,16 @@ def _about_trust(answer: Answer, reference: Reference, tolerance: float, unknown
         yield f"errors were not predicted, only measured: {unknown}"
     if not answer.is_complete:
         yield "the budget ended the verification: what was found until then is kept"
+
+
+def _about_solvers(solvers: Mapping[str, float], tolerance: float) -> Iterator[str]:
+    """Yield a sentence about each solver inside an FMU that limits the error."""
+    for name, own in solvers.items():
+        if own > CONFIRMED * tolerance:
+            yield (
+                f"the solver inside {name} has a relative tolerance of {own:.2g}, more than a tenth of the tolerance: "
+                f"-p {name}.solver.relative_tolerance={CONFIRMED * tolerance:.2g} or less would do"
+            )
 
 
 def _cost(candidate: Candidate) -> str:

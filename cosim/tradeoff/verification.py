@@ -24,6 +24,9 @@ from hfsa.cosim.tradeoff.search import FAR
 CONFIRMED = 0.1
 """Largest difference of two references, over the tolerance."""
 
+_PATIENCE = 100.0
+"""Longest predicted time [s] of a single run."""
+
 _SHORTENED = 5
 """Number of steps, each half of the one before, at which values are extrapolated."""
 
@@ -38,6 +41,10 @@ class Verifiable(Protocol):
 
     def places(self, configurations: Sequence[Configuration]) -> Any:
         """Return where all configurations are compared."""
+        ...
+
+    def duration(self, places: Any) -> float:
+        """Return the least simulated time [s] of a run."""
         ...
 
     def exact(self, places: Any) -> Any:
@@ -76,6 +83,10 @@ class OutOfBudgetError(RuntimeError):
     """End of a verification whose budget is spent."""
 
 
+class TooLongError(RuntimeError):
+    """Refusal of a run that would take too long."""
+
+
 class Verification:
     """Runs of candidates within a budget [s] of time, `None` without a limit."""
 
@@ -103,6 +114,7 @@ class Verification:
         """Measure a candidate, once; `OutOfBudgetError` where no time is left."""
         if candidate.measured is None:
             try:
+                self._check_duration(candidate)
                 values = self._run(candidate.configuration)
             except OutOfBudgetError:
                 raise
@@ -125,6 +137,12 @@ class Verification:
             self._values[configuration] = self._question.measured(configuration, self._places, settled_to)
         return self._values[configuration]
 
+    def _check_duration(self, candidate: Candidate) -> None:
+        """Raise `TooLongError` for a run that takes longer than anybody waits."""
+        seconds = candidate.cost * self._question.duration(self._places)
+        if seconds > _PATIENCE:
+            raise TooLongError(f"{candidate.configuration} would take {seconds:.2g} s and was not run")
+
     def _chosen_reference(self, fine: Sequence[Candidate]) -> Reference:
         """Return the reference, as in the docstring of the module."""
         limit = CONFIRMED * self._tolerance
@@ -139,6 +157,7 @@ class Verification:
             if candidate.configuration.algorithm in algorithms:
                 continue
             try:
+                self._check_duration(candidate)
                 runs.append((candidate, self._run(candidate.configuration)))
             except OutOfBudgetError:
                 break

@@ -103,9 +103,12 @@ def test_a_motion_has_an_answer_too(tmp_path):
 
 
 def test_a_tolerance_below_the_reference_has_a_sentence(tmp_path):
-    found = trade("mass_on_spring", {"damping": 20}, tolerance=1e-13, path=tmp_path / "t.h5", budget=60.0, **QUIET)
+    found = trade("mass_on_spring", {"damping": 20}, tolerance=1e-13, path=tmp_path / "t.h5", low=5.0, **QUIET)
     assert found.best is None
     assert any(sentence.startswith("reference: no reference is known to 1e-14") for sentence in found.sentences)
+    solver = {"mass.solver": "rosenbrock"}
+    found = trade("mass_on_spring", solver, tolerance=1e-8, path=tmp_path / "s.h5", budget=1e-9, **QUIET)
+    assert "the solver inside mass has a relative tolerance of 1e-08" in " ".join(found.sentences)
 
 
 def test_a_budget_for_no_run_keeps_the_predictions(tmp_path):
