@@ -1,13 +1,14 @@
 # make demo   installs the environment and computes a Bode plot of the flexible robot from co-simulated FMUs
 # make test   installs the environment and runs the tests
 # make bench  speed of the stepping loop, of other masters and of sweeps;  make published  published and computed numbers
+# make extremes  what was tried at the extremes, and how it ended, into docs/extremes.md (ARGS=--long: 1e9 steps)
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
 # make trades the cheapest way to run each of some scenes: docs/trades.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz coverage bench published style lint docs pictures trades lock clean
+.PHONY: demo test slow fuzz coverage bench published extremes style lint docs pictures trades lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -45,6 +46,9 @@ bench: .venv/installed
 
 published: .venv/installed
 	$(BIN)/python tests/published.py
+
+extremes: .venv/installed
+	$(BIN)/python docs/extremes.py $(ARGS)
 
 style: .venv/installed
 	$(BIN)/ruff check

@@ -48,7 +48,7 @@ def choose(
         if errors[algorithm] <= tolerance:
             break
     if not errors:
-        raise StructureError("; ".join(refusals.values()))
+        raise StructureError("; ".join(dict.fromkeys(refusals.values())))
     best = min(errors, key=errors.__getitem__)
     about = "response" if analysis.excitations else "modes"
     return AlgorithmChoice(best, step_size, tolerance, about, errors, refusals)

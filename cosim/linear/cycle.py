@@ -291,10 +291,15 @@ class Layout:
             return SampleSignals()
         block = self.blocks[component]
         values, inputs = self.at(component, block.values), self.at(component, block.inputs)
-        if component not in self._moving:
-            return Replace(values, np.concatenate([values, inputs]), step_matrix(block, step_size, ticks))
-        moving, derivatives = self._moving[component]
+        moving, derivatives = self._moving.get(component, ([], np.zeros(0, dtype=int)))
         whole = step_matrix(block, step_size, ticks, [block.inputs.index(name) for name in moving])
+        if not np.isfinite(whole).all():
+            raise StructureError(
+                f"{component}: its states change at up to {np.abs(block.rate).max(initial=0):.3g} 1/s, and its step of "
+                f"{step_size:.4g} s exceeds what a double holds; check its parameters"
+            )
+        if component not in self._moving:
+            return Replace(values, np.concatenate([values, inputs]), whole)
         rows = np.concatenate([values, self.at(component, moving)])
         return Replace(rows, np.concatenate([values, inputs, derivatives.ravel()]), whole)
 
@@ -360,9 +365,14 @@ def step_matrix(block: Block, step_size: float, ticks: int, moving: Sequence[int
 
 
 def _exponential(generator: np.ndarray) -> np.ndarray:
-    """Return the exponential of a matrix, balanced first because its states have very different units."""
+    """Return the exponential of a matrix, balanced first because its states have very different units.
+
+    It is NaN for entries whose squares overflow, or that are not finite.
+    """
     import scipy.linalg  # imported here, as it takes a fifth of a second
 
+    if not np.abs(generator).max() < np.sqrt(np.finfo(float).max):
+        return np.full_like(generator, np.nan)
     balanced, (scale, _) = scipy.linalg.matrix_balance(generator, permute=False, separate=True)
     return scipy.linalg.expm(balanced) * scale[:, None] / scale
 

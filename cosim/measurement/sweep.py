@@ -78,6 +78,10 @@ class Progress:
     work: float
 
 
+SMALLEST_AMPLITUDE = 1e-100
+"""Smallest amplitude of a stepped sweep, in the unit of its input: squares of far smaller signals are no numbers."""
+
+
 def plan_sweep(
     assembly: Assembly,
     inputs: Sequence[str],
@@ -89,8 +93,8 @@ def plan_sweep(
     """Return the plan of a sweep, with the units of the FMUs.
 
     `inputs` and `outputs` are full names, `frequency` is ascending [Hz], `amplitudes` are by the unit of the input.
-    Raises `StructureError` for an unknown signal, with the nearest names, for a signal of another causality, and for a
-    sample time that the step does not fit.
+    Raises `StructureError` for an unknown signal, with the nearest names, for a signal of another causality, for an
+    amplitude too small to be measured, and for a sample time that the step does not fit.
     """
     if settings.method != "linear":
         check_sample_times(assembly.system, assembly.connectors, {}, settings.step_size)
@@ -101,7 +105,15 @@ def plan_sweep(
         if found.causality != causality:
             raise StructureError(f"{name} is an FMU's {found.causality}, expected an {causality}")
         unit = found.unit or "1"
-        return Signal(name, unit, amplitude_of(name, unit, amplitudes) if causality == "input" else math.nan)
+        if causality == "output":
+            return Signal(name, unit, math.nan)
+        amplitude = amplitude_of(name, unit, amplitudes)
+        if settings.method == "stepped" and not amplitude >= SMALLEST_AMPLITUDE:
+            raise StructureError(
+                f"the amplitude of {name} is {amplitude:g} {unit}, expected at least {SMALLEST_AMPLITUDE:g} {unit}: "
+                "the lock-in amplifier squares its signals"
+            )
+        return Signal(name, unit, amplitude)
 
     return Plan(
         frequency=np.asarray(frequency, dtype=float),
