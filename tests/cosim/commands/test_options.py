@@ -10,6 +10,7 @@ from hfsa.cosim.commands import _options, export, sweep
 from hfsa.cosim.experiments import run as running
 from hfsa.cosim.experiments import sweep as sweeping
 from hfsa.cosim.experiments.setup import ALGEBRAIC_LOOPS
+from hfsa.cosim.experiments.sweep_request import GRIDS
 from hfsa.cosim.masters.algorithms import ALGORITHMS, CANDIDATES, DEFAULT, LIMITED, ORDERED
 from hfsa.cosim.measurement.sweep import METHODS
 from hfsa.fmus.export import Version
@@ -33,9 +34,9 @@ def option(function, name: str) -> set:
         (option(_options.SteppingOptions, "backend"), set(BACKENDS)),
         (option(_options.SteppingOptions, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
         (option(sweep.sweep, "method"), set(METHODS)),
-        (option(sweep.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweep.sweep, "grid"), set(GRIDS)),
         (option(sweeping.sweep, "method"), set(METHODS)),
-        (option(sweeping.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweeping.sweep, "grid"), set(GRIDS)),
         (option(sweeping.sweep, "backend"), set(BACKENDS)),
         (option(running.run, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
         (option(export.export, "fmi"), set(typing.get_args(Version))),
