@@ -56,6 +56,8 @@ def test_a_linear_scene_has_the_response_of_one_sine_at_a_time(tmp_path, name, a
     assert np.max(bode.harmonic_distortion[strong & done], initial=0.0) < 1e-8
     for k in range(len(inputs)):
         assert (bode.status[:, k] == Status.DONE).sum() >= 2
+    window = round(bode.settings["window"] / bode.settings["step_size"])
+    assert bode.steps.sum() == window * (1 if more.get("together") else len(inputs))
 
 
 def test_stepped_and_multisine_measure_the_same(tmp_path, hfsa):
@@ -143,6 +145,8 @@ def test_the_distortion_of_a_cubic_is_the_analytic_one(tmp_path):
     )
     with h5py.File(path) as file:
         amplitude, phase = file["bode/line_amplitude"][:, 0], file["bode/line_phase"][:, 0]
+        assert (file["bode/line_phase"].attrs["units"], file["bode/line_amplitude"].attrs["units"]) == ("rad", "N")
+        assert file["theory/response"].attrs["units"] == file["bode/response"].attrs["units"] == "1"
         assert file["bode/crest_factor"][0] == pytest.approx(2.0 / np.sqrt(np.sum(amplitude**2) / 2), rel=0.01)
     lines = np.rint(bode.frequency / bode.settings["spacing"]).astype(int)
     size = 4 * lines.max()
