@@ -20,7 +20,7 @@ from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
-from hfsa.cosim.experiments.sweep import usage_errors
+from hfsa.cosim.experiments.sweep_plan import usage_errors
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.measurement.sweep import points_of, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile

@@ -6,24 +6,20 @@
 The order of work: select signals and frequencies, build FMUs and instruments, choose levels and algorithm, measure.
 """
 
-import contextlib
 import dataclasses
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hfsa.cosim.assembly import cluster
-from hfsa.cosim.assembly.assemble import Keep, Variants
+from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
-from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.multisine import INPUTS, Design, designed, runs_of
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
@@ -36,106 +32,34 @@ from hfsa.cosim.experiments.setup import (
     set_up,
     with_levels,
 )
+from hfsa.cosim.experiments.sweep_plan import draft_plan, frequencies, theoretical, theory_of, usage_errors
+from hfsa.cosim.experiments.sweep_request import SweepRequest
 from hfsa.cosim.fidelity import levels
-from hfsa.cosim.fidelity.step_judge import judge
+from hfsa.cosim.fidelity.step_judge import Judge, judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.multisine import MultisineSettings, multisine
-from hfsa.cosim.measurement.rig import PREVIOUS, REST, STARTS, Bench, Settings
-from hfsa.cosim.measurement.sweep import LinearSweep, Progress, linear, plan_sweep, points_of, stepped, system_record
-from hfsa.cosim.results.files import Bode, Identity, Plan, SweepFile, SystemRecord, Theory, read_sweep
+from hfsa.cosim.measurement.rig import PREVIOUS, REST, Bench
+from hfsa.cosim.measurement.sweep import LinearSweep, Progress, points_of, stepped, system_record
+from hfsa.cosim.results.files import (
+    AlgorithmChoice,
+    Bode,
+    Identity,
+    LevelChoice,
+    OrderChoice,
+    Plan,
+    SweepFile,
+    SystemRecord,
+    read_sweep,
+)
 from hfsa.cosim.results.target import REPLACING, check_continued, check_new
 from hfsa.cosim.signals import excitation
-from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.multisine import PHASES
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
-GRIDS = ("response", "log")
-"""Spacings of frequencies: even along the curve of the linear response, or even on a logarithmic axis."""
-
-# number of frequencies of the dense grid, and of the theoretical line
-_DENSE, _LINE = 5000, 1000
-
-_AROUND = 1e-6
-"""Relative width of the band in which levels and orders are judged for a single frequency."""
-
-
-@dataclass(frozen=True)
-class SweepRequest:
-    """Options of a sweep; `None` stands for the default of the scene or of the method.
-
-    `inputs` and `outputs` are full or short names; `low` and `high` in Hz; `amplitude` in the unit of each input;
-    `jobs` is the number of threads or processes (default: one per processor); `backend` is one of `BACKENDS`. `phases`,
-    `seed` and `together` are those of a multisine.
-    """
-
-    method: Literal["stepped", "multisine", "linear"] = "stepped"
-    inputs: Sequence[str] = ()
-    outputs: Sequence[str] = ()
-    low: float | None = None
-    high: float | None = None
-    points: int | None = None
-    grid: str = GRIDS[0]
-    amplitude: float | None = None
-    settling_tolerance: float = 1e-3
-    settling_time: float = 60.0
-    measurement_periods: int | None = None
-    jobs: int | None = None
-    backend: str = BACKENDS[0]
-    start: str = STARTS[0]
-    keep: Keep = "needed"
-    phases: str | None = None
-    seed: int | None = None
-    together: bool = False
-
-    def __post_init__(self):
-        given = {"phases": self.phases, "seed": self.seed, "inputs together": self.together or None}
-        found = [f"--{name}" for name, value in given.items() if value is not None]
-        if found and self.method != "multisine":
-            raise StructureError(f"{', '.join(found)} would have no effect: it takes --method multisine")
-        if self.start == PREVIOUS and self.method != "stepped":
-            raise StructureError(
-                f"--start {PREVIOUS} takes --method stepped: {self.method} measures no point after another"
-            )
-
-    def settings(self, scene: Scene) -> Settings:
-        """Return the settings of the measurement of a scene."""
-        return Settings(
-            self.method,
-            scene.algorithm,
-            scene.step_size,
-            self.settling_tolerance,
-            self.measurement_periods or 1,
-            self.settling_time,
-            self.start,
-        )
-
-    def multisine_settings(self, scene: Scene, design: Design) -> MultisineSettings:
-        """Return the settings of a multisine of a scene."""
-        return design.settings(
-            MultisineSettings(
-                scene.algorithm,
-                scene.step_size,
-                self.settling_tolerance,
-                settling_time=self.settling_time,
-                start=self.start,
-                phases=self.phases or PHASES[0],
-                seed=self.seed or 0,
-                inputs=INPUTS[self.together],
-            )
-        )
-
-    def band(self, scene: Scene) -> tuple[float, float]:
-        """Return the lowest and the highest frequency [Hz]."""
-        low, high = scene.band
-        return low if self.low is None else self.low, high if self.high is None else self.high
-
-    def judged_band(self, scene: Scene) -> tuple[float, float]:
-        """Return the band [Hz] in which levels and orders are judged; a narrow one about a single frequency."""
-        low, high = self.band(scene)
-        return (low, high * (1 + _AROUND)) if low == high else (low, high)
+_AT_REST = "points start at rest, which takes longer: their steady state is not known, as {}"
 
 
 @checked(zero=("seed",))
@@ -184,7 +108,7 @@ def sweep(
             directional derivatives.
         low, high: ends of the band [Hz] (default: the scene's).
         points: number of frequencies (default: 40, for `linear` 1000).
-        grid: spacing of frequencies, one of `GRIDS`.
+        grid: spacing of frequencies: `response`, along the curve of the linear response, or `log`.
         inputs, outputs: names, full or short, also with ranges (default: the scene's).
         amplitude: amplitude in the unit of each input (default: the scene's).
         step_size: communication step size [s] (default: the scene's).
@@ -295,6 +219,85 @@ def sweep_scene(
     """
     for sentence in setup.disagreements:
         warn(sentence)
+    subject = _subject(setup, request, warn)
+    draft = draft_plan(subject.variants.plain, subject.inputs, subject.outputs, subject.scene, request)
+    theory = theory_of(subject.variants.plain, draft, request, warn)
+    dense = None if theory is None else theory.response(draft.frequency)
+    plan = dataclasses.replace(draft, frequency=frequencies(draft, dense, request))
+    opening = SweepFile.resume if resume and path.is_file() else partial(SweepFile.create, force=force)
+    if request.method == "linear":
+        assert theory is not None
+        return _computed(subject, plan, theory, partial(opening, path))
+    design = None
+    if request.method == "multisine":
+        plan, design = _with_lines(plan, subject, request, warn)
+    if theory is not None and dense is not None:
+        plan = dataclasses.replace(plan, theory=theoretical(theory, draft, dense))
+    with usage_errors():
+        excitation.window_steps(plan.frequency.max(), subject.scene.step_size)
+    excited = {name: subject.variants.instrumented(name, subject.outputs) for name in subject.inputs}
+    with judge(subject.scene, subject.variants.plain, excited, subject.outputs, request.band(subject.scene)) as known:
+        scene, algorithm, sentences = known.decided(subject.scene, candidates(setup.order))
+        for sentence in sentences:
+            warn(sentence)
+        subject = dataclasses.replace(subject, scene=scene, algorithm=algorithm)
+        plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
+        if design is not None:
+            measurement = _many_lines(subject, plan, design, known, request, warn)
+        else:
+            measurement = _single_sines(subject, plan, excited, known, request, executor, warn)
+    return _written(path, opening, measurement, report, warn)
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What a sweep measures: a scene whose levels and order are chosen, its signals, and its assemblies.
+
+    Attributes:
+        title: title of the results.
+        scene: the scene, from the judgement of its steps on with an algorithm in place of `auto`.
+        inputs, outputs: full names.
+        variants: assemblies of the scene.
+        library: the stepping loop in C, `None` for the one in Python.
+        choices: chosen levels by component.
+        order, algorithm: the choices of these, `None` where they are the scene's.
+    """
+
+    title: str
+    scene: Scene
+    inputs: list[str]
+    outputs: list[str]
+    variants: Variants
+    library: Path | None
+    choices: Mapping[str, LevelChoice]
+    order: OrderChoice | None
+    algorithm: AlgorithmChoice | None = None
+
+    def record(self, *assemblies: Assembly, operating_point: Mapping[str, float] = {}) -> SystemRecord:
+        """Return the record of the scene and the FMUs of some assemblies for the results file."""
+        found = system_record(
+            self.title,
+            scene_text(self.scene),
+            *assemblies,
+            operating_point=operating_point,
+            order=self.order,
+            algorithm=self.algorithm,
+            left_out=self.variants.left_out.sentence,
+        )
+        return levels.with_choices(found, self.choices)
+
+
+@dataclass(frozen=True)
+class _Measurement:
+    """A measurement that is ready to run: its plan, the record of its system, and `run(file, plan, report=...)`."""
+
+    plan: Plan
+    record: SystemRecord
+    run: Callable[..., None]
+
+
+def _subject(setup: Setup, request: SweepRequest, warn: Warn) -> _Subject:
+    """Choose signals, levels and order, and build the FMUs, with a warning for each choice."""
     if request.method == "linear":
         refuse_order(setup)
     is_linear = request.method == "linear" and not levels.automatic(setup.scene)
@@ -308,88 +311,91 @@ def sweep_scene(
     if order is not None:
         warn(order.sentence)
     variants = Variants(scene, setup.highest, keep=request.keep, observed=outputs, excited=inputs)
-    assembly, left_out = variants.plain, variants.left_out.sentence
     if variants.left_out.warning:
-        warn(left_out)
-    draft = _draft(assembly, inputs, outputs, scene, request)
-    theory = _theory(assembly, draft, request, warn)
-    dense = None if theory is None else theory.response(draft.frequency)
-    plan = dataclasses.replace(draft, frequency=_frequencies(draft, dense, request))
-    opening = SweepFile.resume if resume and path.is_file() else partial(SweepFile.create, force=force)
-    if theory is not None and request.method == "linear":
-        point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
-        record = system_record(setup.title, scene_text(scene), assembly, operating_point=point, left_out=left_out)
-        with opening(path, plan, levels.with_choices(record, choices)) as file:
-            file.write(points_of(theory.response(plan.frequency)))
-        return file.identity
-    design = None
-    if request.method == "multisine":
-        plan, design = _with_lines(plan, assembly, scene, request, warn)
-    if theory is not None and dense is not None:
-        line = _along(draft, dense, _LINE)
-        plan = dataclasses.replace(plan, theory=Theory(line, theory.response(line)))
-    with usage_errors():
-        excitation.window_steps(plan.frequency.max(), scene.step_size)
-    excited = {name: variants.instrumented(name, outputs) for name in inputs}
-    with judge(scene, assembly, excited, outputs, request.band(scene)) as known:
-        scene, algorithm, sentences = known.decided(scene, candidates(setup.order))
-        for sentence in sentences:
-            warn(sentence)
-        plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
-        starts, runs, reason = {}, [], ""
-        if design is not None:
-            own = request.multisine_settings(scene, design)
-            runs, reason = runs_of(design, known, scene, variants, plan, own, library)
-            plan = dataclasses.replace(plan, settings=dataclasses.asdict(own))
-        elif request.start != REST:
-            starts, reason = known.steady_starts(scene, plan.frequency)
-        if request.start == PREVIOUS and len(starts) < len(inputs):
-            raise StructureError(f"a branch cannot be followed from point to point, as {reason}; take --start rest")
-        if reason:
-            warn(f"points start at rest, which takes longer: their steady state is not known, as {reason}")
-    choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
-    jobs = request.jobs or os.cpu_count() or 1
-    if design is not None:
-        record = system_record(setup.title, scene_text(scene), *(run.assembly for run in runs), **choice)
-        measure = partial(multisine, runs=runs, jobs=jobs, report=report)
-        return _written(path, opening, plan, levels.with_choices(record, choices), measure, warn)
-    settings = request.settings(scene)
+        warn(variants.left_out.sentence)
+    return _Subject(setup.title, scene, inputs, outputs, variants, library, choices, order)
+
+
+def _computed(subject: _Subject, plan: Plan, theory: LinearSweep, opening: Callable[..., SweepFile]) -> Identity:
+    """Write the linear response into the file that `opening` returns; return its identity."""
+    assembly = subject.variants.plain
+    point = {assembly.system.own_name(name): value for name, value in theory.operating_point.items()}
+    with opening(plan, subject.record(assembly, operating_point=point)) as file:
+        file.write(points_of(theory.response(plan.frequency)))
+    return file.identity
+
+
+def _many_lines(
+    subject: _Subject, plan: Plan, design: Design, known: Judge, request: SweepRequest, warn: Warn
+) -> _Measurement:
+    """Return the measurement of a multisine."""
+    settings = _multisine_settings(request, subject.scene, design)
+    runs, reason = runs_of(design, known, subject.scene, subject.variants, plan, settings, subject.library)
+    if reason:
+        warn(_AT_REST.format(reason))
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
-    ready = {name: with_ports(whole, scene.algorithm).check() for name, whole in excited.items()}
-    benches = {name: Bench(whole, tuple(outputs), scene.source.name, LOCK_IN, library) for name, whole in ready.items()}
-    record = system_record(setup.title, scene_text(scene), *ready.values(), **choice)
-    workers = {"jobs": jobs, "executor": executor}
-    measure = partial(stepped, benches=benches, settings=settings, starts=starts, report=report, **workers)
-    return _written(path, opening, plan, levels.with_choices(record, choices), measure, warn)
+    return _Measurement(
+        plan, subject.record(*(run.assembly for run in runs)), partial(multisine, runs=runs, jobs=_jobs(request))
+    )
+
+
+def _single_sines(
+    subject: _Subject,
+    plan: Plan,
+    excited: Mapping[str, Assembly],
+    known: Judge,
+    request: SweepRequest,
+    executor: Executor | None,
+    warn: Warn,
+) -> _Measurement:
+    """Return the measurement of one sine at a time."""
+    starts, reason = ({}, "") if request.start == REST else known.steady_starts(subject.scene, plan.frequency)
+    if request.start == PREVIOUS and len(starts) < len(subject.inputs):
+        raise StructureError(f"a branch cannot be followed from point to point, as {reason}; take --start rest")
+    if reason:
+        warn(_AT_REST.format(reason))
+    settings = request.settings(subject.scene)
+    plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
+    ready = {name: with_ports(whole, subject.scene.algorithm).check() for name, whole in excited.items()}
+    benches = {
+        name: Bench(whole, tuple(subject.outputs), subject.scene.source.name, LOCK_IN, subject.library)
+        for name, whole in ready.items()
+    }
+    run = partial(stepped, benches=benches, settings=settings, starts=starts, jobs=_jobs(request), executor=executor)
+    return _Measurement(plan, subject.record(*ready.values()), run)
+
+
+def _jobs(request: SweepRequest) -> int:
+    """Return the number of threads or processes."""
+    return request.jobs or os.cpu_count() or 1
 
 
 def _written(
     path: Path,
     opening: Callable[[Path, Plan, SystemRecord], SweepFile],
-    plan: Plan,
-    record: SystemRecord,
-    measure: Callable[..., None],
+    measurement: _Measurement,
+    report: Callable[[Progress], None] | None,
     warn: Warn,
 ) -> Identity:
     """Measure into the file that `opening` returns; return its identity."""
-    with opening(path, plan, record) as file:
+    with opening(path, measurement.plan, measurement.record) as file:
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
         try:
-            measure(file, plan)
+            measurement.run(file, measurement.plan, report=report)
         except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
     return file.identity
 
 
-def _with_lines(plan: Plan, assembly: Assembly, scene: Scene, request: SweepRequest, warn: Warn) -> tuple[Plan, Design]:
+def _with_lines(plan: Plan, subject: _Subject, request: SweepRequest, warn: Warn) -> tuple[Plan, Design]:
     """Return the plan at the lines of a multisine next to its frequencies, and their design."""
     with usage_errors():
         design = designed(
             plan,
-            assembly,
-            scene,
+            subject.variants.plain,
+            subject.scene,
             request.measurement_periods,
             request.phases or PHASES[0],
             request.seed or 0,
@@ -397,7 +403,23 @@ def _with_lines(plan: Plan, assembly: Assembly, scene: Scene, request: SweepRequ
         )
     for sentence in design.warnings:
         warn(sentence)
-    return design.in_plan(plan, request.multisine_settings(scene, design)), design
+    return design.in_plan(plan, _multisine_settings(request, subject.scene, design)), design
+
+
+def _multisine_settings(request: SweepRequest, scene: Scene, design: Design) -> MultisineSettings:
+    """Return the settings of a multisine of a scene."""
+    return design.settings(
+        MultisineSettings(
+            scene.algorithm,
+            scene.step_size,
+            request.settling_tolerance,
+            settling_time=request.settling_time,
+            start=request.start,
+            phases=request.phases or PHASES[0],
+            seed=request.seed or 0,
+            inputs=INPUTS[request.together],
+        )
+    )
 
 
 def _selected(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], list[str]]:
@@ -409,52 +431,3 @@ def _selected(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], li
         raise StructureError(f"the scene has a motion of its own and no input to excite; name one with --input{free}")
     outputs = find_signals(request.outputs, scene.outputs, assembly.connectors, "output")
     return with_amplitude(scene, request.amplitude, inputs, assembly), inputs, outputs
-
-
-def _draft(assembly: Assembly, inputs: list[str], outputs: list[str], scene: Scene, request: SweepRequest) -> Plan:
-    """Return the plan with a dense logarithmic grid of frequencies."""
-    with usage_errors():
-        frequency = excitation.logarithmic(*request.band(scene), _DENSE)
-        return plan_sweep(assembly, inputs, outputs, frequency, scene.amplitude, request.settings(scene))
-
-
-def _theory(assembly: Assembly, draft: Plan, request: SweepRequest, warn: Warn) -> LinearSweep | None:
-    """Return the linearised system; `None`, with a warning, for a stepped sweep of a system without derivatives."""
-    try:
-        found = linear(assembly, draft)
-    except StructureError as error:
-        if request.method == "linear":
-            raise
-        warn(f"there is no linear response to compare with: {error}")
-        return None
-    if found.growth and request.method == "linear":
-        warn(f"the system is unstable: a mode grows by {found.growth:.3g} 1/s, so its response cannot be measured")
-    return found
-
-
-def _frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: SweepRequest) -> NDArray[np.float64]:
-    """Return the frequencies in the requested spacing; logarithmic where there is no linear response."""
-    points = request.points or (_LINE if request.method == "linear" else 40)
-    if len(draft.frequency) == 1 and request.points not in (None, 1):
-        raise StructureError(
-            f"--points {points}: from {draft.frequency[0]:g} to {draft.frequency[0]:g} Hz there is one"
-        )
-    with usage_errors():
-        if request.grid == "log" or dense is None:
-            return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)
-        return _along(draft, dense, points)
-
-
-def _along(draft: Plan, dense: NDArray[np.complex128], points: int) -> NDArray[np.float64]:
-    """Return frequencies spaced along the entries of the response that are not zero by symmetry."""
-    units, amplitudes = [signal.unit for signal in draft.outputs], [signal.amplitude for signal in draft.inputs]
-    return excitation.along_response(draft.frequency, dense[:, ~negligible(dense, units, amplitudes)], points)
-
-
-@contextlib.contextmanager
-def usage_errors() -> Iterator[None]:
-    """Raise `StructureError` in place of `ValueError`: the request cannot be measured."""
-    try:
-        yield
-    except ValueError as error:
-        raise StructureError(str(error)) from error

@@ -118,8 +118,8 @@ class Run:
 def measure(run: Run) -> list[Point]:
     """Measure one run; a failure becomes the status and message of its points.
 
-    The `wall_time` of a point is its share of the run. Where the system does not run from the predicted steady state,
-    it starts at rest, and the messages say why.
+    The `wall_time` of a point is its share of the run, as are its `steps`, whole numbers whose sum is that of the run.
+    Where the system does not run from the predicted steady state, it starts at rest, and the messages say why.
     """
     begin = time.perf_counter()
     try:
@@ -253,6 +253,7 @@ class _Measurement:
         np.divide(level, np.abs(gain), out=relative, where=np.abs(gain) > floor)
         amplitude = np.concatenate([one.wave.gain for one in run.driven])
         spoilt = sorted(self._active.values(), key=lambda found: (not found.limit.spoils_response, found.first_time))
+        steps = np.diff(np.linspace(0, self.master.statistics["steps"], n + 1).astype(int)).tolist()
         points = []
         for row, (i, k) in enumerate(_places(run)):
             status, message = Status.DONE, ""
@@ -268,7 +269,9 @@ class _Measurement:
             elif spoilt and status is Status.DONE:
                 message = spoilt[0].response_message
             response = gain[row] / amplitude[row]
-            points.append(Point(i, k, status, response, relative[row], remaining[row], message=message))
+            points.append(
+                Point(i, k, status, response, relative[row], remaining[row], message=message, steps=steps[row])
+            )
         return points
 
 

@@ -23,6 +23,7 @@ def check_same(path: Path, file: Node, plan: Plan, system: SystemRecord) -> None
     differences = [
         *_differences(settings, dict(plan.settings)),
         *_axis_differences(file["bode"], plan),
+        *_branch_differences(file["bode"], plan),
         *_system_differences(file["system"], system, is_earlier=bool(earlier_version(file))),
     ]
     if differences:
@@ -68,6 +69,13 @@ def _axis_differences(bode: Node, plan: Plan) -> list[str]:
         there, here = (", ".join(f"{a:g}" for a in side) for side in (bode["amplitude"][:], amplitudes))
         differences.append(f"amplitude is {there} there and {here} here")
     return differences
+
+
+def _branch_differences(bode: Node, plan: Plan) -> list[str]:
+    """Return a sentence where only one of the sweeps has a downward one; files of earlier versions have no setting."""
+    if ("branches" in bode) == plan.has_branches:
+        return []
+    return ["it has no downward sweep" if plan.has_branches else "it has a downward sweep too"]
 
 
 def _system_differences(group: Node, system: SystemRecord, is_earlier: bool) -> list[str]:

@@ -149,11 +149,11 @@ def _lay_out(file: Node, plan: Plan) -> None:
         flags.attrs["flag_masks"] = np.array([JUMP_UP, JUMP_DOWN, DIFFERENT], dtype=np.int8)
         flags.attrs["flag_meanings"] = "jump_up jump_down different"
     if plan.lines is not None:
-        for name, values, unit in (
+        for name, values, own_unit in (
             ("line_amplitude", plan.lines.amplitude, _common(plan.inputs) or "input_unit"),
             ("line_phase", plan.lines.phase, "rad"),
         ):
-            hdf5.create_dataset(bode, name, points, np.nan, float, unit)[:] = values
+            hdf5.create_dataset(bode, name, points, np.nan, float, own_unit)[:] = values
         hdf5.create_dataset(bode, "crest_factor", ["input"], np.nan, float, "1")[:] = plan.lines.crest_factor
     if plan.theory is not None:
         theory = file.create_group("theory")

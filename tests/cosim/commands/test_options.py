@@ -10,8 +10,10 @@ from hfsa.cosim.commands import _options, export, sweep
 from hfsa.cosim.experiments import run as running
 from hfsa.cosim.experiments import sweep as sweeping
 from hfsa.cosim.experiments.setup import ALGEBRAIC_LOOPS
+from hfsa.cosim.experiments.sweep_request import GRIDS
 from hfsa.cosim.masters.algorithms import ALGORITHMS, CANDIDATES, DEFAULT, LIMITED, ORDERED
 from hfsa.cosim.measurement.sweep import METHODS
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.fmus.export import Version
 
 
@@ -33,9 +35,9 @@ def option(function, name: str) -> set:
         (option(_options.SteppingOptions, "backend"), set(BACKENDS)),
         (option(_options.SteppingOptions, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
         (option(sweep.sweep, "method"), set(METHODS)),
-        (option(sweep.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweep.sweep, "grid"), set(GRIDS)),
         (option(sweeping.sweep, "method"), set(METHODS)),
-        (option(sweeping.sweep, "grid"), set(sweeping.GRIDS)),
+        (option(sweeping.sweep, "grid"), set(GRIDS)),
         (option(sweeping.sweep, "backend"), set(BACKENDS)),
         (option(running.run, "algebraic_loops"), set(ALGEBRAIC_LOOPS)),
         (option(export.export, "fmi"), set(typing.get_args(Version))),
@@ -86,6 +88,32 @@ def test_an_option_without_effect_is_refused(hfsa, tmp_path, more, words):
     assert (code, out) == (2, "")
     assert words in err
     assert not (tmp_path / "it.h5").exists()
+
+
+NO_POINT_ALONE = "--scheduler takes --method stepped, and no --start previous"
+ELSEWHERE = ["--scheduler", "tcp://127.0.0.1:1"]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--method", "multisine", "--start", "previous"], "multisine measures no point after another"),
+        (["--method", "linear", "--start", "previous"], "--start would have no effect"),
+        (["--method", "multisine", *ELSEWHERE], NO_POINT_ALONE),
+        (["--start", "previous", *ELSEWHERE], NO_POINT_ALONE),
+    ],
+    ids=["multisine previous", "linear previous", "multisine scheduler", "previous scheduler"],
+)
+def test_what_one_method_alone_can_do_is_refused_for_others(hfsa, tmp_path, more, words):
+    code, out, err = hfsa("sweep", "mass_on_spring", *more, "-o", "it.h5")
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not (tmp_path / "it.h5").exists()
+
+
+def test_a_linear_sweep_follows_no_branch_in_python(tmp_path):
+    with pytest.raises(StructureError, match="linear measures no point after another"):
+        sweeping.sweep("mass_on_spring", method="linear", start="previous", path=tmp_path / "it.h5")
 
 
 def test_a_stepping_loop_of_what_takes_no_steps_is_refused(hfsa):

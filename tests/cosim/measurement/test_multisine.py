@@ -9,7 +9,7 @@ import pytest
 from hfsa.cosim import load_scene, read, sweep
 from hfsa.cosim.analysis.stability import CoupledStep
 from hfsa.cosim.assembly.assemble import Variants
-from hfsa.cosim.results.records import Status
+from hfsa.cosim.results.records import ResultsError, Status
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, System
@@ -56,6 +56,8 @@ def test_a_linear_scene_has_the_response_of_one_sine_at_a_time(tmp_path, name, a
     assert np.max(bode.harmonic_distortion[strong & done], initial=0.0) < 1e-8
     for k in range(len(inputs)):
         assert (bode.status[:, k] == Status.DONE).sum() >= 2
+    window = round(bode.settings["window"] / bode.settings["step_size"])
+    assert bode.steps.sum() == window * (1 if more.get("together") else len(inputs))
 
 
 def test_stepped_and_multisine_measure_the_same(tmp_path, hfsa):
@@ -143,6 +145,8 @@ def test_the_distortion_of_a_cubic_is_the_analytic_one(tmp_path):
     )
     with h5py.File(path) as file:
         amplitude, phase = file["bode/line_amplitude"][:, 0], file["bode/line_phase"][:, 0]
+        assert (file["bode/line_phase"].attrs["units"], file["bode/line_amplitude"].attrs["units"]) == ("rad", "N")
+        assert file["theory/response"].attrs["units"] == file["bode/response"].attrs["units"] == "1"
         assert file["bode/crest_factor"][0] == pytest.approx(2.0 / np.sqrt(np.sum(amplitude**2) / 2), rel=0.01)
     lines = np.rint(bode.frequency / bode.settings["spacing"]).astype(int)
     size = 4 * lines.max()
@@ -180,6 +184,19 @@ def test_it_resumes_whole_runs(tmp_path):
     assert np.array_equal(again.response[:, :, 1], first.response[:, :, 1])
     assert again.response[0, 0, 0] == 7.0
     assert np.all(again.status == Status.DONE)
+
+
+def test_it_runs_on_what_the_scene_needs(tmp_path):
+    """The response is that of the whole scene, and a file of the one is not resumed with the FMUs of the other."""
+    only = {"inputs": ["command.position[3]"], "outputs": ["platform.position[3]"], "points": 4, "low": 10.0}
+    ask = {"method": "multisine", "jobs": 1, "warn": lambda _: None, **only}
+    whole, needed = (sweep("sdelta_shaker", keep=keep, path=tmp_path / keep, **ask) for keep in ("all", "needed"))
+    assert np.max(np.abs(needed.response / whole.response - 1)) < 1e-11
+    with h5py.File(tmp_path / "needed") as file, h5py.File(tmp_path / "all") as other:
+        assert "robot: 10 of 12 states" in file["system"].attrs["left_out"]
+        assert "left_out" not in other["system"].attrs
+    with pytest.raises(ResultsError, match="the FMU of robot is another"):
+        sweep("sdelta_shaker", keep="all", resume=True, path=tmp_path / "needed", **ask)
 
 
 REFUSED = [

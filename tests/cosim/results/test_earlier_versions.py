@@ -67,6 +67,14 @@ def test_another_scene_does_not_resume_them(hfsa):
     assert "the scene is another" in err
 
 
+def test_a_sweep_of_branches_does_not_resume_them(hfsa):
+    """They have no room for a downward sweep, and no setting that tells so."""
+    ask = [*SWEEP, "--algorithm", "gauss_seidel", "--start", "previous", "--resume", "-o", "sweep_0.1.h5"]
+    code, _, err = hfsa(*ask)
+    assert code == 2
+    assert "it has no downward sweep" in err
+
+
 def test_they_are_drawn(hfsa):
     for name in ("sweep", "linear"):
         assert hfsa("bode", f"{name}_0.1.h5", "-o", f"{name}.png")[0] == 0
