@@ -136,7 +136,7 @@ def test_casadi_imports_what_casadi_wrote(part_model, part_files, version, tmp_p
     here = [0.1, x, u, np.concatenate([p[tunable], rates])]
     found = dae.create("f", ["t", "x", "u", "p"], ["ode", "y"])(*here)
     close(found[0], made.rhs(0.1, x, z, u, p))
-    close(found[1][: len(part_model.of(Kind.OUTPUT))], made.out(0.1, x, z, u, p))
+    close(found[1][: len(part_model.of(Kind.OUTPUT)), :], made.out(0.1, x, z, u, p))
 
     blocks = {
         "jac_ode_x": (made.rhs, 1),
