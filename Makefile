@@ -1,6 +1,6 @@
 # make demo   installs the environment and computes a Bode plot of the flexible robot from co-simulated FMUs
 # make test   installs the environment and runs the tests
-# make bench  speed and error of the stepping loop and of other masters, speed of sweeps;  make published  published and computed numbers
+# make bench  speed and error of our stepping loop and of other masters;  make published  published and computed numbers
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
 # make lock   new pinned versions

@@ -14,8 +14,12 @@ The peers have one algorithm, get all, set all, step all, which is our `jacobi_p
 The last column is the cost of a peer over that of our cheapest way with no larger error.
 """
 
-import argparse
 import os
+
+# threads of linear algebra spin while they wait, which would count as CPU time
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import argparse
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
