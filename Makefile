@@ -1,6 +1,6 @@
 # make demo   installs the environment and computes a Bode plot of the flexible robot from co-simulated FMUs
 # make test   installs the environment and runs the tests
-# make bench  speed of the stepping loop, of other masters and of sweeps;  make published  published and computed numbers
+# make bench  speed and error of our stepping loop and of other masters, of sweeps;  make published  published numbers
 # make extremes  what was tried at the extremes, and how it ended, into docs/extremes.md (ARGS=--long: 1e9 steps)
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
@@ -43,6 +43,7 @@ coverage: .venv/installed
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py
 	$(BIN)/python tests/benchmarks/sweeps.py
+	$(BIN)/python tests/benchmarks/work_precision.py
 
 published: .venv/installed
 	$(BIN)/python tests/published.py

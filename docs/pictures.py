@@ -10,6 +10,7 @@ import doctest
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -84,6 +85,12 @@ def one_step(file: Path, _work: Path) -> None:
     names["folder"].cleanup()
 
 
+def work_precision(file: Path, _work: Path) -> None:
+    """Error over CPU time of our algorithms and of other masters, on the same FMUs."""
+    script = PAGES.parent / "tests" / "benchmarks" / "work_precision.py"
+    subprocess.run([sys.executable, script, "-o", file], check=True)
+
+
 def run(command: str) -> None:
     """Run one command of `hfsa`; an exit code other than 0 ends everything."""
     if code := hfsa(shlex.split(command)):
@@ -98,7 +105,13 @@ def shrink(picture: Path, file: Path) -> None:
         small.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-MADE = {"demo": demo, "compare": compare, "stability": stability, "one-step": one_step}
+MADE = {
+    "demo": demo,
+    "compare": compare,
+    "stability": stability,
+    "one-step": one_step,
+    "work-precision": work_precision,
+}
 """Pictures by the name of their file."""
 
 

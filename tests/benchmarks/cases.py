@@ -1,6 +1,6 @@
-"""Cases of the benchmarks: a loop of two small FMUs, dominated by the master, and the robot under sampled control."""
+"""Cases of the benchmarks: a loop of two small FMUs, dominated by the master, and the robot, controlled or shaken."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hfsa.components import Model
@@ -40,6 +40,17 @@ def robot() -> Case:
     scene = load_scene("sdelta_hfsa")
     system = instrument(scene, "reference.command.position[3]")
     return Case("sdelta_hfsa", system, build(system).files, scene.step_size, 20_000, "robot.platform.position[3]")
+
+
+def shaken_robot() -> Case:
+    """Scene `sdelta_shaker` under a vertical sine of 10 Hz: source, reference and robot in a row, step 4 ms."""
+    scene = load_scene("sdelta_shaker")
+    shaken = instrument(scene, "reference.command.position[3]")
+    components = [component for component in shaken.components if component.name != "lock_in"]
+    components[0] = replace(components[0], start={**components[0].start, "frequency": 10.0})
+    joined = [connection for connection in shaken.connections if not connection.end.startswith("lock_in.")]
+    system = System(components, joined)
+    return Case("Robot, shaken", system, build(system).files, 4e-3, 500, "robot.platform.position[3]")
 
 
 def _plant(solver: str) -> Model:

@@ -3,10 +3,10 @@
     make bench        # or: python tests/benchmarks/masters.py [ROUNDS]
 
 Beside it are other algorithms of ours, in rows that name them. Each way is prepared and timed ROUNDS times, in turn, so
-that a busy machine disturbs all alike; the shortest time counts, without loading and initialization. All run on one
-processor: thread pools only slow small FMUs down. Before that, all with the one algorithm must agree on the value of
-one output after 1000 steps. Ratios of speed are to the first row: a C program written for that loop alone, or our loop
-in C where there is no such program.
+that a busy machine disturbs all alike; the shortest CPU time of all threads counts, without loading and initialization.
+All run on one processor: thread pools only slow small FMUs down. Before that, all with the one algorithm must agree on
+the value of one output after 1000 steps. Ratios of speed are to the first row: a C program written for that loop alone,
+or our loop in C where there is no such program.
 """
 
 import argparse
@@ -21,40 +21,51 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-from algorithm_groups import ALGORITHMS
 from cases import Case, robot, two_fmus
 from fmpy.fmi2 import FMU2Slave
 
 from hfsa.cosim.assembly.native_loop import stepping_library
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.masters.algorithms import ALGORITHMS, make_master
 from hfsa.fmus._binary import HEADERS, binary_path
 from hfsa.fmus.compile import compiler
 
 CHECKED_STEPS = 1000
 
-Timed = tuple[float, float]
-"""Seconds of the steps, and the watched output after them."""
+Timed = tuple[float, np.ndarray]
+"""CPU time of the steps [s], and the watched output after each of `points` equal parts of them."""
+
+Way = Callable[..., Timed]
+"""A way to step a case: arguments `case`, `steps` and `points` (default: 1, at the end)."""
 
 
 # Ours -----------------------------------------------------------------------------------------------------------------
 
 
-def ours(library: Path | None, record: bool = False, algorithm: str = "jacobi_plain") -> Callable[[Case, int], Timed]:
+def ours(library: Path | None, record: bool = False, algorithm: str = "jacobi_plain") -> Way:
     """Our master with either loop, recording the watched output at every point or nothing."""
 
-    def run(case: Case, steps: int) -> Timed:
+    def run(case: Case, steps: int, points: int = 1) -> Timed:
         with open_instances(case.files) as instances:
             master = make_master(instances, case.system, algorithm, case.step_size, library)
             if record:
                 master.record([case.watched], rows=steps + 1)
             master.initialize()
-            begin = time.perf_counter()
-            master.advance(steps)
-            return time.perf_counter() - begin, master.read([case.watched])[0]
+            return _timed(master.advance, lambda: master.read([case.watched])[0], steps, points)
 
     return run
+
+
+def _timed(step: Callable[[int], object], read: Callable[[], float], steps: int, points: int) -> Timed:
+    """Take the steps in equal parts and read the watched output after each; reading is not timed."""
+    seconds, values = 0.0, []
+    for _ in range(points):
+        begin = time.process_time()
+        step(steps // points)
+        seconds += time.process_time() - begin
+        values.append(read())
+    return seconds, np.array(values)
 
 
 # Others ---------------------------------------------------------------------------------------------------------------
@@ -77,10 +88,10 @@ def c_program(case: Case, steps: int) -> Timed:
         references = [str(_reference(case, full)) for full in names]
         command = [folder / "floor", *words, str(steps), str(case.step_size), *references]
         seconds, value = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-        return float(seconds), float(value)
+        return float(seconds), np.array([float(value)])
 
 
-def fmpy_loop(case: Case, steps: int) -> Timed:
+def fmpy_loop(case: Case, steps: int, points: int = 1) -> Timed:
     """What one writes by hand with fmpy's own classes."""
     with tempfile.TemporaryDirectory() as folder:
         slaves = {}
@@ -100,18 +111,22 @@ def fmpy_loop(case: Case, steps: int) -> Timed:
         for slave in slaves.values():
             slave.exitInitializationMode()
         _exchange(slaves, gets, sets)
-        begin = time.perf_counter()
-        for k in range(steps):
-            for slave in slaves.values():
-                slave.doStep(k * case.step_size, case.step_size)
-            _exchange(slaves, gets, sets)
-        seconds = time.perf_counter() - begin
-        component = case.watched.partition(".")[0]
-        value = slaves[component].getReal([_reference(case, case.watched)])[0]
+        component, watched = case.watched.partition(".")[0], [_reference(case, case.watched)]
+        done = 0
+
+        def step(count: int) -> None:
+            nonlocal done
+            for k in range(done, done + count):
+                for slave in slaves.values():
+                    slave.doStep(k * case.step_size, case.step_size)
+                _exchange(slaves, gets, sets)
+            done += count
+
+        timed = _timed(step, lambda: slaves[component].getReal(watched)[0], steps, points)
         for slave in slaves.values():
             slave.terminate()
             slave.freeInstance()
-        return seconds, value
+        return timed
 
 
 def _exchange(slaves, gets, sets) -> None:
@@ -134,8 +149,8 @@ def _wires(case: Case):
     return gets, sets
 
 
-def ecos(case: Case, steps: int) -> Timed:
-    """Ecos: all steps in one call."""
+def ecos(case: Case, steps: int, points: int = 1) -> Timed:
+    """Ecos: all steps up to a point in one call."""
     ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), ctypes.RTLD_GLOBAL)
     import ecospy
 
@@ -148,16 +163,16 @@ def ecos(case: Case, steps: int) -> Timed:
     structure.add_parameter_set("start", {_colons(name): value for name, value in starts.items()})
     simulation = ecospy.EcosSimulation(case.step_size, structure=structure)
     simulation.init(parameter_set="start")
-    begin = time.perf_counter()
-    simulation.step(steps)
-    seconds = time.perf_counter() - begin
-    value = simulation.get_real(_colons(case.watched))
+    timed = _timed(simulation.step, lambda: simulation.get_real(_colons(case.watched)), steps, points)
     simulation.terminate()
-    return seconds, value
+    return timed
 
 
-def libcosim(case: Case, steps: int) -> Timed:
-    """The Open Simulation Platform's libcosim: all steps in one call, observing the last values."""
+def libcosim(case: Case, steps: int, points: int = 1) -> Timed:
+    """The Open Simulation Platform's libcosim: all steps up to a point in one call, observing the last values.
+
+    Its first step, which includes the initialization, is not timed but counts as long as the others.
+    """
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
@@ -179,11 +194,16 @@ def libcosim(case: Case, steps: int) -> Timed:
     for connection in case.system.connections:
         execution.connect_real_variables(*place(connection.start), *place(connection.end))
     execution.step()
-    begin = time.perf_counter()
-    execution.step(steps - 1)
-    seconds = time.perf_counter() - begin
     component, reference = place(case.watched)
-    return seconds * steps / (steps - 1), observer.last_real_values(component, [reference])[0]
+    done = 1
+
+    def step(count: int) -> None:
+        nonlocal done
+        execution.step(count - done)
+        done = 0
+
+    seconds, values = _timed(step, lambda: observer.last_real_values(component, [reference])[0], steps, points)
+    return seconds * steps / (steps - 1), values
 
 
 def _reference(case: Case, full: str) -> int:
@@ -203,9 +223,10 @@ def _colons(full: str) -> str:
 # The table ------------------------------------------------------------------------------------------------------------
 
 
-def compare(case: Case, ways: dict[str, tuple[Callable[[Case, int], Timed], int]], rounds: int) -> Iterator[str]:
+def compare(case: Case, ways: dict[str, tuple[Way, int]], rounds: int) -> Iterator[str]:
     """Yield the rows of the table; each way has its own number of steps, for some are slow."""
-    values = [way(case, CHECKED_STEPS)[1] for name, (way, _) in ways.items() if not name.endswith(ALGORITHMS)]
+    plain = [way for name, (way, _) in ways.items() if not name.endswith(tuple(ALGORITHMS))]
+    values = [way(case, CHECKED_STEPS)[1][-1] for way in plain]
     np.testing.assert_allclose(values, values[0], rtol=1e-9)
     times: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(rounds):
