@@ -50,6 +50,7 @@ def test_a_cluster_gives_the_bits_of_this_machine(cluster, tmp_path):
     assert not list(cluster.folder.glob("worker*/cache/fmus"))  # nothing was exported there
 
 
+@pytest.mark.slow
 def test_progress_is_that_of_this_machine(cluster, tmp_path):
     parts = []
     sweep(
@@ -76,6 +77,7 @@ def test_points_of_a_lost_worker_run_elsewhere(clusters, tmp_path):
     same(there, sweep("mass_on_spring", path=tmp_path / "here.h5", **SLOW))
 
 
+@pytest.mark.slow
 def test_a_worker_may_join_late(clusters, tmp_path):
     one = clusters(1)
     joined = []
@@ -90,6 +92,7 @@ def test_a_worker_may_join_late(clusters, tmp_path):
     assert len(received(joined[0])) == 3
 
 
+@pytest.mark.slow
 def test_without_workers_a_sweep_ends_and_can_be_resumed(clusters, tmp_path, monkeypatch):
     one, path, warnings = clusters(1), tmp_path / "there.h5", []
     monkeypatch.setattr(module, "_ALONE", 3.0)
@@ -111,6 +114,7 @@ def test_without_workers_a_sweep_ends_and_can_be_resumed(clusters, tmp_path, mon
     )
 
 
+@pytest.mark.slow
 def test_two_sweeps_on_two_schedulers_at_once(cluster, clusters, tmp_path):
     addresses = [cluster.address, clusters(1).address]
     paths = [tmp_path / f"{i}.h5" for i in range(2)]
@@ -157,6 +161,7 @@ def measured(path):
         return np.sum(file["bode/status"][:] == Status.DONE)
 
 
+@pytest.mark.slow
 def test_a_crash_costs_its_own_result_alone(clusters):
     one = clusters(0)
     one.add_worker("--nanny")
@@ -202,6 +207,7 @@ def test_no_address(hfsa, monkeypatch, address):
     assert "such as tcp://host:8786" in err
 
 
+@pytest.mark.slow
 def test_no_worker(clusters, monkeypatch):
     monkeypatch.setattr(module, "_PATIENCE", 2.0)
     empty = clusters(0)
@@ -246,6 +252,7 @@ class Fixed:
         return getattr, (module, "installation")
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_installation_that_joins_late(cluster, monkeypatch):
     with module.on(cluster.address) as executor:
         monkeypatch.setattr(module, "installation", lambda: ("9.9", "", ""))
@@ -284,6 +291,7 @@ def test_a_comparison_on_a_cluster_writes_its_files_here(cluster, tmp_path):
     assert len(list((tmp_path / "there").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_a_comparison_on_a_cluster_replaces_no_file(cluster, tmp_path, monkeypatch):
     """A file that appears while the runs take place stays."""
     path = tmp_path / "mass_on_spring_damping=2.h5"
@@ -313,6 +321,7 @@ def test_a_foreign_fmu_travels_too(cluster, box, foreign, tmp_path):
 # Stability maps -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_map_on_a_cluster_is_that_of_this_machine(cluster):
     axes = [parse_axis("step_size=6.8e-6:7.2e-6:3")]
     here, there = (

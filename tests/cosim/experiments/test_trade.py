@@ -102,6 +102,7 @@ def test_a_motion_has_an_answer_too(tmp_path):
     assert np.diff(tuned.time)[0] == pytest.approx(found.best.step_size)
 
 
+@pytest.mark.slow
 def test_a_tolerance_below_the_reference_has_a_sentence(tmp_path):
     found = trade("mass_on_spring", {"damping": 20}, tolerance=1e-13, path=tmp_path / "t.h5", low=5.0, **QUIET)
     assert found.best is None

@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def test_measured_values_stand_before_predicted_ones():
     assert (slow.error, slow.known_cost) == (1e-2, 5.0)
 
 
+@pytest.mark.slow
 def test_choices_of_a_loop_are_its_parts_and_all_that_is_joined():
     found = choices_of(load_scene("sdelta_hfsa"), None, lambda _: None)
     groups = {composition.fuse for composition in found.compositions}

@@ -54,11 +54,17 @@ MASS, ROBOT = "mass.position", "robot.platform.rotation[1]"
 MOTIONS = {
     "a sine from rest, held": ("mass_on_spring", {"damping": 20}, MASS, "gauss_seidel", 2e-3),
     "a sine from rest, extrapolated": ("mass_on_spring", {"damping": 20}, MASS, "gauss_seidel_linear", 4e-3),
-    "a robot under sampled control": ("sdelta_hfsa", {"law": "ctc"}, ROBOT, "gauss_seidel", 2.5e-4),
 }
+SLOW_MOTIONS = {"a robot under sampled control": ("sdelta_hfsa", {"law": "ctc"}, ROBOT, "gauss_seidel", 2.5e-4)}
 
 
-@pytest.mark.parametrize("case", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize(
+    "case",
+    [
+        *(pytest.param(case, id=label) for label, case in MOTIONS.items()),
+        *(pytest.param(case, id=label, marks=pytest.mark.slow) for label, case in SLOW_MOTIONS.items()),
+    ],
+)
 def test_motions_have_the_predicted_error(case):
     name, arguments, output, algorithm, step = case
     scene = replace(load_scene(name, arguments), stop_time=0.4, outputs=[output])
