@@ -50,7 +50,7 @@ WRONG = {
     "proc": (["export", "mass_on_spring", "-o", "/proc/x"], "cannot write /proc/x/MassOnSpring.fmi2.fmu: /proc takes"),
     "verb": (["sweeep"], 'Did you mean "sweep"'),
     "option": (["sweep", "mass_on_spring", "--metod", "linear"], "--method"),
-    "method": (["sweep", "mass_on_spring", "--method", "multisine"], "stepped"),
+    "method": (["sweep", "mass_on_spring", "--method", "step"], "stepped"),
     "points": (["sweep", "mass_on_spring", "--points", "0"], "1"),
     "nothing": (["sweep"], "SCENE"),
 }

@@ -15,7 +15,7 @@ WRONG = [
     (sweep, {"points": 0}, "points is 0, expected a positive whole number"),
     (sweep, {"points": "2"}, "points is '2'"),
     (sweep, {"points": 2.5}, "points is 2.5"),
-    (sweep, {"method": "nix"}, "method is 'nix', expected one of stepped, linear"),
+    (sweep, {"method": "nix"}, "method is 'nix', expected one of stepped, multisine, linear"),
     (sweep, {"grid": "nix"}, "grid is 'nix'"),
     (sweep, {"start": "nix"}, "start is 'nix', expected one of steady, rest"),
     (sweep, {"backend": "nix"}, "backend is 'nix', expected one of c, python"),
