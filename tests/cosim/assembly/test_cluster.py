@@ -127,6 +127,7 @@ def test_two_sweeps_on_two_schedulers_at_once(cluster, clusters, tmp_path):
         same(read_sweep(path), here)
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_stops_its_workers_and_resumes(cluster, tmp_path):
     path = tmp_path / "x.h5"
     child = command(path, cluster.address, "--points", "16")
@@ -171,6 +172,7 @@ def test_a_crash_costs_its_own_result_alone(clusters):
     assert found == {"1 + 1": 2, tasks[1]: None, "2 + 2": 4, "3 + 3": 6}
 
 
+@pytest.mark.slow
 def test_an_error_of_a_task_is_raised(cluster):
     with module.on(cluster.address) as executor, pytest.raises(ZeroDivisionError):
         list(pool.results(eval, ["1 / 0"], executor=executor))
@@ -231,6 +233,7 @@ def test_no_distributed(hfsa, monkeypatch):
     ],
     ids=["version", "sources", "platform"],
 )
+@pytest.mark.slow
 def test_a_worker_of_another_installation(cluster, monkeypatch, place, value, words):
     here = list(module.installation())
     here[place] = value
@@ -275,6 +278,7 @@ def test_the_linear_method_takes_no_cluster(hfsa):
 # Comparisons ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_comparison_on_a_cluster_writes_its_files_here(cluster, tmp_path):
     over = {"damping": ["0.5", "2"]}
     here = compare("mass_on_spring", over, folder=tmp_path / "here", stop_time=2.0)
@@ -307,6 +311,7 @@ def test_a_comparison_on_a_cluster_replaces_no_file(cluster, tmp_path, monkeypat
 # FMUs of other tools --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_foreign_fmu_travels_too(cluster, box, foreign, tmp_path):
     scene = box(foreign[2])
     here = sweep(scene, points=4, path=tmp_path / "here.h5", warn=lambda _: None)

@@ -192,7 +192,17 @@ ROUNDING = {"sdelta_hfsa": 1e-11}
 IDS = [f"{name}-{'-'.join(arguments.values())}".rstrip("-") for name, arguments in LINEAR]
 
 
-@pytest.mark.parametrize(("name", "arguments"), LINEAR, ids=IDS)
+QUICK = ("sdelta_shaker", "mass_on_spring", "beam_bode")
+"""Scenes that are compared in every run of the tests."""
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        pytest.param(*case, id=label, marks=() if case[0] in QUICK else pytest.mark.slow)
+        for label, case in zip(IDS, LINEAR, strict=True)
+    ],
+)
 def test_each_response_of_a_scene_is_that_of_the_whole_one(opened, name, arguments):
     """All outputs for all inputs, and one for one, against the largest in its unit at the scene's amplitudes."""
     scene = load_scene(name, arguments)
@@ -219,7 +229,13 @@ MOTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "arguments"), MOTIONS, ids=["ctc", "hysteretic", "integral", "extremes"])
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        pytest.param(*case, id=label, marks=() if label == "ctc" else pytest.mark.slow)
+        for label, case in zip(("ctc", "hysteretic", "integral", "extremes"), MOTIONS, strict=True)
+    ],
+)
 def test_a_motion_is_that_of_the_whole_scene(library, name, arguments):
     """All outputs of a scene without inputs, and one alone, over 200 steps."""
     scene = load_scene(name, arguments)

@@ -152,6 +152,7 @@ def chain(exported, tmp_path_factory):
     return file
 
 
+@pytest.mark.slow
 def test_foreign_fmus_are_measured_where_nothing_is_predicted(chain, tmp_path):
     found = trade(chain, tolerance=0.02, path=tmp_path / "f.h5", **QUIET)
     assert any(s.startswith("errors were not predicted, only measured: a: Foreign.fmu") for s in found.sentences)

@@ -49,6 +49,7 @@ def test_the_jumps_are_at_the_folds(hfsa, scene):
         assert "stepped sine, downwards" in picture.read()
 
 
+@pytest.mark.slow
 def test_without_folds_both_ways_are_equal(hfsa, scene):
     words = ["sweep", scene, *SWEEP, "--amplitude", 3.0]
     words = [word for k, word in enumerate(words) if k not in (2, 3)]

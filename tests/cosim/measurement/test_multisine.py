@@ -23,6 +23,10 @@ LINEAR = [
 ]
 
 
+LABELS = ["free", "three together", "sampled", "delay together", "random phases"]
+QUICK = ("free", "sampled")
+
+
 def stepping(name, arguments, frequency, inputs, outputs, algorithm) -> np.ndarray:
     """The response that a stepped sweep measures on a linear scene, (frequencies, outputs, inputs)."""
     scene = load_scene(name, arguments)
@@ -37,7 +41,11 @@ def stepping(name, arguments, frequency, inputs, outputs, algorithm) -> np.ndarr
 
 
 @pytest.mark.parametrize(
-    ("name", "arguments", "more"), LINEAR, ids=["free", "three together", "sampled", "delay together", "random phases"]
+    ("name", "arguments", "more"),
+    [
+        pytest.param(*case, id=label, marks=() if label in QUICK else pytest.mark.slow)
+        for label, case in zip(LABELS, LINEAR, strict=True)
+    ],
 )
 def test_a_linear_scene_has_the_response_of_one_sine_at_a_time(tmp_path, name, arguments, more):
     """To 1e-9 of the largest, whichever lines are excited with it; settled after one window."""
@@ -60,6 +68,7 @@ def test_a_linear_scene_has_the_response_of_one_sine_at_a_time(tmp_path, name, a
     assert bode.steps.sum() == window * (1 if more.get("together") else len(inputs))
 
 
+@pytest.mark.slow
 def test_stepped_and_multisine_measure_the_same(tmp_path, hfsa):
     words = ["sweep", "sdelta_hfsa", "--input", "command.position[1]", "-j", "1"]
     assert hfsa(*words, "--method", "multisine", "--points", 5, "--from", 10, "-o", "m.h5")[0] == 0
@@ -71,6 +80,7 @@ def test_stepped_and_multisine_measure_the_same(tmp_path, hfsa):
     assert np.abs(many.response[1] - one.response[0]).max() / scale < 1e-9
 
 
+@pytest.mark.slow
 def test_from_rest_it_waits_until_windows_repeat(tmp_path):
     """Within the settling tolerance, without a prediction."""
     rest, steady = (
@@ -171,6 +181,7 @@ def test_the_distortion_of_a_cubic_is_the_analytic_one(tmp_path):
     assert bode.harmonic_distortion.max() > 1e-3
 
 
+@pytest.mark.slow
 def test_it_resumes_whole_runs(tmp_path):
     """A file with one input pending measures the run of that input again, and no other."""
     path = tmp_path / "m.h5"
@@ -186,6 +197,7 @@ def test_it_resumes_whole_runs(tmp_path):
     assert np.all(again.status == Status.DONE)
 
 
+@pytest.mark.slow
 def test_it_runs_on_what_the_scene_needs(tmp_path):
     """The response is that of the whole scene, and a file of the one is not resumed with the FMUs of the other."""
     only = {"inputs": ["command.position[3]"], "outputs": ["platform.position[3]"], "points": 4, "low": 10.0}

@@ -88,7 +88,7 @@ SCENES = [
     ("sdelta_shaker", ["--input", "command.position[3]"], 4),
     ("sdelta_hfsa", ["--input", "command.position[1]"], 3),
     ("sdelta_hfsa", ["-p", "law=ctc", "--input", "command.rotation[2]"], 3),
-    ("sdelta_accelerometer", ["--input", "command.position[3]"], 2),
+    pytest.param("sdelta_accelerometer", ["--input", "command.position[3]"], 2, marks=pytest.mark.slow),
     pytest.param(
         "accelerometer_shaker",
         ["--input", "sensor.base.acceleration[2]", "-p", "sensor.level=nonlinear", "--to", "500"],
@@ -96,7 +96,9 @@ SCENES = [
         marks=pytest.mark.slow,
     ),
     ("stage_bode", ["--input", "stack[1].command.voltage", "--from", "100", "--to", "300"], 2),
-    ("stage_accelerometer", ["--input", "stack[1].command.voltage", "--to", "300"], 2),
+    pytest.param(
+        "stage_accelerometer", ["--input", "stack[1].command.voltage", "--to", "300"], 2, marks=pytest.mark.slow
+    ),
     *(
         pytest.param(name, [*more, "--input", source, "--from", "200", "--to", "300"], 1, marks=pytest.mark.slow)
         for name, more, source in (
