@@ -106,6 +106,7 @@ def test_a_level_that_does_not_fit_its_neighbours_takes_no_part(library):
     assert np.isnan(choice.errors["rigid"])
 
 
+@pytest.mark.slow
 def test_start_values_that_a_level_leaves_out_and_outputs_that_it_lacks(library):
     off = {"hysteresis.amplitude": "0", "creep[1..2].gain": "0"}
     arguments = {"stack[1].level": "auto"} | {f"stack[1].{name}": value for name, value in off.items()}
