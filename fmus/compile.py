@@ -8,6 +8,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from functools import cache
+from multiprocessing.util import Finalize
 from pathlib import Path
 
 from hfsa.fmus._binary import HEADERS
@@ -44,12 +46,27 @@ def compile_library(sources: Sources, folder: Path) -> Path:
     """
     library = folder / f"{sources.name}{SUFFIX}"
     files = source_files(sources)
-    if sources.needs_cvode:
-        found = sundials()
-        compile_files(files, library, found.compile_flags, found.link_flags)
-    else:
-        compile_files(files, library)
+    found = sundials() if sources.needs_cvode else None
+    flags, link_flags = (tuple(found.compile_flags), found.link_flags) if found else ((), ())
+    handwritten = tuple((name, text) for name, text in files.items() if name not in sources.files)
+    headers = {name: text for name, text in handwritten if name.endswith(".h")}
+    try:
+        objects = _objects(tuple(compiler()), flags, handwritten)
+    except ExportError as error:
+        raise ExportError(f"{sources.name}: {error}") from error
+    compile_files({**headers, **sources.files}, library, flags, (*objects, *link_flags))
     return library
+
+
+@cache
+def _objects(command: tuple[str, ...], flags: tuple[str, ...], files: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    """Return the object files of the runtime, compiled once per process, as no line of it depends on the model."""
+    folder = Path(tempfile.mkdtemp(prefix="hfsa-"))
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # also at the end of a worker process
+    _write(folder, dict(files))
+    units = sorted(name for name, _ in files if name.endswith(".c"))
+    _run([*command, *FLAGS, *flags, "-c", *units], folder, "runtime")
+    return tuple(str(folder / f"{Path(unit).stem}.o") for unit in units)
 
 
 def compile_files(
@@ -58,14 +75,24 @@ def compile_files(
     """Compile C files, text by name, into a shared library; errors as in `compile_library`."""
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
-        for name, text in files.items():
-            (Path(scratch) / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+        _write(Path(scratch), files)
         units = sorted(name for name in files if name.endswith(".c"))
         command = [*compiler(), *FLAGS, *flags, "-shared", *units, "-o", str(library.resolve()), *link_flags, "-lm"]
-        done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
+        _run(command, Path(scratch), library.stem)
+
+
+def _write(folder: Path, files: Mapping[str, str]) -> None:
+    """Write source files, text by name."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+
+
+def _run(command: Sequence[str], folder: Path, name: str) -> None:
+    """Run a compiler in a folder of sources; `ExportError` with its messages where it fails."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         call = shlex.join(command)
-        raise ExportError(f"{library.stem}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
+        raise ExportError(f"{name}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
 
 
 def compiler() -> list[str]:

@@ -41,7 +41,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
 from hfsa.cosim.masters.algorithms import open_master
-from hfsa.cosim.measurement.rig import Settings
+from hfsa.cosim.measurement.rig import REST, Settings
 from hfsa.cosim.measurement.sweep import LinearSweep, plan_sweep
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
@@ -68,12 +68,13 @@ class Reference(Protocol):
         ...
 
 
-def reference_of(scene: Scene, library: Path | None) -> Reference:
+def reference_of(scene: Scene, library: Path | None, start: str = REST) -> Reference:
     """Return the reference of a scene; `library` is the stepping loop in C, `None` for Python's.
 
+    `start` is the state in which sines begin, one of `STARTS`, where the effect of the amplitude is measured.
     Raises `StructureError` where the scene has no response or motion at its reference levels.
     """
-    return ReferenceResponses(scene, library) if scene.inputs else ReferenceMotion(scene, library)
+    return ReferenceResponses(scene, library, start) if scene.inputs else ReferenceMotion(scene, library)
 
 
 _NOTHING = 1e-12
@@ -109,8 +110,8 @@ class _Linearized:
 class ReferenceResponses:
     """Reference responses of a scene with inputs."""
 
-    def __init__(self, scene: Scene, library: Path | None):
-        self._scene, self._library = scene, library
+    def __init__(self, scene: Scene, library: Path | None, start: str):
+        self._scene, self._library, self._start = scene, library, start
         assembly = build(scene.system).check()
         self._grid = logarithmic(*scene.band, _POINTS)
         arguments = (scene.inputs, scene.outputs, self._grid, scene.amplitude)
@@ -198,7 +199,7 @@ class ReferenceResponses:
         response, harmonics = reference.response, reference.harmonics
         if system is not None:
             other = measure_amplitude_effect(
-                replace(self._scene, system=system), self._inputs, frequency, self._library
+                replace(self._scene, system=system), self._inputs, frequency, self._library, reference.start
             )
             response, harmonics = response - other.response, harmonics - other.harmonics
         size = self._scale.at(frequency, self._reference.response(frequency))
@@ -217,7 +218,7 @@ class ReferenceResponses:
     @cached_property
     def _effect(self) -> AmplitudeEffect:
         """Effect of the amplitude on the reference response."""
-        return measure_amplitude_effect(self._scene, self._inputs, self._co_simulated, self._library)
+        return measure_amplitude_effect(self._scene, self._inputs, self._co_simulated, self._library, self._start)
 
 
 class ReferenceMotion:

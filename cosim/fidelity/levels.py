@@ -29,6 +29,7 @@ from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.measurement.rig import REST
 from hfsa.cosim.results.records import LevelChoice, SystemRecord
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
@@ -60,17 +61,19 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
         ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
-        choices = choose_among(scene, ladders, library)
+        choices = choose_among(scene, ladders, library, REST)
         keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}), file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 
-def choose_among(scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None) -> dict[str, LevelChoice]:
+def choose_among(
+    scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None, start: str
+) -> dict[str, LevelChoice]:
     """Return the choice for each component of `ladders`, its levels to choose from with the reference last.
 
-    Raises as `choose`.
+    `start` is the state in which co-simulated sines begin, one of `STARTS`. Raises as `choose`.
     """
-    return _LevelChoices(scene, ladders, library).choices()
+    return _LevelChoices(scene, ladders, library, start).choices()
 
 
 def ladders_below(scene: Scene) -> dict[str, Sequence[str]]:
@@ -113,10 +116,10 @@ def _key(scene: Scene) -> str:
 class _LevelChoices:
     """Choice of levels: the reference of a scene, and the errors of the levels of its automatic components."""
 
-    def __init__(self, scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None):
+    def __init__(self, scene: Scene, ladders: Mapping[str, Sequence[str]], library: Path | None, start: str):
         self._scene = scene
         self._levels = ladders
-        self._reference = self._opened_reference(_at(scene, self._highest), library)
+        self._reference = self._opened_reference(_at(scene, self._highest), library, start)
         self._errors: dict[str, dict[str, float]] = {}
         self._refusals: dict[str, dict[str, str]] = {}
 
@@ -139,10 +142,10 @@ class _LevelChoices:
             for name, level in chosen.items()
         }
 
-    def _opened_reference(self, reference: Scene, library: Path | None) -> Reference:
+    def _opened_reference(self, reference: Scene, library: Path | None, start: str) -> Reference:
         """Return the reference of a scene; `StructureError` names the levels to choose from where there is none."""
         try:
-            return reference_of(reference, library)
+            return reference_of(reference, library, start)
         except (StructureError, StepError) as error:
             words = "; ".join(f"{name}: {', '.join(levels)}" for name, levels in self._levels.items())
             raise StructureError(

@@ -17,16 +17,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.fidelity.step_judge import judge, with_algorithm
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
-from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
+from hfsa.cosim.measurement.rig import REST, STARTS, Bench, Rig, Settings, Task
 from hfsa.cosim.results.files import Point, Signal, Status
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
+
+STEADY = STARTS[0]
 
 _SMALLER = 0.1
 _TOLERANCE = 0.1
@@ -37,10 +40,14 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class AmplitudeEffect:
-    """Effect of the amplitude on the response and on harmonics, output per input, (frequencies, outputs, inputs)."""
+    """Effect of the amplitude on the response and on harmonics, output per input, (frequencies, outputs, inputs).
+
+    `start` is the state in which all points began, one of `STARTS`.
+    """
 
     response: NDArray[np.complex128]
     harmonics: NDArray[np.float64]
+    start: str
 
 
 def nonlinearity(instance: Instance, swing: Mapping[str, float], outputs: Sequence[str]) -> float:
@@ -82,48 +89,65 @@ def nonlinearity(instance: Instance, swing: Mapping[str, float], outputs: Sequen
 
 
 def measure_amplitude_effect(
-    scene: Scene, inputs: Sequence[Signal], frequency: NDArray[np.float64], library: Path | None
+    scene: Scene,
+    inputs: Sequence[Signal],
+    frequency: NDArray[np.float64],
+    library: Path | None,
+    start: str = REST,
 ) -> AmplitudeEffect:
     """Return the effect of the scene's amplitude, measured with one input and one frequency [Hz] at a time.
 
-    Raises `StructureError` for a response that does not settle; `StepError` as a master.
+    Points begin at rest, so that the remaining transients of similar systems cancel; or, a hundred times sooner at a
+    resonance, on their steady states where `start` is that and all are known. Raises `StructureError` for a response
+    that does not settle; `StepError` as a master.
     """
+    parts, algorithm = Variants(scene).parts, with_algorithm(scene)[0].algorithm
+    scene = replace(scene, algorithm=algorithm, inputs=[signal.name for signal in inputs])
+    scenes = {part: _at_part(scene, part) for part in (_SMALLER, 1.0)}
+    starts = {part: _starts(at, frequency, parts) if start == STEADY else {} for part, at in scenes.items()}
+    if not all(signal.name in known for known in starts.values() for signal in inputs):
+        starts, start = {part: {} for part in scenes}, REST
+    small, full = (_points(at, inputs, frequency, parts, library, starts[part]) for part, at in scenes.items())
     response = np.zeros((len(frequency), len(scene.outputs), len(inputs)), complex)
     harmonics = np.zeros(response.shape)
-    parts, algorithm = Variants(scene).parts, with_algorithm(scene)[0].algorithm
-    scene = replace(scene, algorithm=algorithm)
-    small, full = (_at_amplitude(scene, part, inputs, frequency, parts, library) for part in (_SMALLER, 1.0))
-    for place, point in full.items():
-        k, i = place
-        response[k, :, i] = (_array(point.response) - _array(small[place].response)) / (1 - _SMALLER)
+    for (k, i), point in full.items():
+        response[k, :, i] = (_array(point.response) - _array(small[k, i].response)) / (1 - _SMALLER)
         harmonics[k, :, i] = np.nan_to_num(_array(point.harmonic_distortion)) * np.abs(_array(point.response))
-    return AmplitudeEffect(response, harmonics)
+    return AmplitudeEffect(response, harmonics, start)
 
 
-def _at_amplitude(
+def _at_part(scene: Scene, part: float) -> Scene:
+    """Return the scene at a part of its amplitude."""
+    return replace(scene, amplitude={unit: part * size for unit, size in scene.amplitude.items()})
+
+
+def _starts(scene: Scene, frequency: NDArray[np.float64], parts: Assembly) -> Mapping[str, Sequence[SteadyStart]]:
+    """Return the predicted steady states at frequencies [Hz], by the inputs for which they are known."""
+    variants = Variants(scene, parts)
+    excited = {name: variants.instrumented(name) for name in scene.inputs}
+    with judge(scene, variants.plain, excited, scene.outputs, scene.band) as known:
+        return known.steady_starts(scene, frequency)[0]
+
+
+def _points(
     scene: Scene,
-    part: float,
     inputs: Sequence[Signal],
     frequency: NDArray[np.float64],
     parts: Assembly,
     library: Path | None,
+    starts: Mapping[str, Sequence[SteadyStart]],
 ) -> dict[tuple[int, int], Point]:
-    """Return the points at a part of the amplitude by (frequency, input), from their predicted steady states."""
-    amplitude = {unit: part * size for unit, size in scene.amplitude.items()}
-    scene = replace(scene, amplitude=amplitude, inputs=[signal.name for signal in inputs])
+    """Return the settled points of a scene by (frequency, input)."""
     settings = Settings("stepped", scene.algorithm, scene.step_size, min(1e-3, _TOLERANCE * scene.tolerance))
     variants, found = Variants(scene, parts), {}
-    excited = {signal.name: variants.instrumented(signal.name) for signal in inputs}
-    with judge(scene, variants.plain, excited, scene.outputs, scene.band) as known:
-        starts, _ = known.steady_starts(scene, frequency)
     for i, signal in enumerate(inputs):
-        assembly = with_ports(excited[signal.name], scene.algorithm)
+        assembly = with_ports(variants.instrumented(signal.name), scene.algorithm)
+        amplitude = float(assembly.system[scene.source.name].start["amplitude"])
         bench = Bench(assembly, tuple(scene.outputs), scene.source.name, LOCK_IN, library)
         with contextlib.closing(Rig(bench, settings)) as rig:
             for k, f in enumerate(frequency.tolist()):
                 start = starts[signal.name][k] if signal.name in starts else None
-                point = rig.measure(Task(i, k, bench, settings, f, part * signal.amplitude, start))
-                found[k, i] = _settled(point, signal, f)
+                found[k, i] = _settled(rig.measure(Task(i, k, bench, settings, f, amplitude, start)), signal, f)
     return found
 
 

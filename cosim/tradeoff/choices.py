@@ -13,6 +13,7 @@ from pathlib import Path
 from hfsa.components import ModelError
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.fidelity import levels
+from hfsa.cosim.fidelity.nonlinearity import STEADY
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.results.records import LevelChoice
@@ -60,7 +61,7 @@ def choices_of(scene: Scene, library: Path | None, report: Callable[[str], None]
     if ladders:
         report("levels")
         try:
-            chosen = levels.choose_among(reference, ladders, library)
+            chosen = levels.choose_among(reference, ladders, library, STEADY)
         except (*REFUSALS, ArithmeticError) as error:
             refusals["levels"] = str(error)
     lower = tuple((name, choice.level) for name, choice in chosen.items() if choice.level != highest[name])
