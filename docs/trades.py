@@ -59,10 +59,8 @@ def section(name: str) -> str:
         found = Trade.read(file)
         shrink(file.with_suffix(".png"), PICTURES / f"trade-{name}.png")
     sentences = "\n".join(f"* {sentence.replace('->', 'to')}" for sentence in found.sentences)
-    others = [found.rows[i] for i in (found.answer, found.own) if i is not None]
-    rows = sorted({id(row): row for row in (*found.front, *others)}.values(), key=lambda row: row.cost)
     table = "\n".join(["| | configuration | cost | predicted | error | predicted | limit / step |", "|" + "---|" * 7])
-    table += "".join(f"\n{_cells(row, found)}" for row in rows)
+    table += "".join(f"\n{_cells(row, found)}" for row in found.shown)
     return (
         f"## {title}\n\n```console\n.venv/bin/hfsa trade {words}\n```\n\n{sentences}\n\n{table}\n\n"
         f"![Error over cost](pictures/trade-{name}.png)\n"

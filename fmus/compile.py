@@ -50,8 +50,9 @@ def compile_library(sources: Sources, folder: Path) -> Path:
     flags, link_flags = (tuple(found.compile_flags), found.link_flags) if found else ((), ())
     handwritten = tuple((name, text) for name, text in files.items() if name not in sources.files)
     headers = {name: text for name, text in handwritten if name.endswith(".h")}
+    command = tuple(compiler())
     try:
-        objects = _objects(tuple(compiler()), flags, handwritten)
+        objects = _objects(command, flags, handwritten)
     except ExportError as error:
         raise ExportError(f"{sources.name}: {error}") from error
     compile_files({**headers, **sources.files}, library, flags, (*objects, *link_flags))

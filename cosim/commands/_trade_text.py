@@ -10,8 +10,7 @@ from hfsa.cosim.signals.prefixes import readable
 
 def trade_text(found: Trade, figure: Path) -> str:
     """Return the sentences, the front as a table, and the files."""
-    rows = _shown(found)
-    return "\n".join([*found.sentences, _table(found, rows), f"{found.path}, {figure}"])
+    return "\n".join([*found.sentences, _table(found), f"{found.path}, {figure}"])
 
 
 def trade_data(found: Trade, figure: Path) -> dict[str, Any]:
@@ -34,18 +33,12 @@ def trade_data(found: Trade, figure: Path) -> dict[str, Any]:
     }
 
 
-def _shown(found: Trade) -> list[TradeRow]:
-    """Return the front, with the answer and the default."""
-    others = [found.rows[i] for i in (found.answer, found.own) if i is not None]
-    return sorted({id(row): row for row in (*found.front, *others)}.values(), key=lambda row: row.cost)
-
-
-def _table(found: Trade, rows: list[TradeRow]) -> str:
-    """Return rows as a table, cost and error predicted beside measured."""
+def _table(found: Trade) -> str:
+    """Return the shown rows as a table, cost and error predicted beside measured."""
     whole = table(
         "", "algorithm", ">step", ">cost", ">predicted", ">error", ">predicted", ">limit / step", "fused", "levels"
     )
-    for row in rows:
+    for row in found.shown:
         marks = [
             word
             for word, i in (("answer", found.answer), ("default", found.own))

@@ -21,8 +21,8 @@ from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Warn, default_path, set_up
 from hfsa.cosim.experiments.tuning import scene_words
-from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.description import SOLVER_TOLERANCE
 from hfsa.cosim.results.records import SystemRecord
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.results.trade import Trade, TradeRow, write_trade
@@ -38,8 +38,8 @@ from hfsa.cosim.tradeoff.search import Search
 from hfsa.cosim.tradeoff.sentences import sentences_of
 from hfsa.cosim.tradeoff.verification import Verification
 
-SOLVER_TOLERANCE = "solver.relative_tolerance"
-"""Setting of the solver inside an FMU."""
+_OPTIONS = {"low": "--from", "high": "--to", "stop_time": "--stop"}
+"""Options of the command line by argument."""
 
 Purpose = Literal["response", "motion"]
 """What a scene is run for."""
@@ -88,6 +88,7 @@ def trade(
     for sentence in setup.disagreements:
         warn(sentence)
     show = report or (lambda *_: None)
+    _check_used(setup.scene, purpose, {"inputs": inputs, "high": high, "low": low, "stop_time": stop_time})
     asked = _asked(setup.scene, setup.highest, purpose, inputs, outputs, low, high, amplitude)
     wanted: Purpose = purpose or ("response" if asked.inputs else "motion")
     library = chosen_loop(backend, warn)
@@ -97,15 +98,23 @@ def trade(
         costs = Costs(question.built, library)
         search = Search(question, costs, asked.tolerance, lambda word: show(0.1, f"predict {word}"))
         search.over(choices.compositions)
-        own = _default(setup.scene, asked, choices, search)
+        # the default has the scene's own algorithm and step, at the tolerance that is asked for
+        own = dataclasses.replace(choices.scene, algorithm=setup.scene.algorithm)
+        default = Configuration(choices.own, question.algorithm(own, choices.own), own.step_size)
         verification = Verification(question, costs, asked.tolerance, budget, lambda word: show(0.5, word))
-        answer = answered(search, verification, own, asked.tolerance, lambda word: show(0.9, word))
+        answer = answered(search, verification, default, asked.tolerance, lambda word: show(0.9, word))
         candidates = search.candidates
         sentences = sentences_of(
-            answer, choices, verification.reference, asked.tolerance, question.unknown, _solvers(setup.highest)
+            answer,
+            choices,
+            verification.reference,
+            asked.tolerance,
+            question.unknown,
+            _solvers(setup.highest),
+            [(algorithm, reason) for (_, algorithm), reason in search.refusals.items()],
         )
     rows = [_row(candidate, choices) for candidate in candidates]
-    best, cheaper, default = (
+    best, cheaper, own_place = (
         None if found is None else candidates.index(found) for found in (answer.best, answer.next, answer.own)
     )
     found = Trade(
@@ -116,13 +125,29 @@ def trade(
         rows,
         best,
         cheaper,
-        default,
+        own_place,
         verification.reference.sentence,
         verification.reference.uncertainty,
         sentences,
     )
     write_trade(found, SystemRecord(setup.title, scene_words(setup.scene)), force)
     return found
+
+
+def _check_used(scene: Scene, purpose: Purpose | None, options: Mapping[str, Any]) -> None:
+    """Raise `StructureError` for an option that the response or the motion of a scene does not use."""
+    is_excited = bool(scene.inputs or options["inputs"])
+    if purpose == "response" or (purpose is None and is_excited):
+        unused = {"stop_time": "a response has no end"}
+    elif is_excited:
+        unused = {"high": "a motion has one frequency, the lowest of the band"}
+        if len(options["inputs"]) > 1:
+            raise StructureError(f"a motion takes one input, found {len(options['inputs'])}: name one with --input")
+    else:
+        unused = dict.fromkeys(("low", "high"), "the scene has a motion of its own")
+    for name, reason in unused.items():
+        if options[name] is not None:
+            raise StructureError(f"{_OPTIONS[name]} would have no effect: {reason}")
 
 
 def _asked(
@@ -157,15 +182,6 @@ def _solvers(assembly: Assembly) -> dict[str, float]:
         if known is not None:
             found[component.name] = float(component.start.get(SOLVER_TOLERANCE, known.start or 0.0))
     return found
-
-
-def _default(scene: Scene, asked: Scene, choices: Choices, search: Search) -> Candidate | None:
-    """Return the default of the scene, `None` where it does not run."""
-    chosen = dataclasses.replace(
-        choices.own.of(choices.scene), algorithm=scene.algorithm, step_size=scene.step_size, tolerance=asked.tolerance
-    )
-    decided, _ = with_algorithm(chosen)
-    return search.candidate(Configuration(choices.own, decided.algorithm, decided.step_size))
 
 
 def _row(candidate: Candidate, choices: Choices) -> TradeRow:

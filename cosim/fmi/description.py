@@ -16,6 +16,9 @@ from hfsa.cosim.systems.errors import StructureError
 Interface = Literal["co_simulation", "model_exchange"]
 """Interface type for which an FMU is loaded."""
 
+SOLVER_TOLERANCE, SOLVER_STEP = "solver.relative_tolerance", "solver.maximum_step"
+"""Settings of a solver inside an FMU of ours that takes steps of its own."""
+
 SAMPLE_TIME = "sample_time"
 """Parameter [s] that declares the sample time of an FMU; its discrete outputs change at ticks only."""
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.fmi.description import Description
+from hfsa.cosim.fmi.description import SOLVER_STEP, SOLVER_TOLERANCE, Description
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.measurement import branches, pool
@@ -299,9 +299,9 @@ def _solver(description: Description) -> str:
         return ""
     if "solver.maximum_order" in description.variables:
         return "cvode"
-    if "solver.relative_tolerance" in description.variables:
+    if SOLVER_TOLERANCE in description.variables:
         return "rosenbrock"
-    return "rk4" if "solver.maximum_step" in description.variables else "exact"
+    return "rk4" if SOLVER_STEP in description.variables else "exact"
 
 
 def _work(task: Task) -> float:

@@ -140,6 +140,12 @@ class Trade:
                 found.append(row)
         return found
 
+    @property
+    def shown(self) -> list[TradeRow]:
+        """The front, with the answer and the default, the cheapest first."""
+        others = [self.rows[i] for i in (self.answer, self.own) if i is not None]
+        return sorted({id(row): row for row in (*self.front, *others)}.values(), key=lambda row: row.cost)
+
     @classmethod
     def read(cls, path: str | Path) -> "Trade":
         """Read a trade; `ResultsError` where the file holds none."""

@@ -7,7 +7,7 @@ from itertools import islice
 
 import numpy as np
 
-from hfsa.cosim.tradeoff.configuration import Candidate
+from hfsa.cosim.tradeoff.configuration import Candidate, Configuration
 from hfsa.cosim.tradeoff.search import FAR, Search
 from hfsa.cosim.tradeoff.verification import OutOfBudgetError, Verification
 
@@ -40,13 +40,14 @@ class Answer:
     Attributes:
         best: cheapest candidate that was verified within the tolerance, `None` without any.
         next: the next cheaper one on the front, which misses the tolerance, `None` without any.
-        own: the default of the scene, with its measurement, `None` where it does not run.
+        own: the default of the scene, with its measurement, `None` where it does not run, for `own_refusal`.
         is_complete: whether the budget sufficed.
     """
 
     best: Candidate | None
     next: Candidate | None
     own: Candidate | None
+    own_refusal: str
     is_complete: bool
 
 
@@ -63,12 +64,13 @@ def fine_candidates(search: Search, tolerance: float) -> list[Candidate]:
 
 
 def answered(
-    search: Search, verification: Verification, own: Candidate | None, tolerance: float, report: Callable[[str], None]
+    search: Search, verification: Verification, default: Configuration, tolerance: float, report: Callable[[str], None]
 ) -> Answer:
     """Verify candidates near the predicted front and some far from it, and return the answer.
 
-    Where errors are not predicted, all candidates are run, the cheapest first.
+    `default` is that of the scene. Where errors are not predicted, all candidates are run, the cheapest first.
     """
+    own = search.candidate(default)
     offered, planned = _planned(search, tolerance)
     planned = list(dict.fromkeys([*(c for c in (own,) if c), *planned]))
     verification.prepare(planned, fine_candidates(search, tolerance))
@@ -93,7 +95,7 @@ def answered(
     for candidate in (*front(c for c in search.candidates if c.measured is not None), *(c for c in (own,) if c)):
         report(f"stability of {candidate.configuration}")
         search.is_stable(candidate)
-    return Answer(best, _next_cheaper(search.candidates, best), own, is_complete)
+    return Answer(best, _next_cheaper(search.candidates, best), own, search.refusal(default), is_complete)
 
 
 def _planned(search: Search, tolerance: float) -> tuple[list[Candidate], list[Candidate]]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from hfsa.cosim.actions.action import CompositeAction
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.description import SOLVER_STEP, SOLVER_TOLERANCE
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.details import detail
@@ -33,9 +34,6 @@ _ROUNDS = 3
 
 _RATIO = 1.5
 """Largest ratio of a step to the nearest one that was probed, where solvers take steps of their own."""
-
-_SOLVER_SETTINGS = ("solver.relative_tolerance", "solver.maximum_step")
-"""Variables of an FMU whose solver takes steps of its own."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class Costs:
         """Whether the cost of a step depends on its size: ticks, or steps of a solver, may take place within it."""
         assembly = self._built(configuration)
         own = {name: d for name, d in assembly.descriptions.items() if name != LOCK_IN}
-        has_solver = any(name in d.variables for d in own.values() for name in _SOLVER_SETTINGS)
+        has_solver = any(name in d.variables for d in own.values() for name in (SOLVER_TOLERANCE, SOLVER_STEP))
         return has_solver or assembly.is_foreign or any(d.has_sample_time for d in own.values())
 
     @staticmethod

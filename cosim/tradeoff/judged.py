@@ -63,6 +63,10 @@ class Judged:
             self._judges[composition] = self._stack.enter_context(whole)
         return self._judges[composition]
 
+    def algorithm(self, scene: Scene, composition: Composition) -> str:
+        """Return the algorithm of a scene, that of `auto` chosen for a composition."""
+        return self.judge(composition).with_algorithm(scene)[0].algorithm
+
     def times(self, composition: Composition) -> Collection[float]:
         """Return the sample times [s] of a composition."""
         assembly = self.variants(composition).plain

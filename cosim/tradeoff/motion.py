@@ -88,12 +88,7 @@ class Motion:
         self._own, self.unknown = own.analysis, own.unknown
         if self._own is not None and not self._own.excitations:
             self._own, self.unknown = None, "no component without inputs moves the others"
-        self.times, self.margin = self._judged.times, self._judged.margin
-
-    @property
-    def own_step(self) -> float:
-        """Step [s] of the scene."""
-        return self.scene.step_size
+        self.times, self.margin, self.algorithm = self._judged.times, self._judged.margin, self._judged.algorithm
 
     # Before a run -----------------------------------------------------------------------------------------------------
 

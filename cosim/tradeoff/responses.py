@@ -64,19 +64,17 @@ class Responses:
         self.scene, self._library = scene, library
         self.longest_step = 1 / (FEWEST_SAMPLES * scene.band[1])
         self._judged = Judged(scene, self._excited, stack)
+        self._worst: dict[Configuration, Place] = {}
         own = self._judged.judge(Composition())
         self._own, self.unknown = own.analysis, own.unknown
-        self.times, self.margin = self._judged.times, self._judged.margin
-
-    @property
-    def own_step(self) -> float:
-        """Step [s] of the scene."""
-        return self.scene.step_size
+        self.times, self.margin, self.algorithm = self._judged.times, self._judged.margin, self._judged.algorithm
 
     # Before a run -----------------------------------------------------------------------------------------------------
 
     def predicted(self, configuration: Configuration) -> Prediction:
         """Return the predicted error of a configuration, unknown with the reason where it is not possible."""
+        if configuration.step_size > self.longest_step * (1 + 1e-9):
+            return Prediction(math.inf, f"its step does not resolve {self.scene.band[1]:.4g} Hz")
         return self._judged.predicted(configuration, partial(self._largest, configuration))
 
     def built(self, configuration: Configuration, excited: str | None = None) -> Assembly:
@@ -85,19 +83,16 @@ class Responses:
         return _sampling(ready, configuration.step_size)
 
     def _largest(self, configuration: Configuration, analysis: StepAnalysis) -> tuple[float, str]:
-        """Return the largest predicted error, and its place in words."""
-        error, worst = self._worst(configuration, analysis)
-        return error, "" if worst is None else _words(*worst)
-
-    def _worst(
-        self, configuration: Configuration, analysis: StepAnalysis
-    ) -> tuple[float, tuple[str, str, float] | None]:
-        """Return the largest predicted error, and its place: (output, input, frequency [Hz])."""
+        """Return the largest predicted error, and its place in words; the place is kept for a verification."""
         if self._own is None:
-            return math.nan, None
+            return math.nan, ""
         frequency = self._own.resolved(configuration.step_size)
         response = analysis.stepped(configuration.algorithm, configuration.step_size, frequency)
-        return self._own.largest_error(frequency, response)
+        error, worst = self._own.largest_error(frequency, response)
+        if worst is None:
+            return error, ""
+        self._worst[configuration] = Place(*worst[1:])
+        return error, _words(*worst)
 
     def _excited(self, variants: Variants) -> Mapping[str, Assembly]:
         """Return the assembly of a composition with its instruments, by excited input."""
@@ -116,10 +111,7 @@ class Responses:
         size = np.abs(self._own.exact(self._own.frequency)).max(axis=1)
         for k, excitation in enumerate(self._own.excitations):
             found.append(Place(excitation.name, float(self._own.frequency[int(np.argmax(size[:, k]))])))
-        for configuration in configurations:
-            analysis = self._judged.judge(configuration.composition).analysis
-            _, worst = (math.nan, None) if analysis is None else self._worst(configuration, analysis)
-            found += [] if worst is None else [Place(worst[1], worst[2])]
+        found += [self._worst[c] for c in configurations if c in self._worst]
         return list(dict.fromkeys(p for p in found if p.frequency >= lowest))
 
     def duration(self, places: Sequence[Place]) -> float:
@@ -173,6 +165,7 @@ class Responses:
             exact = reference[place]
             counts = self._counts(place, reference)
             error = np.where(counts, np.abs(values - exact) / np.where(counts, np.abs(exact), 1.0), 0.0)
+            error = np.nan_to_num(error, nan=math.inf)  # a response that is no number is no small error
             worst = int(np.argmax(error))
             if error[worst] > largest:
                 largest, where = float(error[worst]), _words(self.scene.outputs[worst], place.input, place.frequency)

@@ -1,6 +1,8 @@
 """Search for cheap configurations: predictions over compositions, algorithms and steps, from long steps to short ones.
 
-    found = search(question, costs, choices, tolerance)
+    search = Search(question, costs, tolerance, report)
+    search.over(choices.compositions)
+    search.candidates                       # the cheapest first
 
 Each line, a composition with an algorithm, is followed from the longest step down until its error is far below the
 tolerance or its cost far above that of the cheapest sufficient configuration. On the cheapest lines the longest step
@@ -8,12 +10,13 @@ within the tolerance is then found.
 """
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Protocol
 
 from hfsa.cosim.analysis.step_limits import fitting
 from hfsa.cosim.masters.algorithms import LIMITED
+from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.tradeoff.choices import REFUSALS
 from hfsa.cosim.tradeoff.configuration import Candidate, Composition, Configuration, Prediction
 from hfsa.cosim.tradeoff.costs import Costs
@@ -40,13 +43,9 @@ _REFINED, _BISECTIONS = 4, 5
 class Question(Protocol):
     """What a scene is run for: its responses, or a motion."""
 
+    scene: Scene
     longest_step: float
     unknown: str
-
-    @property
-    def own_step(self) -> float:
-        """Step [s] of the scene."""
-        ...
 
     def times(self, composition: Composition) -> Collection[float]:
         """Return the sample times [s] of a composition."""
@@ -66,25 +65,25 @@ class Search:
 
     Attributes:
         candidates: all that were evaluated and are stable, or of unknown error.
-        refusals: reason by composition and algorithm that cannot run.
+        refusals: reason by (composition, algorithm) that cannot run.
     """
 
     def __init__(self, question: Question, costs: Costs, tolerance: float, report: Callable[[str], None]):
         self._question, self._costs, self._tolerance, self._report = question, costs, tolerance, report
         self._known: dict[Configuration, Candidate | None] = {}
-        self.refusals: dict[str, str] = {}
+        self.refusals: dict[tuple[Composition, str], str] = {}
 
     @property
     def candidates(self) -> list[Candidate]:
         """All candidates, the cheapest first."""
         return sorted((c for c in self._known.values() if c is not None), key=lambda c: c.cost)
 
-    def over(self, compositions: Iterable[Composition], algorithms: Sequence[str] = LIMITED) -> None:
-        """Follow the line of each composition and algorithm, and refine the cheapest ones."""
+    def over(self, compositions: Iterable[Composition]) -> None:
+        """Follow the line of each composition and algorithm with a prescribed step, and refine the cheapest ones."""
         # groups leave fewer couplings, whose candidates bound the search of the others
         for composition in sorted(compositions, key=lambda c: -sum(map(len, c.fuse))):
             times = self._question.times(composition)
-            for algorithm in algorithms:
+            for algorithm in LIMITED:
                 self._report(f"{algorithm}, {composition}")
                 (self._sample if self._question.unknown else self._follow)(composition, algorithm, times)
         for line in self._cheapest_lines():
@@ -95,6 +94,12 @@ class Search:
         if configuration not in self._known:
             self._known[configuration] = self._evaluated(configuration)
         return self._known[configuration]
+
+    def refusal(self, configuration: Configuration) -> str:
+        """Return the reason why a configuration is no candidate; empty for one."""
+        if self.candidate(configuration) is not None:
+            return ""
+        return self.refusals.get(configuration.line) or self._question.predicted(configuration).place
 
     def offered(self) -> Iterator[Candidate]:
         """Yield the candidates that are predicted to meet the tolerance at a stable step, the cheapest first."""
@@ -121,30 +126,30 @@ class Search:
         try:
             cost, counts = self._costs.predicted(configuration)
         except REFUSALS as error:
-            self.refusals[f"{configuration.algorithm}, {configuration.composition}"] = str(error)
+            self.refusals[configuration.line] = str(error)
             return None
         return Candidate(configuration, predicted, cost, counts)
 
     def _follow(self, composition: Composition, algorithm: str, times: Collection[float]) -> None:
         """Evaluate a line from its longest step down."""
         step, last = self._question.longest_step, None
-        while step > self._question.own_step / _FINEST:
+        while step > self._question.scene.step_size / _FINEST:
             fitted = fitting(step, times)
             if fitted != last:
                 last = fitted
                 found = self.candidate(Configuration(composition, algorithm, fitted))
                 if found is not None and self._is_end(found):
                     break
-                if f"{algorithm}, {composition}" in self.refusals:
+                if (composition, algorithm) in self.refusals:
                     break
             step = fitted / 2
 
     def _sample(self, composition: Composition, algorithm: str, times: Collection[float]) -> None:
         """Evaluate a line of unknown errors at steps around that of the scene."""
-        longest = min(self._question.longest_step, _SAMPLED[0] * self._question.own_step)
+        longest = min(self._question.longest_step, _SAMPLED[0] * self._question.scene.step_size)
         for ratio in _SAMPLED:
             self.candidate(Configuration(composition, algorithm, fitting(longest * ratio / _SAMPLED[0], times)))
-            if f"{algorithm}, {composition}" in self.refusals:
+            if (composition, algorithm) in self.refusals:
                 break
 
     def _is_end(self, candidate: Candidate) -> bool:

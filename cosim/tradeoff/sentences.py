@@ -1,7 +1,7 @@
 """The answer of a trade in words: the cheapest way, what the next cheaper one misses, levels, reference, and doubts."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.names import compact
@@ -21,15 +21,18 @@ def sentences_of(
     tolerance: float,
     unknown: str,
     solvers: Mapping[str, float],
+    refusals: Iterable[tuple[str, str]],
 ) -> list[str]:
     """Return the sentences of an answer, the cheapest way first.
 
-    `unknown` is the reason why errors are not predicted, `solvers` the relative tolerance of each solver inside an FMU.
+    `unknown` is the reason why errors are not predicted, `solvers` the relative tolerance of each solver inside an FMU,
+    `refusals` are algorithms that cannot run the scene, with the reason.
     """
     return [
         *_about_best(answer, tolerance),
         *_about_levels(choices),
         *_about_trust(answer, reference, tolerance, unknown),
+        *(f"not offered: {algorithm} ({reason})" for algorithm, reason in dict.fromkeys(refusals)),
         *(_about_solvers(solvers, tolerance) if answer.best is None else ()),
     ]
 
@@ -48,6 +51,8 @@ def _about_best(answer: Answer, tolerance: float) -> Iterator[str]:
     if cheaper is not None:
         error = f"error {_percent(cheaper.error)}{_at(cheaper)}"
         yield f"the next cheaper, {cheaper.configuration}, misses: {_cost(cheaper)}, {error}"
+    if own is None:
+        yield f"the default of the scene was not run: {answer.own_refusal}"
     if own is not None and own is not best:
         error = f"error {_percent(own.error)}{_at(own)}{_limit(own)}"
         yield f"the default of the scene, {own.configuration}: {_cost(own)}, {error}"

@@ -99,3 +99,12 @@ def test_extrapolation_removes_an_error_of_first_order():
         fine = np.linspace(0, 1, 101)
         runs = [Outputs(at, np.sin(at)[:, None] + step * at[:, None]) for at, step in ((fine, 0.1), (coarse, 0.2))]
         assert motion.extrapolated(*runs).values[:, 0] == pytest.approx(np.sin(coarse), abs=1e-9)
+
+
+def test_a_response_that_is_no_number_is_no_small_error():
+    with ExitStack() as stack:
+        question = Responses(load_scene("mass_on_spring"), None, stack)
+        place = Place("mass.base.position", 16.0)
+        exact = question.exact([place])
+        assert question.error({place: exact[place] * np.nan}, exact)[0] == np.inf
+        assert question.error(exact, exact)[0] == 0.0
