@@ -32,7 +32,7 @@ from hfsa.components import Model
 from hfsa.components._mechanics.beam_kinds import KindName
 from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
-from hfsa.components._mechanics.modes import modal_damping, modes
+from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
     ACCELERATION,
     DISC,
@@ -80,7 +80,7 @@ def beam_stage(
     q = declare_vector(m.state, "center", POSE, "of the reference point, relative to the base")
     rate = declare_vector(m.state, "center", TWIST, "of the reference point, relative to the base")
     inverse, damping, stiffness = (
-        ca.sparsify(ca.DM(without_rounding(A))) for A in (np.linalg.inv(M), modal_damping(M, K), K)
+        ca.sparsify(ca.DM(without_rounding(A))) for A in (np.linalg.inv(M), damping_matrix(M, K), K)
     )
     acceleration = inverse @ (load - ratio * (damping @ rate) - stiffness @ q) - base
     m.der[q], m.der[rate] = rate, acceleration

@@ -39,7 +39,7 @@ from hfsa.components._mechanics.beam_kinds import KindName
 from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
 from hfsa.components._mechanics.body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
-from hfsa.components._mechanics.modes import modal_damping, modes
+from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
     DISC,
     POSE,
@@ -101,7 +101,7 @@ def beam_suspension(
         arms["platform"] @ on_platform - arms["base"] @ on_base
         for on_platform, on_base in zip(motions["platform"], motions["base"], strict=True)
     )
-    stiffness, damping = (ca.sparsify(ca.DM(without_rounding(A))) for A in (K, modal_damping(M, K)))
+    stiffness, damping = (ca.sparsify(ca.DM(without_rounding(A))) for A in (K, damping_matrix(M, K)))
     wrench = -(stiffness @ delta) - ratio * (damping @ rate)
     for end, sign in (("base", -1), ("platform", 1)):
         output_vector(m, end, WRENCH, sign * (arms[end].T @ wrench), f"of the beams on the {end} at its origin")
@@ -148,7 +148,7 @@ def analyze(
     omega = modes(M, K).omega
     return {
         "stiffness": K,
-        "damping": damping_ratio * without_rounding(modal_damping(M, K)),
+        "damping": damping_ratio * without_rounding(damping_matrix(M, K)),
         "natural_frequencies_hz": omega / (2 * np.pi),
         "step_limits": 4 * damping_ratio / omega,
     }

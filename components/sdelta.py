@@ -10,14 +10,28 @@ and deviations dq = [du_1, dphi_1, ...] of the tubes count from the posture. Wit
                 Q = L F                                        force and torque on each tube, along +slide and +angle
     rigid       x = N^-1 L dq,    Q = L N^-T (w + w_g)
 
-so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N = M H diag(2 zeta omega) H^T M.
+so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N = D = M H diag(2 zeta omega) H^T M; with
+`damping=rayleigh` D = alpha M + beta K gives it to the first and the fourth mode.
+
+`generalized` includes the inertia of screws, tubes and rods, times `extra_inertia`: twelve degrees of freedom q, the
+twists of six shafts and the deflections of six rod tips, M_E and K_q of `_mechanics/sdelta_generalized.py`, or its
+modes eta, Phi^T M_E Phi = 1, with the motion of the tubes as the motors dictate it, J_C theta = dq,
+
+    generalized   eta'' + e = W^T (w + w_g),    e = omega^2 (eta - G dq) + D (eta' - G dqd),    x = W eta,    Q = G^T e
+                  W = N^-1 D_J Phi,    G = Phi^T M_E [J_L^-1; 0]
+
+It is joined with drives that are rotors only, has shafts that twist whatever the preset, leaves out the weight of the
+limbs, and converges to `cartesian` with the shafts (`ch3_full`, `ch4_full`) as `extra_inertia` goes to 0, with an error
+of 0.054 `extra_inertia` in the frequencies of the symmetric posture. At 0 it is that level.
 
 Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
 `position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
 `wrench` and `platform` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
 posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
-`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well.
+`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well. Levels with springs put out their
+deflections, too: the twist of the shafts, screw minus motor, as `shaft[i].twist` [rad] in the order L1, R1, L2, R2, L3,
+R3, and the deflection of the rods' tips as `rod[j].deflection[1]` along the C axis and `[2]` across the limb [m].
 
 At level `rigid` the platform follows the tubes exactly, and the outputs contain the static reaction only. `cartesian`
 converges to this motion as the stiffness grows, with an error ~ 1/stiffness. `cartesian` does not use the tubes'
@@ -35,30 +49,64 @@ shafts, masses, specimen. Inferred from its printed results: pitch of the screws
 the centre of mass, moments of inertia. Assumed: damping ratio.
 """
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
-from hfsa.components._mechanics.screws import shift, unit_screw
-from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
-from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive, declare_tube_constants
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset, limb_stiffness
-from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._mechanics.modes import Damping, damping_matrix, damping_rates
+from hfsa.components._mechanics.screws import shift
+from hfsa.components._mechanics.sdelta_facts import (
+    DAMPING,
+    DAMPING_RATIO,
+    GEAR,
+    GEOMETRY,
+    GRAVITY,
+    LIMBS,
+    PAYLOAD,
+    PITCH,
+    PLATFORM,
+    POSTURE,
+    RODS,
+    SHAFTS,
+    SPRINGS,
+)
+from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
+from hfsa.components._mechanics.sdelta_kinematics import (
+    GEAR_REDUCTION,
+    SCREW_PITCH,
+    by_drive,
+    declare_tube_constants,
+)
+from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
+from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
+from hfsa.components._mechanics.sdelta_numbers import elastic_numbers, generalized_numbers, kinematic_numbers
+from hfsa.components._mechanics.sdelta_robot import Machine, Robot
+from hfsa.components._mechanics.sdelta_stiffness import THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts, paths
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
-from hfsa.components._modelling.model import one_of
+from hfsa.components._modelling.model import ModelError, one_of
+
+Level = Literal["rigid", "cartesian", "generalized"]
+
+_ELASTIC = ("cartesian", "generalized")
 
 FACTS = {
     POSTURE: Known("posture"),
     PAYLOAD: Known("payload"),
+    PLATFORM: Known("platform"),
+    GEOMETRY: Known("geometry"),
+    GEAR: Known("gear"),
+    PITCH: Known("pitch"),
+    RODS: Known("rods", levels=_ELASTIC),
+    SHAFTS: Known("shafts", levels=_ELASTIC),
+    LIMBS: Known("limbs", levels=("generalized",)),
     SPRINGS: Known("stiffness", levels=("cartesian",)),
-    DAMPING_RATIO: Known("damping_ratio", levels=("cartesian",)),
+    DAMPING: Known("damping", levels=_ELASTIC),
+    DAMPING_RATIO: Known("damping_ratio", levels=_ELASTIC),
     GRAVITY: Known("gravity"),
 }
 
@@ -69,6 +117,12 @@ JOINS = (
         {"sdelta_reference": None, "c_drive": ("ideal",)},
         "it puts out its static reaction only, because a held inertial reaction diverges at every step",
     ),
+    Join(
+        "generalized",
+        "drive[",
+        {"sdelta_reference": None, "c_drive": ("ideal", "rotor")},
+        "it has the screws, tubes and shafts itself, which would count twice",
+    ),
 )
 
 # Nominal values of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
@@ -76,26 +130,6 @@ _TURN = (1e-5, 1e-3, 1e-1)
 _MOVE = (1e-6, 1e-4, 1e-2)
 # Nominal values of limb forces and moments.
 _FORCE, _TORQUE = 0.1, 0.01
-
-
-class _Robot(NamedTuple):
-    """Matrices of the robot at its posture, with respect to C.
-
-    Attributes:
-        kinematics: first-order kinematics.
-        offset: C - S, world axes, shape (3,) [m].
-        N: rows of the limbs, shape (6, 6).
-        K_D: stiffness at the joints, shape (6,) [N/m].
-        M: mass matrix, shape (6, 6).
-        K: stiffness, shape (6, 6).
-    """
-
-    kinematics: Kinematics
-    offset: np.ndarray
-    N: np.ndarray
-    K_D: np.ndarray
-    M: np.ndarray
-    K: np.ndarray
 
 
 class _Tubes(NamedTuple):
@@ -106,97 +140,125 @@ class _Tubes(NamedTuple):
     acceleration: ca.SX
 
 
+class _Damping(NamedTuple):
+    """Kind of damping and damping ratio."""
+
+    kind: Damping
+    ratio: ca.SX
+
+
 class _Motion(NamedTuple):
-    """Result of a level: motion of C and forces on the limbs at the platform joints, columns of six."""
+    """Result of a level.
+
+    Attributes:
+        displacement, twist, acceleration: motion of C, columns of six.
+        on_tubes: forces and torques on the tubes, along +slide and +angle by drive, shape (6, 1).
+        deflections: twists of the shafts and deflections of the rod tips, shape (12, 1); `None` without springs.
+    """
 
     displacement: ca.SX
     twist: ca.SX
     acceleration: ca.SX
-    limb_forces: ca.SX
+    on_tubes: ca.SX
+    deflections: ca.SX | None
 
 
 def sdelta(
     *,
-    level: Literal["rigid", "cartesian"] = "cartesian",
+    level: Level = "cartesian",
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    limbs: LimbInertia = THESIS_LIMBS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+    extra_inertia: float = 1.0,
+    damping: Damping = "modal",
 ) -> Model:
     """Return the robot at one posture.
 
     Args:
-        level: `rigid` (the platform follows the tubes) or `cartesian` (a rigid platform on a 6x6 spring).
+        level: `rigid` (the platform follows the tubes), `cartesian` (a rigid platform on a 6x6 spring) or `generalized`
+            (twelve degrees of freedom of shafts and rods with the inertia of the limbs).
         posture: origin of the displacements; rotation in degrees, position of S in metres.
         stiffness: preset of `_mechanics/sdelta_stiffness.py`; without effect at level `rigid`.
         payload: mass [kg], centre of mass from S [m] and moments of inertia [kg.m2] of the payload.
         reference_point: reference point of `platform` and `wrench`: S, the centroid of the joints, or C, the centre of
             mass.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods; without effect at level `rigid`.
+        shafts: dimensions and material of the shafts; of effect with presets that include them.
+        limbs: inertia of screws and tubes; of effect at level `generalized`.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
+        extra_inertia: factor eps of the inertia of screws, tubes and rods at level `generalized`.
+        damping: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
 
     Raises:
-        ModelError: a singular posture, with its condition number; an unknown level, preset or reference point.
+        ModelError: a singular posture, with its condition number; an unknown level, preset or reference point;
+            dimensions that cannot be built.
     """
-    levels = {"rigid": _rigid, "cartesian": _cartesian}
+    levels = {"rigid": _rigid, "cartesian": _cartesian, "generalized": _generalized}
     one_of(level, levels, "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
-    robot = _robot(posture, stiffness, payload)
+    one_of(damping, get_args(Damping), "sdelta: damping")
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
+    robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
-    damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of every mode (level cartesian)", min=0)
+    damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of the modes (all levels but rigid)", min=0)
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
     tubes = _tubes(m)
     declare_tube_constants(m, robot.kinematics)
     to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
-    weight = ca.vertcat(0, 0, 0, 0, 0, -robot.M[5, 5] * gravity)
+    weight = ca.vertcat(0, 0, 0, 0, 0, -robot.mass[5, 5] * gravity)
     wrench = to_reference.T @ ca.vertcat(torque, force) + weight
-    motion = levels[level](m, robot, tubes, wrench, damping_ratio)
-    _outputs(m, robot, to_reference, motion, reference_point)
+    motion = levels[level](m, robot, tubes, wrench, _Damping(damping, damping_ratio))
+    _outputs(m, to_reference, motion, reference_point)
     return m
-
-
-UNITS = {
-    "stiffness_S": "N.m/rad, N; N, N/m",
-    "stiffness_C": "N.m/rad, N; N, N/m",
-    "mass_C": "kg.m2, kg.m; kg.m, kg",
-    "frequency_matrix_C": "rad/s",
-    "natural_frequencies_hz": "Hz",
-    "modal_screws_C": "1; m",
-    "eigenstiffness": "N",
-    "eigenpitch": "m",
-    "translational_stiffness": "N/m",
-    "torsional_stiffness": "N.m/rad",
-    "kappa": "N",
-    "kappa_t": "N/m",
-    "kappa_r": "N.m/rad",
-    "motor_angles": "rad",
-    "tube_slides": "m",
-    "tube_angles": "rad",
-    "limb_lengths": "m",
-    "jacobian": "1; m/rad",
-}
-"""Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
 
 def analyze(
     *,
-    level: Literal["rigid", "cartesian"] = "cartesian",
+    level: Level = "cartesian",
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    limbs: LimbInertia = THESIS_LIMBS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+    extra_inertia: float = 1.0,
 ) -> dict[str, Any]:
     """Return the elastostatic and elastodynamic properties of the robot at a posture, in SI units, rotation first.
 
     The arguments are those of `sdelta`. `reference_point` has no effect, because the names of the results contain the
     reference point. At level `rigid` the limbs are not elastic, and only `motor_angles`, `tube_slides`, `tube_angles`,
-    `limb_lengths` and `jacobian` are returned.
+    `limb_lengths` and `jacobian` are returned. At level `generalized` the frequencies and modal screws are those of
+    twelve degrees of freedom.
 
     Returns:
         stiffness_S, stiffness_C: stiffness matrices about S and C, (6, 6) [N, m, rad].
         mass_C: mass matrix about C, (6, 6) [kg, m].
         frequency_matrix_C: frequency matrix about C, (6, 6) [rad/s] (eq 4.8).
         natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
+        mode_shapes: at level `generalized` mass-normalised modes, columns of six shaft twists and six deflections of
+            rod tips, along and across by limb, (12, 12) [rad, m]; six columns without `extra_inertia`.
+        generalized_mass: at level `generalized` M_E, (12, 12) [kg.m2, kg.m; kg.m, kg].
+        ritz_frequencies_hz, cartesian_frequencies_hz: at level `generalized` frequencies of six degrees of freedom with
+            and without the inertia of the limbs, (6,) [Hz].
+        ritz_excess, cartesian_excess: their excess over the first six frequencies, relative, (6,).
         modal_screws_C: screws of the modes as columns in the order of the frequencies, of unit rotation, or of unit
             translation for a pure translation, (6, 6); a repeated frequency has an arbitrary basis of its modes.
         eigenstiffness, eigenpitch: eigenstiffnesses, ascending [N], and pitches of their eigenscrews [m], (6,).
@@ -212,59 +274,17 @@ def analyze(
     Raises:
         ModelError: as `sdelta`.
     """
-    one_of(level, ("rigid", "cartesian"), "sdelta: level")
+    one_of(level, get_args(Level), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
-    robot = _robot(posture, stiffness, payload)
-    limbs = robot.kinematics.limbs
-    is_rounding = np.abs(limbs.slide) < np.finfo(float).eps * limbs.length  # exactly 0 at the symmetric posture
-    kinematic = {
-        "motor_angles": robot.kinematics.motor_angles,
-        "tube_slides": np.where(is_rounding, 0.0, limbs.slide),
-        "tube_angles": robot.kinematics.limbs.angle,
-        "limb_lengths": robot.kinematics.limbs.length,
-        "jacobian": robot.kinematics.jacobian(),
-    }
-    return kinematic if level == "rigid" else {**_elastic_numbers(robot), **kinematic}
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
+    robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
+    numbers = {"cartesian": elastic_numbers, "generalized": generalized_numbers}
+    return {**(numbers[level](robot) if level in numbers else {}), **kinematic_numbers(robot)}
 
 
-def _elastic_numbers(robot: _Robot) -> dict[str, Any]:
-    """Return the elastostatic and elastodynamic properties of the platform on its limbs."""
-    to_C = shift(-robot.offset)
-    K_S = to_C.T @ robot.K @ to_C
-    screws = eigenscrews(K_S)
-    translational, torsional = wrench_compliant_axes(K_S).stiffness, twist_compliant_axes(K_S).stiffness
-    omega, shapes = modes(robot.M, robot.K)
-    return {
-        "stiffness_S": K_S,
-        "stiffness_C": robot.K,
-        "mass_C": robot.M,
-        "frequency_matrix_C": frequency_matrix(robot.M, robot.K),
-        "natural_frequencies_hz": omega / (2 * np.pi),
-        "modal_screws_C": np.column_stack([unit_screw(h, PLATFORM_RADIUS) for h in shapes.T]),
-        "eigenstiffness": screws.stiffness,
-        "eigenpitch": screws.pitch,
-        "translational_stiffness": translational,
-        "torsional_stiffness": torsional,
-        "kappa": rms(screws.stiffness),
-        "kappa_t": rms(translational),
-        "kappa_r": rms(torsional),
-    }
-
-
-def _robot(posture: Posture, preset: str, payload: Payload) -> _Robot:
-    """Return the matrices of the robot at a posture, with a payload and a preset of stiffnesses."""
-    springs = PRESETS[one_of(preset, PRESETS, "sdelta: stiffness")]
-    kinematics, body = Kinematics.at(posture), with_payload(payload)
-    Q = posture.matrix
-    offset = Q @ body.center
-    return _Robot(
-        kinematics,
-        offset,
-        kinematics.rows(offset),
-        limb_stiffness(kinematics, springs),
-        body.matrix(Q),
-        stiffness_matrix(kinematics, springs, offset),
-    )
+def _preset(preset: Preset, level: Level) -> str:
+    """Return the preset of a level: `generalized` has the shafts in any case; an unknown one is left to be refused."""
+    return {"ch3_rods": "ch3_full", "ch4": "ch4_full"}.get(preset, preset) if level == "generalized" else preset
 
 
 def _tubes(m: Model) -> _Tubes:
@@ -287,14 +307,15 @@ def _tubes(m: Model) -> _Tubes:
     )
 
 
-def _rigid(_m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, _damping_ratio: ca.SX) -> _Motion:
+def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: _Damping) -> _Motion:
     """Return the motion of a platform that follows the tubes exactly, with the static forces of the limbs."""
     follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
-    carry = ca.DM(np.linalg.inv(robot.N).T)
-    return _Motion(follow @ tubes.deviation, follow @ tubes.rate, follow @ tubes.acceleration, carry @ wrench)
+    return _Motion(
+        follow @ tubes.deviation, follow @ tubes.rate, follow @ tubes.acceleration, follow.T @ wrench, deflections=None
+    )
 
 
-def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ratio: ca.SX) -> _Motion:
+def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
     """Add the equations of a rigid platform on the springs at its joints, six degrees of freedom; return its motion."""
     rotation = m.state("center.rotation[1..3]", "rad", "Rotation of the platform from the posture", nominal=_TURN[0])
     position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
@@ -304,21 +325,54 @@ def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ra
     velocity = m.state("center.velocity[1..3]", "m/s", "Velocity of C", nominal=_MOVE[1])
     x, v = ca.vertcat(rotation, position), ca.vertcat(angular_velocity, velocity)
 
-    inverse = np.linalg.inv(robot.N)
-    damping = damping_ratio * ca.DM(inverse.T @ modal_damping(robot.M, robot.K) @ inverse)
-    N, L = ca.DM(robot.N), ca.DM(robot.kinematics.lever)
-    forces = ca.DM(robot.K_D) * (N @ x - L * tubes.deviation) + damping @ (N @ v - L * tubes.rate)
-    acceleration = ca.DM(np.linalg.inv(robot.M)) @ (wrench - N.T @ forces)
+    inverse = np.linalg.inv(robot.rows)
+    B = damping.ratio * ca.DM(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.kind) @ inverse)
+    N, L = ca.DM(robot.rows), ca.DM(robot.kinematics.lever)
+    elastic = ca.DM(robot.limb_stiffness) * (N @ x - L * tubes.deviation)
+    forces = elastic + B @ (N @ v - L * tubes.rate)
+    acceleration = ca.DM(np.linalg.inv(robot.mass)) @ (wrench - N.T @ forces)
     m.der[x] = v
     m.der[v] = acceleration
-    return _Motion(x, v, acceleration, forces)
+    yielding = ca.DM(robot.springs.compliance[:, None] * paths(robot.kinematics).T)
+    return _Motion(x, v, acceleration, L * forces, yielding @ elastic)
 
 
-def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, point: str) -> None:
-    """Declare the loads on the tubes and the motion of the platform at the reference point as outputs."""
-    on_tube = ca.DM(robot.kinematics.lever) * motion.limb_forces
-    m.output("drive[1..3].force", on_tube[0::2], "N", "Force on the tube, positive along +slide", nominal=_FORCE)
-    m.output("drive[1..3].torque", on_tube[1::2], "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
+def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
+    """Add the equations of the modes of shafts and rods with the inertia of the limbs; return the platform's motion."""
+    if robot.machine.extra_inertia == 0:
+        return _cartesian(m, robot, tubes, wrench, damping)
+    M_E = mass_matrix(robot)
+    omega, shapes = generalized_modes(robot, M_E)
+    if not np.all(np.isfinite(omega)):
+        raise ModelError(
+            f"sdelta: {np.sum(np.isinf(omega))} of 12 modes have no inertia beyond rounding at extra_inertia "
+            f"{robot.machine.extra_inertia:g}; expected 0, or screws, tubes and rods with more inertia"
+        )
+    eta = m.state("mode[1..12].displacement", "m", "Displacement of the mode, as of a mass of 1 kg", nominal=_MOVE[0])
+    rate = m.state("mode[1..12].velocity", "m/s", "Velocity of the mode, as of a mass of 1 kg", nominal=_MOVE[1])
+    from_tubes = shapes.T @ M_E[:, :6] @ np.linalg.inv(robot.machine.mechanism.drives_matrix)
+    G, W = ca.DM(from_tubes), ca.DM(robot.of_limbs @ shapes)
+    elastic = ca.DM(omega**2) * (eta - G @ tubes.deviation)
+    forces = elastic + damping.ratio * ca.DM(damping_rates(omega, damping.kind)) * (rate - G @ tubes.rate)
+    acceleration = W.T @ wrench - forces
+    m.der[eta] = rate
+    m.der[rate] = acceleration
+    yielding = ca.DM(robot.springs.compliance[:, None] * (M_E @ shapes))
+    return _Motion(W @ eta, W @ rate, W @ acceleration, G.T @ forces, yielding @ elastic)
+
+
+def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None:
+    """Declare the loads on the tubes, the deflections of the limbs and the motion of the platform as outputs."""
+    slide, angle = motion.on_tubes[0::2], motion.on_tubes[1::2]
+    m.output("drive[1..3].force", slide, "N", "Force on the tube, positive along +slide", nominal=_FORCE)
+    m.output("drive[1..3].torque", angle, "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
+    if motion.deflections is not None:
+        twists, tips = motion.deflections[:6], motion.deflections[6:]
+        m.output("shaft[1..6].twist", twists, "rad", "Twist of the shaft, screw minus motor", nominal=_TURN[0])
+        text = "Deflection of the rod's tip along the C axis"
+        m.output("rod[1..3].deflection[1]", tips[0::2], "m", text, nominal=_MOVE[0])
+        text = "Deflection of the rod's tip across the limb"
+        m.output("rod[1..3].deflection[2]", tips[1::2], "m", text, nominal=_MOVE[0])
     x, v, a = (to_reference @ column for column in motion[:3])
     m.output("platform.rotation[1..3]", x[:3], "rad", "Rotation vector from the posture, world axes", nominal=_TURN[0])
     m.output(

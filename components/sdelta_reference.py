@@ -28,11 +28,14 @@ import numpy as np
 
 from hfsa.components import Model
 from hfsa.components._mechanics.screws import expm1
-from hfsa.components._mechanics.sdelta_facts import POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, tube_motion
+from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, PITCH, POSTURE
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture, tube_motion
 from hfsa.components._mechanics.sdelta_kinematics import (
-    DRIVES_MATRIX,
+    GEAR_REDUCTION,
+    SCREW_PITCH,
     Kinematics,
+    Mechanism,
+    Transmission,
     by_drive,
     declare_motor_constants,
     declare_tube_constants,
@@ -40,7 +43,7 @@ from hfsa.components._mechanics.sdelta_kinematics import (
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
-FACTS = {POSTURE: Known("posture")}
+FACTS = {POSTURE: Known("posture"), GEOMETRY: Known("geometry"), GEAR: Known("gear"), PITCH: Known("pitch")}
 
 _DERIVATIVES = (
     ("", "", "Commanded"),
@@ -49,15 +52,25 @@ _DERIVATIVES = (
 )
 
 
-def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: Posture = SYMMETRIC) -> Model:
+def sdelta_reference(
+    *,
+    level: Literal["linear", "exact"] = "linear",
+    posture: Posture = SYMMETRIC,
+    geometry: Geometry = THESIS_GEOMETRY,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+) -> Model:
     """Return the reference at one posture.
 
     Args:
         level: `linear` (about the posture) or `exact` (inverse kinematics).
         posture: origin of the command; rotation in degrees, position of S in metres.
+        geometry: circumradii of the triangles of base and platform [m].
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
 
     Raises:
-        ModelError: a singular posture, with its condition number; an unknown level.
+        ModelError: a singular posture, with its condition number; an unknown level; a dimension that is not above 0.
     """
     levels = {"linear": _linear, "exact": _exact}
     one_of(level, levels, "sdelta_reference: level")
@@ -71,13 +84,13 @@ def sdelta_reference(*, level: Literal["linear", "exact"] = "linear", posture: P
         )
         for suffix, per, word in _DERIVATIVES
     )
-    kinematics = Kinematics.at(posture)
+    kinematics = Kinematics.at(posture, Mechanism(geometry, Transmission(pitch, gear)))
     tubes = levels[level](kinematics, command)
     tubes_rate = ca.jtimes(tubes, command, rate)
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)
     declare_tube_constants(m, kinematics)
     declare_motor_constants(m, kinematics, "motor")
-    to_motors = ca.DM(np.linalg.inv(DRIVES_MATRIX))
+    to_motors = ca.DM(np.linalg.inv(kinematics.mechanism.drives_matrix))
     columns = (tubes, tubes_rate, tubes_acceleration)
     for (suffix, per, _), column in zip(_DERIVATIVES, columns, strict=True):
         slide, angle, motors = column[0::2], column[1::2], to_motors @ column
@@ -94,4 +107,6 @@ def _linear(kinematics: Kinematics, command: ca.SX) -> ca.SX:
 
 def _exact(kinematics: Kinematics, command: ca.SX) -> ca.SX:
     """Return the positions of the tubes by inverse kinematics, shape (6, 1)."""
-    return by_drive(*tube_motion(kinematics.Q, kinematics.position, expm1(command[:3]), command[3:]))
+    return by_drive(
+        *tube_motion(kinematics.mechanism.geometry, kinematics.Q, kinematics.position, expm1(command[:3]), command[3:])
+    )

@@ -22,15 +22,12 @@ import numpy as np
 
 from hfsa.components._mechanics.screws import expm1, log1p, shift
 from hfsa.components._mechanics.sdelta_geometry import Posture, tube_motion
-from hfsa.components._mechanics.sdelta_inertia import Inertia, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, by_drive
+from hfsa.components._mechanics.sdelta_inertia import Inertia, Payload
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, by_drive
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.model import one_of
-from hfsa.components.c_drive import inertia
 
 RobotModel = Literal["linear", "exact"]
-
-DRIVE_INERTIA = np.kron(np.eye(3), inertia())
-"""M_th of all three drives, shape (6, 6) [kg.m2]."""
 
 _NEWTON_STEPS = 6
 """Newton steps from the posture; the convergence is quadratic: at 50 mm, five steps reach rounding error."""
@@ -54,12 +51,14 @@ class Robot(ABC):
     Attributes:
         body: inertia of platform and payload.
         kinematics: kinematics at the posture.
+        drives: M_th, inertia of the drives on the motors, shape (6, 6) [kg.m2].
         offset: C - S at the posture, shape (3,) [m].
     """
 
-    def __init__(self, posture: Posture, payload: Payload):
-        self.body: Inertia = with_payload(payload)
-        self.kinematics = Kinematics.at(posture)
+    def __init__(self, posture: Posture, payload: Payload, machine: Machine):
+        self.body: Inertia = machine.body(payload)
+        self.kinematics = Kinematics.at(posture, machine.mechanism)
+        self.drives = machine.drive_inertia
         self.offset = posture.matrix @ self.body.center
 
     @abstractmethod
@@ -93,14 +92,14 @@ class Robot(ABC):
     def torques(self, motion: Motion, motors: ca.SX, acceleration: ca.SX, gravity: ca.SX) -> ca.SX:
         """Return tau, (6, 1) [N.m], for consistent accelerations of the motors and of C."""
         weight = ca.vertcat(0, 0, 0, 0, 0, -self.body.mass * gravity)
-        return ca.DM(DRIVE_INERTIA) @ motors + self.reaction(motion, acceleration, weight)
+        return ca.DM(self.drives) @ motors + self.reaction(motion, acceleration, weight)
 
 
 class _Linear(Robot):
     """The linear model about the posture; a pose is the displacement of C."""
 
-    def __init__(self, posture: Posture, payload: Payload):
-        super().__init__(posture, payload)
+    def __init__(self, posture: Posture, payload: Payload, machine: Machine):
+        super().__init__(posture, payload, machine)
         T = self.kinematics.jacobian(self.offset)
         self._T, self._to_motors = ca.DM(T), ca.DM(np.linalg.inv(T))
         self._mass = ca.DM(self.body.matrix(posture.matrix))
@@ -131,8 +130,8 @@ class _Linear(Robot):
 class _Exact(Robot):
     """The exact model; a pose is the rotation from the posture minus 1, (3, 3), and the displacement of C, (3, 1)."""
 
-    def __init__(self, posture: Posture, payload: Payload):
-        super().__init__(posture, payload)
+    def __init__(self, posture: Posture, payload: Payload, machine: Machine):
+        super().__init__(posture, payload, machine)
         self._arm = ca.DM(self.offset)
         self._motors, self._slope, self._bias = self._inverse_kinematics()
 
@@ -177,8 +176,9 @@ class _Exact(Robot):
         change = ca.skew(step[:3])  # first order suffices for a derivative at 0
         moved = (turn + change + change @ turn, move + step[3:])
         at = self.kinematics
-        tubes = by_drive(*tube_motion(at.Q, at.position, turn, move - turn @ self._arm))
-        motors = ca.Function("motors", [turn, move], [ca.DM(np.linalg.inv(DRIVES_MATRIX)) @ tubes])
+        tubes = by_drive(*tube_motion(at.mechanism.geometry, at.Q, at.position, turn, move - turn @ self._arm))
+        to_motors = ca.DM(np.linalg.inv(at.mechanism.drives_matrix))
+        motors = ca.Function("motors", [turn, move], [to_motors @ tubes])
 
         def at_rest(expression: ca.SX) -> ca.SX:
             """Return an expression at a step of 0."""
@@ -189,7 +189,7 @@ class _Exact(Robot):
         return motors, slope, lambda pose, t: bias(*pose, t)
 
 
-def robot(model: str, posture: Posture, payload: Payload, part: str) -> Robot:
+def robot(model: str, posture: Posture, payload: Payload, machine: Machine, part: str) -> Robot:
     """Return the robot with a model; `ModelError`, beginning with `part`, for an unknown one or a singular posture."""
     models = {"linear": _Linear, "exact": _Exact}
-    return models[one_of(model, models, f"{part}: model")](posture, payload)
+    return models[one_of(model, models, f"{part}: model")](posture, payload, machine)

@@ -42,10 +42,12 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
-from hfsa.components._mechanics.sdelta_kinematics import declare_motor_constants
+from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, GRAVITY, LIMBS, PAYLOAD, PITCH, PLATFORM, POSTURE
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
+from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, declare_motor_constants
+from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.controllers._command import Level, execution
@@ -54,6 +56,11 @@ from hfsa.controllers._sdelta_inverse import Motion, Robot, RobotModel, robot
 FACTS = {
     POSTURE: Known("posture"),
     PAYLOAD: Known("payload"),
+    GEOMETRY: Known("geometry"),
+    LIMBS: Known("limbs"),
+    PLATFORM: Known("platform"),
+    GEAR: Known("gear"),
+    PITCH: Known("pitch"),
     GRAVITY: Known("gravity", unfed="axis[1].feed_forward"),  # the feed-forward torque includes the weight
 }
 
@@ -69,6 +76,11 @@ def sdelta_computed_torque(
     posture: Posture = SYMMETRIC,
     payload: Payload = CUBE,
     delay: bool = False,
+    geometry: Geometry = THESIS_GEOMETRY,
+    limbs: LimbInertia = THESIS_LIMBS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
 ) -> Model:
     """Return one controller for the six motors.
 
@@ -80,6 +92,11 @@ def sdelta_computed_torque(
         posture: posture of the robot; rotation in degrees, position of S in metres.
         payload: payload of the platform.
         delay: whether the command is delayed by one sample time; at level `sampled` only.
+        geometry: circumradii of the triangles of base and platform [m].
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
 
     Raises:
         ModelError: a singular posture; an unknown level, feedback or model; a delay at level `continuous`.
@@ -93,7 +110,8 @@ def sdelta_computed_torque(
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, compensated")
     limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
     feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
-    rigid = robot(model, posture, payload, "sdelta_computed_torque")
+    machine = Machine(geometry=geometry, limbs=limbs, platform=platform, gear=gear, pitch=pitch)
+    rigid = robot(model, posture, payload, machine, "sdelta_computed_torque")
     declare_motor_constants(m, rigid.kinematics, "axis")
     motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)
     wanted = feed_forward + rigid.torques(motion, motors, acceleration, gravity)

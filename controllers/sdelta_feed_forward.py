@@ -31,19 +31,39 @@ import numpy as np
 from hfsa.components import Model
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.screws import shift
-from hfsa.components._mechanics.sdelta_facts import DAMPING_RATIO, GRAVITY, PAYLOAD, POSTURE, SPRINGS
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, declare_motor_constants
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
-from hfsa.components._mechanics.sdelta_stiffness import stiffness as stiffness_matrix
+from hfsa.components._mechanics.sdelta_facts import (
+    DAMPING_RATIO,
+    GEAR,
+    GEOMETRY,
+    GRAVITY,
+    LIMBS,
+    PAYLOAD,
+    PITCH,
+    PLATFORM,
+    POSTURE,
+    RODS,
+    SHAFTS,
+    SPRINGS,
+)
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
+from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, declare_motor_constants
+from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
+from hfsa.components._mechanics.sdelta_robot import Machine, Robot
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
-from hfsa.controllers._sdelta_inverse import DRIVE_INERTIA
 
 FACTS = {
     POSTURE: Known("posture"),
     PAYLOAD: Known("payload"),
+    GEOMETRY: Known("geometry"),
+    LIMBS: Known("limbs"),
+    PLATFORM: Known("platform"),
+    GEAR: Known("gear"),
+    PITCH: Known("pitch"),
+    RODS: Known("rods", levels=("elastic",)),
+    SHAFTS: Known("shafts", levels=("elastic",)),
     SPRINGS: Known("stiffness", levels=("elastic",)),
     DAMPING_RATIO: Known("damping_ratio", levels=("elastic",)),
     GRAVITY: Known("gravity"),
@@ -71,6 +91,13 @@ def sdelta_feed_forward(
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    limbs: LimbInertia = THESIS_LIMBS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
 ) -> Model:
     """Return the feed-forward at one posture.
 
@@ -79,33 +106,40 @@ def sdelta_feed_forward(
         posture: origin of the command; rotation in degrees, position of S in metres.
         stiffness: preset of the robot; without effect at level `rigid`.
         payload: payload of the platform.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods; without effect at level `rigid`.
+        shafts: dimensions and material of the shafts; of effect with presets that include them.
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
 
     Raises:
-        ModelError: a singular posture; an unknown level or preset.
+        ModelError: a singular posture; an unknown level or preset; dimensions that cannot be built.
     """
     levels = {"rigid": _rigid, "elastic": _elastic}
     one_of(level, levels, "sdelta_feed_forward: level")
-    springs = PRESETS[one_of(stiffness, PRESETS, "sdelta_feed_forward: stiffness")]
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
+    robot = Robot.at(posture, one_of(stiffness, PRESETS, "sdelta_feed_forward: stiffness"), payload, machine)
     m = Model("SDeltaFeedForward", "Commanded pose of the SDelta robot to motion and torque of its motors")
     damping_ratio = m.parameter(
         "damping_ratio", 0.01, "1", "Damping ratio of every mode (level elastic)", min=_LEAST_DAMPING
     )
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z")
-    kinematics, body = Kinematics.at(posture), with_payload(payload)
-    offset = posture.matrix @ body.center
+    offset = robot.offset
     command = _command(m)
     to_C = ca.DM(shift(-offset))
     x = [to_C @ column for column in command]
-    M, T = body.matrix(posture.matrix), kinematics.jacobian(offset)
-    weight = ca.vertcat(0, 0, 0, 0, 0, -body.mass * gravity)
-    deflections = levels[level](m, M, stiffness_matrix(kinematics, springs, offset), x, weight, damping_ratio)
+    M, T = robot.mass, robot.kinematics.jacobian(offset)
+    weight = ca.vertcat(0, 0, 0, 0, 0, -robot.body.mass * gravity)
+    deflections = levels[level](m, M, robot.stiffness, x, weight, damping_ratio)
     nominal = [motion + deflection for motion, deflection in zip(x, deflections, strict=False)]
     motors = [ca.DM(np.linalg.inv(T)) @ column for column in nominal]
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
         size = 1e-2 * _RADIANS_PER_SECOND**order
         m.output(f"motor[1..6].angle{suffix}", column, f"rad{per}", "Motor angle from the posture", nominal=size)
-    declare_motor_constants(m, kinematics, "motor")
-    torque = ca.DM(DRIVE_INERTIA) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
+    declare_motor_constants(m, robot.kinematics, "motor")
+    torque = ca.DM(machine.drive_inertia) @ motors[2] + ca.DM(T.T) @ (ca.DM(M) @ x[2] - weight)
     m.output("motor[1..6].torque", torque, "N.m", "Motor torque", nominal=0.1)
     to_S = ca.DM(shift(offset))
     _pose(m, "platform", "Commanded", command)

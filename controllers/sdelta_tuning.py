@@ -16,16 +16,22 @@ from typing import Any
 import numpy as np
 
 from hfsa.components import ModelError
-from hfsa.components._mechanics.sdelta_facts import GRAVITY, PAYLOAD, POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, GRAVITY, LIMBS, PAYLOAD, PITCH, PLATFORM, POSTURE
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
+from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, Kinematics
+from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.facts import Known
-from hfsa.components.c_drive import inertia
 
 FACTS = {
     POSTURE: Known("posture"),
     PAYLOAD: Known("payload", results=("motor_inertia", "proportional_gain", "derivative_gain", "holding_torque")),
+    GEOMETRY: Known("geometry"),
+    GEAR: Known("gear"),
+    PITCH: Known("pitch"),
+    LIMBS: Known("limbs", results=("motor_inertia", "proportional_gain", "derivative_gain")),
+    PLATFORM: Known("platform", results=("motor_inertia", "proportional_gain", "derivative_gain", "holding_torque")),
     GRAVITY: Known("gravity", results=("holding_torque",)),
 }
 
@@ -46,6 +52,11 @@ def analyze(
     bandwidth: float = 6.0,
     damping: float = 0.7,
     gravity: float = 9.81,
+    geometry: Geometry = THESIS_GEOMETRY,
+    limbs: LimbInertia = THESIS_LIMBS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
 ) -> dict[str, Any]:
     """Return gains and torques at a posture, in SI units.
 
@@ -55,6 +66,11 @@ def analyze(
         bandwidth: bandwidth of the rigid closed loop [Hz].
         damping: damping ratio of the rigid closed loop.
         gravity: gravitational acceleration along -Z [m/s2].
+        geometry: circumradii of the triangles of base and platform [m].
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
 
     Returns:
         motor_angles: motor angles at the posture, (6,) [rad].
@@ -68,9 +84,10 @@ def analyze(
     for name, value in (("bandwidth", bandwidth), ("damping", damping)):
         if not (np.isfinite(value) and value >= 0):
             raise ModelError(f"sdelta_tuning: {name} is {value:g}, expected 0 or more")
-    kinematics, body = Kinematics.at(posture), with_payload(payload)
+    machine = Machine(geometry=geometry, limbs=limbs, platform=platform, gear=gear, pitch=pitch)
+    kinematics, body = Kinematics.at(posture, machine.mechanism), machine.body(payload)
     T = kinematics.jacobian(posture.matrix @ body.center)
-    M_rb = np.kron(np.eye(3), inertia()) + T.T @ body.matrix(posture.matrix) @ T
+    M_rb = machine.drive_inertia + T.T @ body.matrix(posture.matrix) @ T
     w_c, diagonal = 2 * np.pi * bandwidth, np.diag(M_rb)
     return {
         "motor_angles": kinematics.motor_angles,

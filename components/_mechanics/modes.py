@@ -1,10 +1,12 @@
 """Modes of an undamped body on springs: M xdd + K x = 0, M and K symmetric and positive definite."""
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from hfsa.components._mechanics.elastostatics import roots
+
+Damping = Literal["modal", "rayleigh"]
 
 
 class Modes(NamedTuple):
@@ -32,7 +34,18 @@ def frequency_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return roots(inverse_root @ K @ inverse_root)[0]
 
 
-def modal_damping(M: np.ndarray, K: np.ndarray) -> np.ndarray:
-    """Return the matrix for damping ratio 1 in every mode, D = M H diag(2 omega) H^T M; D is linear in the ratio."""
+def damping_rates(omega: np.ndarray, kind: Damping) -> np.ndarray:
+    """Return h^T D h of each mass-normalised mode for damping ratio 1, shape (n,) [1/s]; it is linear in the ratio.
+
+    `modal` gives every mode the ratio. `rayleigh`, D = alpha M + beta K, gives it to the first and the fourth mode.
+    """
+    if kind == "modal":
+        return 2 * omega
+    first, fourth = omega[0], omega[3]
+    return 2 * (first * fourth + omega**2) / (first + fourth)
+
+
+def damping_matrix(M: np.ndarray, K: np.ndarray, kind: Damping = "modal") -> np.ndarray:
+    """Return D for damping ratio 1, D = M H diag(damping_rates) H^T M; it is linear in the ratio."""
     omega, H = modes(M, K)
-    return M @ H * (2 * omega) @ H.T @ M
+    return M @ H * damping_rates(omega, kind) @ H.T @ M

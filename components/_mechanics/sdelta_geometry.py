@@ -17,22 +17,19 @@ displacement d of S move a joint by s, and slide and turn its tube by
 without a small difference of two large numbers.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components._modelling.model import ModelError
 
-BASE_RADIUS = 0.450
-"""Circumradius of the base triangle [m] (eq 3.47)."""
-PLATFORM_RADIUS = 0.150
-"""Circumradius of the platform's joint triangle [m] (eq 3.47)."""
 HEIGHT = 0.150
 """Height of S above the base in the symmetric posture [m] (eq 3.47)."""
 
-_CORNERS = BASE_RADIUS * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.deg2rad([210.0, 330.0, 90.0])])
+_CORNERS = np.array([[np.cos(a), np.sin(a), 0.0] for a in np.deg2rad([210.0, 330.0, 90.0])])
 _SIDES = np.roll(_CORNERS, -1, axis=0) - _CORNERS
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -40,12 +37,57 @@ C_AXES = _SIDES / np.linalg.norm(_SIDES, axis=1, keepdims=True)
 """Rows e_c: directions of the three C axes, shape (3, 3)."""
 INWARDS = np.cross(UP, C_AXES)
 """Rows i_j: horizontal, from a side to the inside, shape (3, 3)."""
-MIDDLES = (_CORNERS + np.roll(_CORNERS, -1, axis=0)) / 2
-"""Rows m_j: middles of the sides of the base, shape (3, 3) [m]."""
-JOINTS = PLATFORM_RADIUS * MIDDLES / np.linalg.norm(MIDDLES, axis=1, keepdims=True)
-"""Rows s_j: platform joints from S, in the platform's axes, shape (3, 3) [m]."""
 
 _ROTATION_TOLERANCE = 1e-9
+
+
+def require_positive(dimensions: Any, owner: str, *units: str) -> None:
+    """Raise `ModelError` for a field of a dataclass that is not positive and finite; `units` of the fields in turn.
+
+    Fields that are `None` are not checked; the last unit is that of all further fields.
+    """
+    for k, field in enumerate(fields(dimensions)):
+        value, unit = getattr(dimensions, field.name), units[min(k, len(units) - 1)]
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise ModelError(f"{owner}.{field.name} is {value:g} {unit}, expected a finite number above 0")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Triangles of the base and of the platform's joints; by default those of the thesis (eq 3.47).
+
+    Attributes:
+        base_radius: circumradius R of the base triangle [m].
+        platform_radius: circumradius r of the platform's joint triangle [m].
+
+    Raises:
+        ModelError: a radius that is not positive and finite.
+    """
+
+    base_radius: float = 0.450
+    platform_radius: float = 0.150
+
+    def __post_init__(self):
+        require_positive(self, "geometry", "m")
+
+    @cached_property
+    def middles(self) -> np.ndarray:
+        """Rows m_j: middles of the sides of the base, shape (3, 3) [m]."""
+        return self.base_radius * (_CORNERS + np.roll(_CORNERS, -1, axis=0)) / 2
+
+    @cached_property
+    def joints(self) -> np.ndarray:
+        """Rows s_j: platform joints from S, in the platform's axes, shape (3, 3) [m]."""
+        return self.platform_radius * self.middles / np.linalg.norm(self.middles, axis=1, keepdims=True)
+
+    @property
+    def reach(self) -> float:
+        """Half the length of a side of the base, the farthest that a tube slides either way [m]."""
+        return float(np.sqrt(3) / 2 * self.base_radius)
+
+
+THESIS_GEOMETRY = Geometry()
+"""The triangles of the thesis."""
 
 
 @dataclass(frozen=True)
@@ -118,14 +160,14 @@ def angles(Q: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(Q).as_euler("ZXY", degrees=True)
 
 
-def limbs_at(Q: np.ndarray, a: np.ndarray) -> Limbs:
+def limbs_at(geometry: Geometry, Q: np.ndarray, a: np.ndarray) -> Limbs:
     """Return the limbs at attitude `Q` (3, 3) and position `a` of S (3,): inverse kinematics."""
-    reach = a + JOINTS @ Q.T - MIDDLES
+    reach = a + geometry.joints @ Q.T - geometry.middles
     along, inward, up = (np.sum(axes * reach, axis=1) for axes in (C_AXES, INWARDS, UP))
     return Limbs(along, np.hypot(inward, up), np.arctan2(up, inward))
 
 
-def tube_motion(Q: np.ndarray, a: np.ndarray, turn: ca.SX, move: ca.SX) -> tuple[ca.SX, ca.SX]:
+def tube_motion(geometry: Geometry, Q: np.ndarray, a: np.ndarray, turn: ca.SX, move: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return slides [m] and angles [rad] of the tubes, columns of three, for a motion of the platform from a pose.
 
     The pose is the attitude `Q` (3, 3) and the position `a` of S (3,). From there the platform rotates by R, with
@@ -133,8 +175,8 @@ def tube_motion(Q: np.ndarray, a: np.ndarray, turn: ca.SX, move: ca.SX) -> tuple
     turns by less than half a turn.
     """
     slide, angle = [], []
-    for j, arm in enumerate(JOINTS @ Q.T):
-        reach, moved = a + arm - MIDDLES[j], move + turn @ ca.DM(arm)
+    for j, arm in enumerate(geometry.joints @ Q.T):
+        reach, moved = a + arm - geometry.middles[j], move + turn @ ca.DM(arm)
         inward, up = INWARDS[j] @ reach, reach[2]
         moved_inward, moved_up = ca.dot(ca.DM(INWARDS[j]), moved), moved[2]
         slide.append(ca.dot(ca.DM(C_AXES[j]), moved))

@@ -99,16 +99,54 @@ CUBE = Payload()
 """The specimen of the thesis: a steel cube of 72 mm in the middle of the platform."""
 
 
-def with_payload(payload: Payload) -> Inertia:
-    """Return the inertia of the platform with its payload."""
-    bodies = (_platform(), payload.body)
-    mass = sum(body.mass for body in bodies)
-    center = sum((body.mass * body.center for body in bodies), np.zeros(3)) / mass
-    return Inertia(mass, center, sum((body.about(center) for body in bodies), np.zeros((3, 3))))
-
-
-def _platform() -> Inertia:
-    """Return the inertia of the platform alone; its centre of mass is S."""
+def _thesis_platform() -> Inertia:
+    """Return the inertia of the thesis' platform alone; its centre of mass is S."""
     total = Inertia(_TOTAL_MASS, np.array([0.0, 0.0, _TOTAL_HEIGHT]), np.diag(_TOTAL_INERTIA))
     S = np.zeros(3)
     return Inertia(_TOTAL_MASS - _CUBE_MASS, S, total.about(S) - CUBE.body.about(S))
+
+
+@dataclass(frozen=True)
+class Platform:
+    """Moving platform without payload; by default that of the thesis. Its centre of mass is S.
+
+    Attributes:
+        mass: mass [kg].
+        inertia: moments of inertia about S along the platform's axes [kg.m2].
+
+    Raises:
+        ModelError: a mass or inertia that is not positive and finite; moments of inertia that violate the triangle
+            inequality.
+    """
+
+    mass: float = _TOTAL_MASS - _CUBE_MASS
+    inertia: tuple[float, float, float] = tuple(np.diag(_thesis_platform().tensor).tolist())
+
+    def __post_init__(self):
+        values = np.array([self.mass, *self.inertia])
+        if not (values.shape == (4,) and np.all(np.isfinite(values)) and np.all(values > 0)):
+            raise ModelError(
+                f"platform.mass is {self.mass} kg and platform.inertia {self.inertia} kg.m2, expected finite numbers "
+                f"above 0"
+            )
+        if 2 * max(self.inertia) > sum(self.inertia) * (1 + 1e-9):
+            raise ModelError(
+                f"platform.inertia is {self.inertia} kg.m2, but no moment can exceed the sum of the others"
+            )
+
+    @property
+    def body(self) -> Inertia:
+        """The platform as a rigid body."""
+        return Inertia(self.mass, np.zeros(3), np.diag(self.inertia))
+
+
+THESIS_PLATFORM = Platform()
+"""The platform of the thesis."""
+
+
+def with_payload(payload: Payload, platform: Platform = THESIS_PLATFORM) -> Inertia:
+    """Return the inertia of the platform with its payload."""
+    bodies = (platform.body, payload.body)
+    mass = sum(body.mass for body in bodies)
+    center = sum((body.mass * body.center for body in bodies), np.zeros(3)) / mass
+    return Inertia(mass, center, sum((body.about(center) for body in bodies), np.zeros((3, 3))))

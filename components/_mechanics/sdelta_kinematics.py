@@ -17,39 +17,79 @@ from hfsa.components._mechanics.screws import exponential, numbers
 from hfsa.components._mechanics.sdelta_geometry import (
     C_AXES,
     INWARDS,
-    JOINTS,
-    PLATFORM_RADIUS,
     SYMMETRIC,
+    THESIS_GEOMETRY,
     UP,
+    Geometry,
     Limbs,
     Posture,
     angles,
     limbs_at,
+    require_positive,
 )
 from hfsa.components._modelling.model import Model, ModelError
 
 SCREW_PITCH = 0.060
 """Travel of a nut per turn of its motor [m] (from eqs 3.26c and 3.55)."""
 GEAR_REDUCTION = 6.0
-"""Motor turns per turn of a tube (eq 3.54)."""
-DRIVE_MATRIX = np.array(
-    [
-        [SCREW_PITCH / (4 * np.pi), -SCREW_PITCH / (4 * np.pi)],
-        [1 / (2 * GEAR_REDUCTION), 1 / (2 * GEAR_REDUCTION)],
-    ]
-)
-"""J_C of one C-drive, [du; dphi] = J_C [dtheta_L; dtheta_R], shape (2, 2) [m/rad, 1] (eq 3.13)."""
-DRIVES_MATRIX = np.kron(np.eye(3), DRIVE_MATRIX)
-"""J_L of all three C-drives, shape (6, 6)."""
-HOME = limbs_at(SYMMETRIC.matrix, np.array(SYMMETRIC.position))
-"""Limbs at the symmetric posture, where all motor angles are zero."""
+"""Gear reduction: motor turns per turn of a tube (eq 3.54)."""
 
 CONDITION_LIMIT = 1e4
 """Largest `Kinematics.condition_number` of a regular posture."""
 
-# Lengths that convert rotations to displacements, so that matrices of mixed units have a condition number.
-_LENGTHS = np.repeat([PLATFORM_RADIUS, 1.0], 3)
 _ORIGIN = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """Transmission of a C-drive; by default that of the thesis.
+
+    Attributes:
+        pitch: travel of a nut per turn of its motor [m].
+        gear: motor turns per turn of the tube.
+
+    Raises:
+        ModelError: a value that is not positive and finite.
+    """
+
+    pitch: float = SCREW_PITCH
+    gear: float = GEAR_REDUCTION
+
+    def __post_init__(self):
+        require_positive(self, "transmission", "m", "")
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """J_C of one C-drive, [du; dphi] = J_C [dtheta_L; dtheta_R], shape (2, 2) [m/rad, 1] (eq 3.13)."""
+        slide, turn = self.pitch / (4 * np.pi), 1 / (2 * self.gear)
+        return np.array([[slide, -slide], [turn, turn]])
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Dimensions that decide the kinematics: triangles, and transmission of the drives; by default the thesis'."""
+
+    geometry: Geometry = THESIS_GEOMETRY
+    transmission: Transmission = Transmission()
+
+    @property
+    def drives_matrix(self) -> np.ndarray:
+        """J_L of all three C-drives, shape (6, 6)."""
+        return np.kron(np.eye(3), self.transmission.matrix)
+
+    @property
+    def home(self) -> Limbs:
+        """Limbs at the symmetric posture, where all motor angles are zero."""
+        return limbs_at(self.geometry, SYMMETRIC.matrix, np.array(SYMMETRIC.position))
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths that convert rotations to displacements, so that matrices of mixed units have a condition number."""
+        return np.repeat([self.geometry.platform_radius, 1.0], 3)
+
+
+THESIS = Mechanism()
+"""The mechanism of the thesis."""
 
 
 @dataclass(frozen=True)
@@ -57,24 +97,38 @@ class Kinematics:
     """First-order kinematics at one pose.
 
     Attributes:
+        mechanism: dimensions of the robot.
         Q: attitude of the platform, shape (3, 3).
         position: position of S, shape (3,) [m].
         limbs: coordinates of the limbs.
     """
 
+    mechanism: Mechanism
     Q: np.ndarray
     position: np.ndarray
     limbs: Limbs
 
     @classmethod
-    def at(cls, posture: Posture) -> "Kinematics":
-        """Return the kinematics at a posture; `ModelError` with the condition number at a singular one."""
-        return cls.of(posture.matrix, np.array(posture.position))
+    def at(cls, posture: Posture, mechanism: Mechanism = THESIS) -> "Kinematics":
+        """Return the kinematics at a posture.
+
+        Raises:
+            ModelError: a singular posture, with its condition number; a tube beyond the end of its side of the base,
+                with its slide.
+        """
+        return cls.of(posture.matrix, np.array(posture.position), mechanism)
 
     @classmethod
-    def of(cls, Q: np.ndarray, position: np.ndarray) -> "Kinematics":
+    def of(cls, Q: np.ndarray, position: np.ndarray, mechanism: Mechanism = THESIS) -> "Kinematics":
         """Return the kinematics at attitude `Q` and position of S; errors as in `at`."""
-        kinematics = cls(Q, position, limbs_at(Q, position))
+        kinematics = cls(mechanism, Q, position, limbs_at(mechanism.geometry, Q, position))
+        reach, farthest = mechanism.geometry.reach, int(np.argmax(np.abs(kinematics.limbs.slide)))
+        if not abs(kinematics.limbs.slide[farthest]) <= reach:
+            raise ModelError(
+                f"posture with rotation {_text(angles(Q))} deg and position {_text(position)} m is out of reach: tube "
+                f"{farthest + 1} would slide by {kinematics.limbs.slide[farthest]:.4g} m, expected at most "
+                f"{reach:.4g} m either way, half a side of the base"
+            )
         condition = kinematics.condition_number
         if not condition <= CONDITION_LIMIT:
             raise ModelError(
@@ -90,7 +144,7 @@ class Kinematics:
 
     def rows(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
         """Return N about the reference point S + `offset` (world axes) [m], shape (6, 6) (eq 3.17)."""
-        p = JOINTS @ self.Q.T - offset
+        p = self.mechanism.geometry.joints @ self.Q.T - offset
         across = np.outer(np.cos(self.limbs.angle), UP) - np.sin(self.limbs.angle)[:, None] * INWARDS
         N = np.empty((6, 6))
         N[0::2] = np.hstack([np.cross(p, C_AXES), C_AXES])
@@ -103,7 +157,7 @@ class Kinematics:
 
     def jacobian(self, offset: np.ndarray = _ORIGIN) -> np.ndarray:
         """Return T, from motor angles to the pose of the reference point S + `offset`, shape (6, 6)."""
-        return self.tubes_to_pose(offset) @ DRIVES_MATRIX
+        return self.tubes_to_pose(offset) @ self.mechanism.drives_matrix
 
     @property
     def condition_number(self) -> float:
@@ -113,13 +167,15 @@ class Kinematics:
         """
         if self.limbs.length.min() == 0:
             return np.inf
-        tubes = np.tile([1.0, PLATFORM_RADIUS], 3) / self.lever
-        return float(np.linalg.cond(tubes[:, None] * self.rows() / _LENGTHS))
+        tubes = np.tile([1.0, self.mechanism.geometry.platform_radius], 3) / self.lever
+        return float(np.linalg.cond(tubes[:, None] * self.rows() / self.mechanism.lengths))
 
     @property
     def motor_angles(self) -> np.ndarray:
         """Motor angles, zero at the symmetric posture, shape (6,) [rad]."""
-        return np.linalg.solve(DRIVES_MATRIX, _pairs(self.limbs.slide - HOME.slide, self.limbs.angle - HOME.angle))
+        home = self.mechanism.home
+        tubes = _pairs(self.limbs.slide - home.slide, self.limbs.angle - home.angle)
+        return np.linalg.solve(self.mechanism.drives_matrix, tubes)
 
 
 def declare_tube_constants(m: Model, kinematics: Kinematics) -> None:
@@ -140,20 +196,24 @@ def by_drive(slide: ca.SX | np.ndarray, angle: ca.SX | np.ndarray) -> ca.SX:
     return ca.vec(ca.horzcat(ca.SX(slide), ca.SX(angle)).T)
 
 
-def direct_kinematics(motors: np.ndarray, start: Posture = SYMMETRIC) -> tuple[np.ndarray, np.ndarray]:
+def direct_kinematics(
+    motors: np.ndarray, start: Posture = SYMMETRIC, mechanism: Mechanism = THESIS
+) -> tuple[np.ndarray, np.ndarray]:
     """Return attitude (3, 3) and position of S (3,) of the rigid robot at motor angles (6,) [rad].
 
     Newton's method from the posture `start`; `ModelError` at a singular posture or without convergence.
     """
-    wanted = DRIVES_MATRIX @ np.asarray(motors, dtype=float)
-    now = Kinematics.at(start)
+    to_tubes = mechanism.drives_matrix
+    wanted = to_tubes @ np.asarray(motors, dtype=float)
+    now = Kinematics.at(start, mechanism)
     for _ in range(50):
-        missing = wanted - DRIVES_MATRIX @ now.motor_angles
+        missing = wanted - to_tubes @ now.motor_angles
         step = now.tubes_to_pose() @ missing
-        size = np.abs(step * _LENGTHS).max()
+        size = np.abs(step * mechanism.lengths).max()
         # Limit the step to the size of the platform, beyond which the linearisation is invalid.
-        step /= max(1.0, 2 * size / PLATFORM_RADIUS)
-        now = Kinematics.of(numbers(exponential(ca.SX(step[:3]))) @ now.Q, now.position + step[3:])
+        step /= max(1.0, 2 * size / mechanism.geometry.platform_radius)
+        Q = numbers(exponential(ca.SX(step[:3]))) @ now.Q
+        now = Kinematics.of(Q, now.position + step[3:], mechanism)
         # Convergence is quadratic: after a step this small, the remaining error is rounding.
         if size < 1e-10:
             return now.Q, now.position

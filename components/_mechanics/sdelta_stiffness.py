@@ -9,30 +9,91 @@ The limb carries no force along its own axis.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics
-from hfsa.components._modelling.model import ModelError
+from hfsa.components._mechanics.sdelta_geometry import require_positive
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._modelling.model import ModelError, one_of
 
-_ROD_LENGTH = 0.115
-_ROD_DIAMETER = 0.0115
-_TITANIUM_MODULUS = 105e9
-_ROD_BEAM = 3 * _TITANIUM_MODULUS * (np.pi * _ROD_DIAMETER**4 / 64) / _ROD_LENGTH**3
-"""Tip stiffness of the rod as a beam, 3 E I / l^3 [N/m] (eq 3.8; E inferred from eqs 4.34 and 4.47)."""
-_ROD_FEA = 100 / 6.6506e-4
-"""Tip stiffness of the rod by finite elements, 100 N over its deflection [N/m] (eq 3.49)."""
 
-_SHAFT_LENGTH = 0.040
-_SHAFT_DIAMETER = 0.016
-_STEEL_SHEAR_MODULUS = 75e9
-_SHAFT = _STEEL_SHEAR_MODULUS * (np.pi * _SHAFT_DIAMETER**4 / 32) / _SHAFT_LENGTH
-"""Torsional stiffness of the motor shaft alone [N.m/rad] (eqs 3.50, 3.51)."""
-_COUPLING = 3400.0
-"""Torsional stiffness of the coupling [N.m/rad] (eq 3.52)."""
-_DRIVE = _SHAFT * _COUPLING / (_SHAFT + _COUPLING)
-"""Shaft and coupling in series [N.m/rad] (eq 3.53)."""
+@dataclass(frozen=True)
+class Rods:
+    """Rods of the limbs, clamped in the tubes; by default those of the thesis, of titanium (eq 3.48).
+
+    Attributes:
+        length: free length l_r [m].
+        diameter: diameter d_r [m].
+        elastic_modulus: Young's modulus E [Pa] (inferred from eqs 4.34 and 4.47).
+        density: density [kg/m3] (assumed).
+        tip_stiffness: stiffness k_r of a tip across the rod [N/m] (default: that of the preset).
+
+    Raises:
+        ModelError: a value that is not positive and finite.
+    """
+
+    length: float = 0.115
+    diameter: float = 0.0115
+    elastic_modulus: float = 105e9
+    density: float = 4500.0
+    tip_stiffness: float | None = None
+
+    def __post_init__(self):
+        require_positive(self, "rods", "m", "m", "Pa", "kg/m3", "N/m")
+
+    @property
+    def as_beam(self) -> float:
+        """Tip stiffness of a beam, 3 E I / l_r^3 [N/m] (eq 3.8)."""
+        return 3 * self.elastic_modulus * (np.pi * self.diameter**4 / 64) / self.length**3
+
+    @property
+    def mass(self) -> float:
+        """Mass of a rod [kg]."""
+        return self.density * np.pi / 4 * self.diameter**2 * self.length
+
+
+THESIS_RODS = Rods()
+"""The rods of the thesis."""
+_FINITE_ELEMENTS = 100 / 6.6506e-4 / THESIS_RODS.as_beam
+"""Tip stiffness by finite elements, 100 N over the deflection of the thesis' rod (eq 3.49), over that of a beam."""
+
+
+@dataclass(frozen=True)
+class Shafts:
+    """Motor shafts with their couplings; by default those of the thesis, of steel (eqs 3.50, 3.52).
+
+    Attributes:
+        length: length l_s [m].
+        diameter: diameter d_s [m].
+        shear_modulus: shear modulus G [Pa].
+        coupling: torsional stiffness k_2 of the coupling [N.m/rad].
+
+    Raises:
+        ModelError: a value that is not positive and finite.
+    """
+
+    length: float = 0.040
+    diameter: float = 0.016
+    shear_modulus: float = 75e9
+    coupling: float = 3400.0
+
+    def __post_init__(self):
+        require_positive(self, "shafts", "m", "m", "Pa", "N.m/rad")
+
+    @property
+    def alone(self) -> float:
+        """Torsional stiffness k_1 of a shaft without its coupling [N.m/rad] (eq 3.51)."""
+        return self.shear_modulus * (np.pi * self.diameter**4 / 32) / self.length
+
+    @property
+    def stiffness(self) -> float:
+        """Torsional stiffness k_s of shaft and coupling in series [N.m/rad] (eq 3.53)."""
+        return self.alone * self.coupling / (self.alone + self.coupling)
+
+
+THESIS_SHAFTS = Shafts()
+"""The shafts of the thesis."""
 
 
 @dataclass(frozen=True)
@@ -63,21 +124,27 @@ class Springs:
 
 Preset = Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"]
 
-PRESETS: dict[str, Springs] = {
-    "ch3_full": Springs(_ROD_FEA, _DRIVE),
-    "ch3_rods": Springs(_ROD_FEA),
-    "ch4": Springs(_ROD_BEAM),
-    "ch4_full": Springs(_ROD_BEAM, _DRIVE),
-}
+RODS_ONLY = ("ch3_rods", "ch4")
+"""Presets with rigid shafts."""
+
+PRESETS = get_args(Preset)
 """Sets of stiffnesses in the thesis: chapter 3 with and without the shafts, chapter 4 without and with the shafts.
 
-Chapter 4 includes the rods alone, as beams; this is inferred from its matrices (eqs 4.34, 4.47).
+Chapter 4 includes the rods alone, as beams; this is inferred from its matrices (eqs 4.34, 4.47). Chapter 3 takes the
+rods by finite elements; that factor, 0.846, is kept for other rods.
 """
+
+
+def springs_of(preset: str, rods: Rods = THESIS_RODS, shafts: Shafts = THESIS_SHAFTS) -> Springs:
+    """Return the stiffnesses of rods and shafts by a preset; `ModelError` for an unknown one."""
+    one_of(preset, PRESETS, "stiffness")
+    tip = rods.as_beam * (_FINITE_ELEMENTS if preset.startswith("ch3") else 1.0)
+    return Springs(rods.tip_stiffness or tip, np.inf if preset in RODS_ONLY else shafts.stiffness)
 
 
 def limb_stiffness(kinematics: Kinematics, springs: Springs) -> np.ndarray:
     """Return the diagonal of K_D, stiffness at the joints along e_c and e_n by limb, shape (6,) [N/m] (eq 3.29)."""
-    return 1 / (_paths(kinematics) ** 2 @ springs.compliance)
+    return 1 / (paths(kinematics) ** 2 @ springs.compliance)
 
 
 def stiffness(kinematics: Kinematics, springs: Springs, offset: np.ndarray) -> np.ndarray:
@@ -92,10 +159,10 @@ def spring_forces(kinematics: Kinematics, springs: Springs, offset: np.ndarray) 
     G = D_J^T (D_J K_q^-1 D_J^T)^-1 N. The deflections of minimum energy are K_q^-1 G, from which the stiffness follows
     independently as K = G^T K_q^-1 G (eq 3.24).
     """
-    D_J = _paths(kinematics)
+    D_J = paths(kinematics)
     return D_J.T @ np.linalg.solve(D_J * springs.compliance @ D_J.T, kinematics.rows(offset))
 
 
-def _paths(kinematics: Kinematics) -> np.ndarray:
+def paths(kinematics: Kinematics) -> np.ndarray:
     """Return D_J, shape (6, 12)."""
-    return np.hstack([kinematics.lever[:, None] * DRIVES_MATRIX, np.eye(6)])
+    return np.hstack([kinematics.lever[:, None] * kinematics.mechanism.drives_matrix, np.eye(6)])

@@ -6,7 +6,7 @@ A part declares `JOINS` beside its function; `hfsa.cosim` checks the systems in 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,11 @@ class Join:
         inputs: the beginning of their names.
         allowed: levels that may feed them by name of the part, `None` for all levels.
         reason: the end of a sentence that begins with the part.
+        having: values that an argument of the feeding part must have one of, by argument.
     """
 
     level: str
     inputs: str
     allowed: Mapping[str, tuple[str, ...] | None]
     reason: str
+    having: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from hfsa.components import ModelError
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._mechanics.modes import frequency_matrix, modal_damping, modes
+from hfsa.components._mechanics.modes import damping_matrix, frequency_matrix, modes
 from hfsa.components._mechanics.screws import GAMMA, exponential, numbers, shift
 from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, JOINTS, MIDDLES, SYMMETRIC, UP, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
@@ -185,7 +185,7 @@ def test_modes(posture, springs, mass, center):
     Omega = frequency_matrix(M, K)
     np.testing.assert_allclose(np.trace(Omega @ Omega), np.trace(np.linalg.solve(M, K)), rtol=1e-10)
     np.testing.assert_allclose(np.linalg.eigvalsh(Omega), omega, rtol=1e-7)
-    np.testing.assert_allclose(H.T @ modal_damping(M, K) @ H, np.diag(2 * omega), atol=1e-9 * omega[-1])
+    np.testing.assert_allclose(H.T @ damping_matrix(M, K) @ H, np.diag(2 * omega), atol=1e-9 * omega[-1])
 
 
 @given(postures(), presets)

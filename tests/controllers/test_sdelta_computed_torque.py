@@ -9,7 +9,7 @@ import scipy.linalg
 from scipy.spatial.transform import Rotation
 
 from hfsa.components import ModelError, sdelta
-from hfsa.components._mechanics.modes import modal_damping
+from hfsa.components._mechanics.modes import damping_matrix
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
@@ -245,7 +245,7 @@ def test_why_a_measured_pose_bears_so_little():
     omega, (theta, x) = np.sqrt(squares[flexible]), np.vsplit(modes[:, flexible], 2)
     products = np.einsum("ik,ij,jk->k", theta, tuning["motor_inertia"] @ np.linalg.inv(T), x)
     np.testing.assert_allclose(products, -1, rtol=1e-9)
-    damping = join.T @ (0.01 * modal_damping(M, K)) @ join
+    damping = join.T @ (0.01 * damping_matrix(M, K)) @ join
     ratios = np.einsum("ik,ij,jk->k", modes[:, flexible], damping, modes[:, flexible]) / (2 * omega)
     np.testing.assert_allclose(omega[[0, 2, 3, 5]] / (2 * np.pi), [47.70929, 95.00686, 129.88789, 164.05113], atol=1e-5)
     np.testing.assert_allclose(ratios[[0, 2, 3, 5]], [0.019613, 0.038707, 0.015205, 0.010184], atol=1e-6)

@@ -7,7 +7,7 @@ import numpy as np
 from hfsa.components import sdelta
 from hfsa.components._mechanics import sdelta_stiffness
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._mechanics.modes import modal_damping
+from hfsa.components._mechanics.modes import damping_matrix
 from hfsa.components._mechanics.screws import axis, shift
 from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
@@ -62,7 +62,7 @@ def sdelta_at_mass_centre() -> dict[str, Any]:
     matrices = {
         "stiffness": K,
         "frequency": numbers["frequency_matrix_C"],
-        "damping": 0.01 * modal_damping(numbers["mass_C"], K),
+        "damping": 0.01 * damping_matrix(numbers["mass_C"], K),
     }
     return {name: _blocks(matrix) for name, matrix in matrices.items()}
 
