@@ -29,9 +29,10 @@ Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j
 `position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
 `wrench` and `platform` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
 posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
-`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well. Levels with springs put out their
-deflections, too: the twist of the shafts, screw minus motor, as `shaft[i].twist` [rad] in the order L1, R1, L2, R2, L3,
-R3, and the deflection of the rods' tips as `rod[j].deflection[1]` along the C axis and `[2]` across the limb [m].
+`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well. Out, too, are the
+twists of the shafts, screw minus motor, `shaft[i].twist` [rad] in the order L1, R1, L2, R2, L3, R3, and the deflections
+of the rods' tips, `rod[j].deflection[1]` along the C axis and `[2]` across the limb [m]; at `rigid` by the static
+reaction.
 
 At level `rigid` the platform follows the tubes exactly, and the outputs contain the static reaction only. `cartesian`
 converges to this motion as the stiffness grows, with an error ~ 1/stiffness. `cartesian` does not use the tubes'
@@ -153,14 +154,14 @@ class _Motion(NamedTuple):
     Attributes:
         displacement, twist, acceleration: motion of C, columns of six.
         on_tubes: forces and torques on the tubes, along +slide and +angle by drive, shape (6, 1).
-        deflections: twists of the shafts and deflections of the rod tips, shape (12, 1); `None` without springs.
+        deflections: twists of the shafts and deflections of the rod tips, shape (12, 1).
     """
 
     displacement: ca.SX
     twist: ca.SX
     acceleration: ca.SX
     on_tubes: ca.SX
-    deflections: ca.SX | None
+    deflections: ca.SX
 
 
 def sdelta(
@@ -253,8 +254,9 @@ def analyze(
         mass_C: mass matrix about C, (6, 6) [kg, m].
         frequency_matrix_C: frequency matrix about C, (6, 6) [rad/s] (eq 4.8).
         natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
-        mode_shapes: at level `generalized` mass-normalised modes, columns of six shaft twists and six deflections of
-            rod tips, along and across by limb, (12, 12) [rad, m]; six columns without `extra_inertia`.
+        mode_shapes: at level `generalized` the modes, columns of six shaft twists and six deflections of rod tips,
+            along and across by limb, per displacement of a modal mass of 1 kg, (12, 12) [rad/m, 1]; six columns without
+            `extra_inertia`.
         generalized_mass: at level `generalized` M_E, (12, 12) [kg.m2, kg.m; kg.m, kg].
         ritz_frequencies_hz, cartesian_frequencies_hz: at level `generalized` frequencies of six degrees of freedom with
             and without the inertia of the limbs, (6,) [Hz].
@@ -310,9 +312,9 @@ def _tubes(m: Model) -> _Tubes:
 def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: _Damping) -> _Motion:
     """Return the motion of a platform that follows the tubes exactly, with the static forces of the limbs."""
     follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
-    return _Motion(
-        follow @ tubes.deviation, follow @ tubes.rate, follow @ tubes.acceleration, follow.T @ wrench, deflections=None
-    )
+    yielding = ca.DM(_yielding(robot) @ np.linalg.inv(robot.rows).T)
+    x, v, a = (follow @ column for column in tubes)
+    return _Motion(x, v, a, follow.T @ wrench, yielding @ wrench)
 
 
 def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
@@ -333,8 +335,12 @@ def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _D
     acceleration = ca.DM(np.linalg.inv(robot.mass)) @ (wrench - N.T @ forces)
     m.der[x] = v
     m.der[v] = acceleration
-    yielding = ca.DM(robot.springs.compliance[:, None] * paths(robot.kinematics).T)
-    return _Motion(x, v, acceleration, L * forces, yielding @ elastic)
+    return _Motion(x, v, acceleration, L * forces, ca.DM(_yielding(robot)) @ elastic)
+
+
+def _yielding(robot: Robot) -> np.ndarray:
+    """Return the twists of the shafts and deflections of the rod tips per force at the joints, shape (12, 6)."""
+    return robot.springs.compliance[:, None] * paths(robot.kinematics).T
 
 
 def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
@@ -366,13 +372,11 @@ def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None
     slide, angle = motion.on_tubes[0::2], motion.on_tubes[1::2]
     m.output("drive[1..3].force", slide, "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", angle, "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
-    if motion.deflections is not None:
-        twists, tips = motion.deflections[:6], motion.deflections[6:]
-        m.output("shaft[1..6].twist", twists, "rad", "Twist of the shaft, screw minus motor", nominal=_TURN[0])
-        text = "Deflection of the rod's tip along the C axis"
-        m.output("rod[1..3].deflection[1]", tips[0::2], "m", text, nominal=_MOVE[0])
-        text = "Deflection of the rod's tip across the limb"
-        m.output("rod[1..3].deflection[2]", tips[1::2], "m", text, nominal=_MOVE[0])
+    twists, tips = motion.deflections[:6], motion.deflections[6:]
+    m.output("shaft[1..6].twist", twists, "rad", "Twist of the shaft, screw minus motor", nominal=_TURN[0])
+    for i, where in enumerate(("along the C axis", "across the limb")):
+        text = f"Deflection of the rod's tip {where}"
+        m.output(f"rod[1..3].deflection[{i + 1}]", tips[i::2], "m", text, nominal=_MOVE[0])
     x, v, a = (to_reference @ column for column in motion[:3])
     m.output("platform.rotation[1..3]", x[:3], "rad", "Rotation vector from the posture, world axes", nominal=_TURN[0])
     m.output(

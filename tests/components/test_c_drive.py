@@ -6,13 +6,16 @@ import pytest
 
 from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
+from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.noise import _PRIME, _remainder, white_noise
-from hfsa.components.c_drive import DRIVE_MATRIX, analyze, c_drive, inertia
+from hfsa.components.c_drive import analyze, c_drive
 from hfsa.components.sdelta import sdelta
+
+INERTIA = THESIS_LIMBS.on_motors(THESIS.transmission)
 
 
 def response(model, omega: float, outputs: list[str], inputs: list[str]) -> np.ndarray:
@@ -30,16 +33,16 @@ def values_of(model, **values) -> dict[str, float]:
 
 
 def test_both_motors_have_the_same_inertia():
-    assert inertia()[1, 1] == inertia()[0, 0]
-    assert inertia()[1, 0] == inertia()[0, 1]
-    np.testing.assert_array_equal(analyze()["inertia"], inertia())
+    assert INERTIA[1, 1] == INERTIA[0, 0]
+    assert INERTIA[1, 0] == INERTIA[0, 1]
+    np.testing.assert_array_equal(analyze()["inertia"], INERTIA)
 
 
 @pytest.mark.parametrize("omega", [1.0, 300.0, 1e4])
 def test_bode_sentence(omega):
     motors = ["motor[1]/angle", "motor[2]/angle"]
     H = response(c_drive(), omega, motors, ["motor[1]/torque", "motor[2]/torque"])
-    M = inertia()
+    M = INERTIA
     for direction, mass in (([1, 1], M[0, 0] + M[0, 1]), ([1, -1], M[0, 0] - M[0, 1])):
         np.testing.assert_allclose(H @ direction, np.array(direction) / (-(omega**2) * mass), rtol=1e-12)
 
@@ -64,9 +67,11 @@ def test_power_of_torques_and_loads_becomes_kinetic_energy():
     speed, torque, force, moment = rng.normal(size=2), rng.normal(size=2), *rng.normal(size=2)
     names = {"shaft[1].speed": speed[0], "shaft[2].speed": speed[1], "tube.force": force, "tube.torque": moment}
     out = values_of(c_drive(), **names, **{"motor[1].torque": torque[0], "motor[2].torque": torque[1]})
-    acceleration = np.linalg.solve(DRIVE_MATRIX, [out["tube.slide_acceleration"], out["tube.angle_acceleration"]])
+    acceleration = np.linalg.solve(
+        THESIS.transmission.matrix, [out["tube.slide_acceleration"], out["tube.angle_acceleration"]]
+    )
     power_in = torque @ speed + force * out["tube.slide_rate"] + moment * out["tube.angle_rate"]
-    assert speed @ inertia() @ acceleration == pytest.approx(power_in, rel=1e-12)
+    assert speed @ INERTIA @ acceleration == pytest.approx(power_in, rel=1e-12)
 
 
 def test_ideal_moves_as_commanded_and_its_motors_follow():
@@ -79,7 +84,9 @@ def test_ideal_moves_as_commanded_and_its_motors_follow():
         assert (out["tube.slide"], out["tube.angle"]) == pytest.approx((slide, angle), rel=1e-13)
         motors = [out["motor[1].angle"], out["motor[2].angle"]]
         assert motors == pytest.approx(at.motor_angles[2 * j : 2 * j + 2], rel=1e-12)
-        assert DRIVE_MATRIX @ [out["motor[1].speed"], out["motor[2].speed"]] == pytest.approx([0.3, 0.0], abs=1e-13)
+        assert THESIS.transmission.matrix @ [out["motor[1].speed"], out["motor[2].speed"]] == pytest.approx(
+            [0.3, 0.0], abs=1e-13
+        )
 
 
 def test_ports_fit_the_robots():

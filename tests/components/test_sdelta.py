@@ -3,50 +3,22 @@
 import casadi as ca
 import numpy as np
 import pytest
+from robot_response import ACCELERATION, AXES, POSE, REACTION, TUBE_ACCELERATIONS, TUBES, TWIST, WRENCH, A, Response
 
 from hfsa.components import Model, ModelError
-from hfsa.components._mechanics import sdelta_stiffness
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics
-from hfsa.components._mechanics.sdelta_stiffness import Springs
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
 from hfsa.components.sdelta import analyze, sdelta
 
-A = Posture((10, 5, 8), (0.005, 0.003, 0.155))
 NEARLY_SINGULAR = Posture(position=(0, -0.0749, 0.150))
 LEVELS = ("rigid", "cartesian")
-
-AXES = range(1, 4)
-POSE = [f"platform/{kind}[{i}]" for kind in ("rotation", "position") for i in AXES]
-TWIST = [f"platform/{kind}[{i}]" for kind in ("angular_velocity", "velocity") for i in AXES]
-ACCELERATION = [f"platform/{kind}[{i}]" for kind in ("angular_acceleration", "acceleration") for i in AXES]
-WRENCH = [f"wrench/{kind}[{i}]" for kind in ("torque", "force") for i in AXES]
-REACTION = [f"drive[{j}]/{kind}" for j in AXES for kind in ("force", "torque")]
-TUBES = [[f"drive[{j}]/{kind}{suffix}" for j in AXES for kind in ("slide", "angle")] for suffix in ("", "_rate")]
-TUBE_ACCELERATIONS = [f"drive[{j}]/{kind}_acceleration" for j in AXES for kind in ("slide", "angle")]
-
-
-class Response:
-    """Frequency response of a model, linearised with exact derivatives, between lists of its signals."""
-
-    def __init__(self, model: Model, **values: float):
-        self.system = linearize(model, values)
-
-    def __call__(self, s: complex, outputs: list[str], inputs: list[str]) -> np.ndarray:
-        system = self.system
-        rows = [system.output_labels.index(name) for name in outputs]
-        columns = [system.input_labels.index(name) for name in inputs]
-        inside = np.linalg.solve(s * np.eye(len(system.A)) - system.A, system.B[:, columns])
-        return system.C[rows] @ inside + system.D[np.ix_(rows, columns)]
-
-    def from_pose(self, s: complex, outputs: list[str], tubes_to_pose: np.ndarray) -> np.ndarray:
-        """From the pose that the tubes dictate, whose rate moves with it."""
-        from_tubes = self(s, outputs, TUBES[0]) + s * self(s, outputs, TUBES[1])
-        return from_tubes @ np.linalg.inv(tubes_to_pose)
+"""Levels joined to tubes that have inertia of their own, or none."""
 
 
 def damping(numbers: dict, ratio: float = 0.01) -> np.ndarray:
@@ -168,7 +140,7 @@ def test_the_reactions_of_both_levels_carry_the_weight():
     held = body.mass * 9.81 * Kinematics.at(SYMMETRIC).jacobian(body.center)[5]
     for outputs in (f.out(0, rest, [], u, p), functions(rigid).out(0, [], [], u, p)):
         found = values_of(model, Kind.OUTPUT, outputs)
-        np.testing.assert_allclose(-DRIVES_MATRIX.T @ [found[name] for name in REACTION], held, rtol=1e-9)
+        np.testing.assert_allclose(-THESIS.drives_matrix.T @ [found[name] for name in REACTION], held, rtol=1e-9)
 
 
 def test_without_gravity_the_posture_is_an_equilibrium():
@@ -180,18 +152,16 @@ def test_without_gravity_the_posture_is_an_equilibrium():
 # Levels ---------------------------------------------------------------------------------------------------------------
 
 
-def test_cartesian_tends_to_rigid_as_the_stiffness_grows(monkeypatch):
+def test_cartesian_tends_to_rigid_as_the_stiffness_grows():
     """The error falls as 1 / stiffness, at 10 Hz and a posture without symmetry."""
     s = 2j * np.pi * 10
     rigid = Response(sdelta(level="rigid", posture=A))
     to_pose = Kinematics.at(A).tubes_to_pose()
     exact = rigid.from_pose(s, POSE, to_pose)
     np.testing.assert_allclose(exact, np.eye(6), atol=1e-12)
-    rod = sdelta_stiffness.PRESETS["ch4"].rod
     errors = []
     for factor in (1e2, 1e3, 1e4):
-        monkeypatch.setitem(sdelta_stiffness.PRESETS, "ch4", Springs(factor * rod))
-        cartesian = Response(sdelta(posture=A))
+        cartesian = Response(sdelta(posture=A, rods=Rods(tip_stiffness=factor * Rods().as_beam)))
         errors.append(np.abs(cartesian.from_pose(s, POSE, to_pose) - exact).max())
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.005)
@@ -211,7 +181,7 @@ def test_static_reactions_are_the_same_at_both_levels(point):
     np.testing.assert_allclose(cartesian(0, REACTION, WRENCH), expected, atol=1e-11 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("level", [*LEVELS, "generalized"])
 def test_levels_have_the_same_ports_and_are_linear(level):
     model, other = sdelta(level=level, posture=A), sdelta(posture=A)
     assert functions(model).is_linear
@@ -220,7 +190,7 @@ def test_levels_have_the_same_ports_and_are_linear(level):
         assert ports == others
 
 
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("level", [*LEVELS, "generalized"])
 def test_where_the_tubes_stand_is_a_constant(level):
     model, numbers = sdelta(level=level, posture=A), analyze(level=level, posture=A)
     limbs = Kinematics.at(A).limbs

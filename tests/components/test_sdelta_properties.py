@@ -12,16 +12,23 @@ from hfsa.components import ModelError
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import damping_matrix, frequency_matrix, modes
 from hfsa.components._mechanics.screws import GAMMA, exponential, numbers, shift
-from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, JOINTS, MIDDLES, SYMMETRIC, UP, Posture
+from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, SYMMETRIC, THESIS_GEOMETRY, UP, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics, direct_kinematics
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Springs, limb_stiffness, spring_forces, stiffness
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_stiffness import (
+    PRESETS,
+    Springs,
+    limb_stiffness,
+    spring_forces,
+    springs_of,
+    stiffness,
+)
 
 ZERO = np.zeros(3)
 few = settings(max_examples=30)
 
 
-presets = st.sampled_from(sorted(PRESETS)).map(PRESETS.get)
+presets = st.sampled_from(sorted(PRESETS)).map(springs_of)
 frames = st.builds(
     shift,
     numbers_in(-0.3, 0.3, 3),
@@ -91,11 +98,13 @@ def potential_energy(kinematics: Kinematics, springs: Springs, x: ca.SX) -> ca.S
     """Energy of rods and shafts with the tubes held and the platform displaced, by finite geometry instead of N."""
     Q = exponential(x[:3]) @ ca.SX(kinematics.Q)
     energy = ca.SX(0)
-    slide_spring, turn_spring = 1 / (DRIVES_MATRIX[:2] ** 2).sum(axis=1) * springs.shaft
+    slide_spring, turn_spring = 1 / (THESIS.drives_matrix[:2] ** 2).sum(axis=1) * springs.shaft
     for j, (slide, angle) in enumerate(zip(kinematics.limbs.slide, kinematics.limbs.angle, strict=True)):
         along = np.cos(angle) * INWARDS[j] + np.sin(angle) * UP
         across = np.cross(C_AXES[j], along)
-        reach = kinematics.position + x[3:] + Q @ JOINTS[j] - MIDDLES[j] - slide * C_AXES[j]
+        reach = (
+            kinematics.position + x[3:] + Q @ THESIS_GEOMETRY.joints[j] - THESIS_GEOMETRY.middles[j] - slide * C_AXES[j]
+        )
         length = ca.dot(along, reach)
         k_c = 1 / (1 / springs.rod + 1 / slide_spring)
         k_n = 1 / (1 / springs.rod + length**2 / turn_spring)
@@ -251,7 +260,7 @@ def test_postures_near_a_singularity_are_not(rotation, position):
 
 
 def test_a_limb_without_length_is_singular():
-    corner = MIDDLES[0] - JOINTS[0]
+    corner = THESIS_GEOMETRY.middles[0] - THESIS_GEOMETRY.joints[0]
     with pytest.raises(ModelError, match="condition number inf"):
         Kinematics.at(Posture(position=tuple(corner)))
 

@@ -8,10 +8,10 @@ import pytest
 
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.screws import axis, shift
-from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import DRIVE_MATRIX, Kinematics
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, limb_stiffness, stiffness
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, limb_stiffness, springs_of, stiffness
 from hfsa.components.sdelta import analyze
 
 PRESET = pytest.mark.parametrize("preset", sorted(PRESETS))
@@ -19,18 +19,18 @@ PRESET = pytest.mark.parametrize("preset", sorted(PRESETS))
 
 def test_tubes_do_not_slide_and_turn_by_half_the_sum_of_the_motors():
     np.testing.assert_allclose(Kinematics.at(SYMMETRIC).limbs.slide, 0, atol=1e-16)
-    assert DRIVE_MATRIX[1].tolist() == [1 / 12, 1 / 12]
+    assert THESIS.transmission.matrix[1].tolist() == [1 / 12, 1 / 12]
 
 
 @PRESET
 def test_stiffness_in_closed_form(preset):
     kinematics = Kinematics.at(SYMMETRIC)
-    c, n = limb_stiffness(kinematics, PRESETS[preset])[:2]
+    c, n = limb_stiffness(kinematics, springs_of(preset))[:2]
     K = np.diag([0.00675 * n, 0.00675 * n, 0.0675 * c, 1.5 * c + 1.2 * n, 1.5 * c + 1.2 * n, 0.6 * n])
     K[0, 4] = K[4, 0] = 0.09 * n
     K[1, 3] = K[3, 1] = -0.09 * n
     np.testing.assert_allclose(analyze(stiffness=preset)["stiffness_S"], K, rtol=1e-12, atol=1e-9)
-    np.testing.assert_allclose(stiffness(kinematics, PRESETS[preset], np.zeros(3)), K, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(stiffness(kinematics, springs_of(preset), np.zeros(3)), K, rtol=1e-12, atol=1e-9)
 
 
 @PRESET
@@ -38,14 +38,16 @@ def test_horizontal_axes_meet_in_one_point(preset):
     """Of eigenscrews, wrench- and twist-compliant axes alike, on the vertical through S."""
     K = analyze(stiffness=preset)["stiffness_S"]
     screws = np.hstack([eigenscrews(K).screws, wrench_compliant_axes(K).screws, twist_compliant_axes(K).screws]).T
-    horizontal = [a for a in (axis(screw, PLATFORM_RADIUS) for screw in screws) if abs(a.direction[2]) < 1e-6]
+    horizontal = [
+        a for a in (axis(screw, THESIS_GEOMETRY.platform_radius) for screw in screws) if abs(a.direction[2]) < 1e-6
+    ]
     assert len(horizontal) == 8
     for one in horizontal:
         np.testing.assert_allclose(one.point, [0, 0, horizontal[0].point[2]], atol=1e-9)
 
 
 def test_modes_along_and_about_the_vertical():
-    axes = [axis(screw, PLATFORM_RADIUS) for screw in analyze()["modal_screws_C"].T]
+    axes = [axis(screw, THESIS_GEOMETRY.platform_radius) for screw in analyze()["modal_screws_C"].T]
     assert axes[2].pitch == np.inf
     np.testing.assert_allclose(axes[2].direction, [0, 0, 1], atol=1e-9)
     np.testing.assert_allclose(axes[5].direction, [0, 0, 1], atol=1e-9)

@@ -111,7 +111,7 @@ def test_tuning_follows_its_law():
 
 def test_the_holding_torque_balances_the_robots_reaction():
     """J_C^T of the weight's reaction on the tubes plus the motors' torque is nothing, also away from symmetry."""
-    from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX
+    from hfsa.components._mechanics.sdelta_kinematics import THESIS
 
     posture = Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))
     model = sdelta(posture=posture, level="rigid")
@@ -121,7 +121,7 @@ def test_the_holding_torque_balances_the_robots_reaction():
     reaction = dict(zip([q.name for q in model.of(Kind.OUTPUT)], np.array(out).ravel(), strict=True))
     tubes = np.array([[reaction[f"drive[{j}].force"], reaction[f"drive[{j}].torque"]] for j in (1, 2, 3)]).ravel()
     torque = analyze(posture=posture)["holding_torque"]
-    assert DRIVES_MATRIX.T @ tubes + torque == pytest.approx([0.0] * 6, abs=1e-12)
+    assert THESIS.drives_matrix.T @ tubes + torque == pytest.approx([0.0] * 6, abs=1e-12)
 
 
 def test_tuning_refuses_a_negative_bandwidth():

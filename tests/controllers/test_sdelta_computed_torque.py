@@ -13,10 +13,10 @@ from hfsa.components._mechanics.modes import damping_matrix
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components.c_drive import inertia
 from hfsa.controllers import sdelta_tuning
 from hfsa.controllers._sdelta_inverse import robot
 from hfsa.controllers.sdelta_computed_torque import sdelta_computed_torque
@@ -25,7 +25,7 @@ TILTED = Posture((10.0, 5.0, 8.0), (0.005, 0.003, 0.155))
 BODY = with_payload(CUBE)
 HOME = Kinematics.at(TILTED).motor_angles
 """Motor angles at the posture, from where the controller counts."""
-M_TH = np.kron(np.eye(3), inertia())
+M_TH = Machine().drive_inertia
 KP, KV = (2 * np.pi * 6) ** 2, 2 * 0.7 * 2 * np.pi * 6
 
 
@@ -73,7 +73,7 @@ def motion(seed: int):
 @cache
 def inverse_dynamics(model: str) -> ca.Function:
     """(angle, rate, acceleration, gravity) -> torques; angles are absolute here, and count from the posture there."""
-    it = robot(model, TILTED, CUBE, "test")
+    it = robot(model, TILTED, CUBE, Machine(), "test")
     angle, rate, acceleration, gravity = *(ca.SX.sym(name, 6) for name in "abc"), ca.SX.sym("g")
     at = it.at_motors(angle - HOME, rate)
     torque = it.torques(at, acceleration, it.platform_of(at, acceleration), gravity)

@@ -5,14 +5,13 @@ from typing import Any
 import numpy as np
 
 from hfsa.components import sdelta
-from hfsa.components._mechanics import sdelta_stiffness
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import damping_matrix
 from hfsa.components._mechanics.screws import axis, shift
-from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, SYMMETRIC
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import DRIVES_MATRIX, Kinematics
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, limb_stiffness, stiffness
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
+from hfsa.components._mechanics.sdelta_stiffness import THESIS_SHAFTS, limb_stiffness, springs_of, stiffness
 
 
 def sdelta_geometry() -> dict[str, Any]:
@@ -28,12 +27,12 @@ def sdelta_geometry() -> dict[str, Any]:
 
 def sdelta_springs(preset: str) -> dict[str, Any]:
     """Springs of a preset: rod and shaft, the shaft as felt along and about the C axis, and the limbs'."""
-    springs, kinematics = PRESETS[preset], Kinematics.at(SYMMETRIC)
-    slide, turn = springs.shaft / (DRIVES_MATRIX**2).sum(axis=1)[:2] / [1, kinematics.limbs.length[0] ** 2]
+    springs, kinematics = springs_of(preset), Kinematics.at(SYMMETRIC)
+    slide, turn = springs.shaft / (THESIS.drives_matrix**2).sum(axis=1)[:2] / [1, kinematics.limbs.length[0] ** 2]
     return {
         "rod": springs.rod,
         "shaft": springs.shaft,
-        "shaft_alone": sdelta_stiffness._SHAFT,
+        "shaft_alone": THESIS_SHAFTS.alone,
         "slide": slide,
         "turn": turn,
         "by_rod": [slide / springs.rod, turn / springs.rod],
@@ -96,7 +95,7 @@ def sdelta_axes(preset: str) -> dict[str, Any]:
 
 def _stiffness(preset: str) -> np.ndarray:
     """K of a preset about S."""
-    return stiffness(Kinematics.at(SYMMETRIC), PRESETS[preset], np.zeros(3))
+    return stiffness(Kinematics.at(SYMMETRIC), springs_of(preset), np.zeros(3))
 
 
 def _blocks(matrix: np.ndarray) -> dict[str, Any]:
@@ -110,7 +109,7 @@ def _described(values: np.ndarray, screws: np.ndarray) -> dict[str, Any]:
     screws = np.where(screws[2] > 0.5, -screws, screws)
     for i in np.flatnonzero(np.isclose(values[1:], values[:-1])):
         screws[:, i : i + 2] = screws[:, i : i + 2] @ np.linalg.inv(screws[:2, i : i + 2])
-    axes = [axis(screw, PLATFORM_RADIUS) for screw in screws.T]
+    axes = [axis(screw, THESIS_GEOMETRY.platform_radius) for screw in screws.T]
     return {
         "point": np.array([one.point for one in axes]),
         "direction": screws[:3].T,

@@ -7,10 +7,10 @@ import numpy as np
 from hfsa.components import sdelta
 from hfsa.components._mechanics.modes import frequency_matrix, modes
 from hfsa.components._mechanics.screws import axis, shift, skew
-from hfsa.components._mechanics.sdelta_geometry import PLATFORM_RADIUS, Posture
+from hfsa.components._mechanics.sdelta_geometry import THESIS_GEOMETRY, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, stiffness
+from hfsa.components._mechanics.sdelta_stiffness import springs_of, stiffness
 
 _EXAMPLE = (0.005, 0.003, 0.155)
 """Position of S in the example [m]."""
@@ -49,7 +49,7 @@ def sdelta_example_with_its_slips() -> dict[str, Any]:
 def _about_mass_centre(posture: Posture, M: np.ndarray, seen_from: np.ndarray) -> dict[str, Any]:
     """Matrices about C at a posture of the example, and modes at C - `seen_from`."""
     offset = posture.matrix @ with_payload(CUBE).center
-    K = stiffness(Kinematics.at(posture), PRESETS["ch4"], offset)
+    K = stiffness(Kinematics.at(posture), springs_of("ch4"), offset)
     return {
         "offset": offset,
         "inertia": M[:3, :3],
@@ -68,7 +68,7 @@ def _modes(M: np.ndarray, K: np.ndarray, offset: np.ndarray, signs: tuple[int, .
     shapes *= signs * np.sign(shapes[np.abs(shapes).argmax(axis=0), range(6)])
     shapes = shift(offset) @ shapes
     turn, slide = np.linalg.norm(shapes.reshape(2, 3, 6), axis=1)
-    axes = [axis(shape, PLATFORM_RADIUS) for shape in shapes.T]
+    axes = [axis(shape, THESIS_GEOMETRY.platform_radius) for shape in shapes.T]
     return {
         "omega": omega,
         "squares": omega**2,

@@ -8,10 +8,11 @@ import numpy as np
 import scipy.linalg
 from scipy.optimize import brentq
 
-from hfsa.components import c_drive, sdelta
+from hfsa.components import sdelta
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
@@ -81,7 +82,7 @@ def sdelta_free_motors(preset: str, drives: bool) -> np.ndarray:
     robot = sdelta.analyze(stiffness=preset)  # type: ignore[arg-type]
     T = Kinematics.at(SYMMETRIC).jacobian(with_payload(CUBE).center)
     join = np.hstack([-T, np.eye(6)])
-    rotors = np.kron(np.eye(3), c_drive.inertia()) if drives else c_drive.ROTOR_INERTIA * np.eye(6)
+    rotors = Machine().drive_inertia if drives else Machine().limbs.rotor_inertia * np.eye(6)
     mass = scipy.linalg.block_diag(rotors, robot["mass_C"])
     return np.sqrt(scipy.linalg.eigh(join.T @ robot["stiffness_C"] @ join, mass, eigvals_only=True)[6:]) / (2 * np.pi)
 

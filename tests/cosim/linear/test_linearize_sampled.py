@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from hfsa.components import Model, c_drive, sdelta
+from hfsa.components import Model, sdelta
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.controllers import sdelta_tuning
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
@@ -33,7 +34,7 @@ class MotorPlant:
         self.to_S[3:, :3] = [[0, -lever[2], lever[1]], [lever[2], 0, -lever[0]], [-lever[1], lever[0], 0]]
         T_S = numbers["jacobian"]
         T = np.linalg.solve(self.to_S, T_S)
-        mass = scipy.linalg.block_diag(np.kron(np.eye(3), c_drive.inertia()), M)
+        mass = scipy.linalg.block_diag(Machine().drive_inertia, M)
         join = np.hstack([-T, np.eye(6)])
         inverse = np.linalg.inv(np.asarray(mass))
         self.A = np.block(

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from published_probes.sdelta_motion import sdelta_free_motors
 
-from hfsa.components import c_drive, sdelta
+from hfsa.components import sdelta
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.controllers import sdelta_tuning
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
@@ -54,7 +55,7 @@ def numbers() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     to_S = np.eye(6)
     to_S[3, 1], to_S[4, 0] = -0.12675 / 4.4857, 0.12675 / 4.4857
     T = np.linalg.solve(to_S, robot["jacobian"])
-    return np.kron(np.eye(3), c_drive.inertia()), robot["mass_C"], T
+    return Machine().drive_inertia, robot["mass_C"], T
 
 
 @pytest.mark.parametrize("stiffness", ["ch4", "ch4_full", "ch3_full"])
