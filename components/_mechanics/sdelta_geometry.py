@@ -44,12 +44,14 @@ _ROTATION_TOLERANCE = 1e-9
 def require_positive(dimensions: Any, owner: str, *units: str) -> None:
     """Raise `ModelError` for a field of a dataclass that is not positive and finite; `units` of the fields in turn.
 
-    Fields that are `None` are not checked; the last unit is that of all further fields.
+    `owner` is the argument that the dataclass is, empty for fields that are arguments themselves. Fields of value `None`
+    are not checked; the last unit is that of all further fields.
     """
     for k, field in enumerate(fields(dimensions)):
         value, unit = getattr(dimensions, field.name), units[min(k, len(units) - 1)]
         if value is not None and not (np.isfinite(value) and value > 0):
-            raise ModelError(f"{owner}.{field.name} is {value:g} {unit}, expected a finite number above 0")
+            name, shown = f"{owner}.{field.name}".lstrip("."), f"{value:g} {unit}".rstrip()
+            raise ModelError(f"{name} is {shown}, expected a finite number above 0")
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ class Transmission:
     gear: float = GEAR_REDUCTION
 
     def __post_init__(self):
-        require_positive(self, "transmission", "m", "")
+        require_positive(self, "", "m", "")
 
     @property
     def matrix(self) -> np.ndarray:

@@ -106,6 +106,8 @@ def known_facts(system: System) -> dict[Fact, list[Holder]]:
 
 def same(one: Any, other: Any) -> bool:
     """Whether two values are the same, numbers but for rounding, sequences relative to their largest number."""
+    if one is None or other is None:
+        return one is other
     try:
         a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
     except (TypeError, ValueError):

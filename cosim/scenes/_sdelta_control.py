@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from hfsa.cosim.scenes._machine import Machine
 from hfsa.cosim.scenes._posture import Posture
 from hfsa.cosim.scenes._specimen import Payload
 from hfsa.cosim.systems.errors import StructureError
@@ -53,6 +54,7 @@ class Control:
     delay: bool
     torque_limit: float
     gravity: float
+    machine: Machine
 
     def __post_init__(self):
         if (self.feedback, self.feed_forward) == ("pose", "elastic") and self.law != "ctc_cartesian":
@@ -83,7 +85,7 @@ class Control:
     @property
     def _robot(self) -> dict[str, Any]:
         """Model of the controlled robot, as arguments of a component."""
-        return {**self.posture.arguments, **self.payload.arguments}
+        return {**self.posture.arguments, **self.payload.arguments, **self.machine.rigid}
 
     @property
     def _estimates(self) -> bool:
@@ -95,14 +97,14 @@ class Control:
 
     def _converter(self, name: str) -> Component:
         """Return a component that converts poses to motor angles."""
-        return Component(name, "sdelta_reference", "linear", self.posture.arguments)
+        return Component(name, "sdelta_reference", "linear", {**self.posture.arguments, **self.machine.kinematic})
 
     def _reference(self) -> Component:
         """Return the reference: motor motions of a commanded pose, with the feed-forward of the law."""
         if self.feed_forward == "none" and not self._is_cartesian:
             return self._converter("reference")
         level = "elastic" if self.feed_forward == "elastic" else "rigid"
-        arguments = {**self._robot, "stiffness": self.stiffness}
+        arguments = {**self._robot, **self.machine.elastic, "stiffness": self.stiffness}
         start = {"gravity": self.gravity, **({"damping_ratio": self.damping} if level == "elastic" else {})}
         return Component("reference", "sdelta_feed_forward", level, arguments, start)
 

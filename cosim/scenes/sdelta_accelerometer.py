@@ -25,6 +25,19 @@ only, as the sensor steps first; so has a `robot=rigid`.
 from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
+from hfsa.cosim.scenes._machine import (
+    GEOMETRY,
+    LIMBS,
+    PLATFORM,
+    RODS,
+    SHAFTS,
+    Geometry,
+    Limbs,
+    Machine,
+    Platform,
+    Rods,
+    Shafts,
+)
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -44,12 +57,19 @@ def sdelta_accelerometer(
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
-    robot: Literal["cartesian", "rigid"] = "cartesian",
+    robot: Literal["rigid", "cartesian", "generalized"] = "cartesian",
     robot_damping: float = 0.01,
     design: Design = "mems",
     sensor: Level = "spatial",
     damping: float | None = None,
     mounting: Mounting = OFF_CENTER,
+    geometry: Geometry = GEOMETRY,
+    rods: Rods = RODS,
+    shafts: Shafts = SHAFTS,
+    limbs: Limbs = LIMBS,
+    platform: Platform = PLATFORM,
+    gear: float | None = None,
+    pitch: float | None = None,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per command.
 
@@ -63,16 +83,24 @@ def sdelta_accelerometer(
         sensor: level of the sensor.
         damping: damping ratio in the plane of the sensor (default: the design's).
         mounting: mounting of the sensor on the platform, from S.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods.
+        shafts: dimensions and material of the shafts.
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
     """
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
     components = [
         accelerometer(sensor, design, mounting, damping),  # in this order of steps
         ideal(mounting),
-        Component("reference", "sdelta_reference", "linear", posture.arguments),
+        Component("reference", "sdelta_reference", "linear", {**posture.arguments, **machine.kinematic}),
         Component(
             "robot",
             "sdelta",
             robot,
-            {**posture.arguments, **payload.arguments, "stiffness": stiffness},
+            {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic},
             {"damping_ratio": robot_damping},
         ),
     ]

@@ -28,6 +28,19 @@ grows by 0.058 1/s per us of step under the other two.
 
 from typing import Literal
 
+from hfsa.cosim.scenes._machine import (
+    GEOMETRY,
+    LIMBS,
+    PLATFORM,
+    RODS,
+    SHAFTS,
+    Geometry,
+    Limbs,
+    Machine,
+    Platform,
+    Rods,
+    Shafts,
+)
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
@@ -56,6 +69,15 @@ def sdelta_hfsa(
     gravity: float = 0.0,
     encoder_resolution: float = 0.0,
     encoder_noise: float = 0.0,
+    robot: Literal["cartesian", "generalized"] = "cartesian",
+    drive: Literal["rigid_shaft", "compliant_shaft"] = "rigid_shaft",
+    geometry: Geometry = GEOMETRY,
+    rods: Rods = RODS,
+    shafts: Shafts = SHAFTS,
+    limbs: Limbs = LIMBS,
+    platform: Platform = PLATFORM,
+    gear: float | None = None,
+    pitch: float | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose under control.
 
@@ -78,7 +100,17 @@ def sdelta_hfsa(
         gravity: gravitational acceleration along -Z [m/s2]; the controller feeds the holding torque forward.
         encoder_resolution: resolution of the motor encoders [rad], 0 for none.
         encoder_noise: standard deviation of the encoder noise [rad], a new value at each tick.
+        robot: level of the robot; `generalized` has the screws, tubes and shafts itself, and the drives are rotors.
+        drive: level of the drives of a robot at level `cartesian`; `compliant_shaft` with a preset without shafts.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods.
+        shafts: dimensions and material of the shafts.
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
     """
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
     control = Control(
         law=law,
         feedback=feedback,
@@ -94,14 +126,16 @@ def sdelta_hfsa(
         delay=delay,
         torque_limit=torque_limit,
         gravity=gravity,
+        machine=machine,
     )
+    drive_level = "rotor" if robot == "generalized" else drive
     noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}
     drives = [
         Component(
             f"drive[{j}]",
             "c_drive",
-            "rigid_shaft",
-            {"encoder_noise": encoder_noise > 0},
+            drive_level,
+            {"encoder_noise": encoder_noise > 0, **machine.drive},
             {
                 "encoder.offset[1..2]": control.tuned(f"motor_angles[{2 * j - 1}..{2 * j}]"),
                 "encoder.resolution": encoder_resolution,
@@ -110,17 +144,17 @@ def sdelta_hfsa(
         )
         for j in (1, 2, 3)
     ]
-    robot = Component(
+    flexible = Component(
         "robot",
         "sdelta",
-        "cartesian",
-        {**posture.arguments, **payload.arguments, "stiffness": stiffness},
+        robot,
+        {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic},
         {"damping_ratio": damping, "gravity": gravity},
     )
     tubes = [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     loads = [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
     return Scene(
-        System([*control.components, *drives, robot], [*control.connections, *tubes, *loads]),
+        System([*control.components, *drives, flexible], [*control.connections, *tubes, *loads]),
         inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),

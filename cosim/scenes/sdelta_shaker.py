@@ -12,6 +12,19 @@ held for the step of 50 us have an error of 0.45 degrees at 50 Hz and less than 
 
 from typing import Literal
 
+from hfsa.cosim.scenes._machine import (
+    GEOMETRY,
+    LIMBS,
+    PLATFORM,
+    RODS,
+    SHAFTS,
+    Geometry,
+    Limbs,
+    Machine,
+    Platform,
+    Rods,
+    Shafts,
+)
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -27,6 +40,14 @@ def sdelta_shaker(
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
+    robot: Literal["rigid", "cartesian", "generalized"] = "cartesian",
+    geometry: Geometry = GEOMETRY,
+    rods: Rods = RODS,
+    shafts: Shafts = SHAFTS,
+    limbs: Limbs = LIMBS,
+    platform: Platform = PLATFORM,
+    gear: float | None = None,
+    pitch: float | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose.
 
@@ -35,13 +56,22 @@ def sdelta_shaker(
         stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
+        robot: level of the robot.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods.
+        shafts: dimensions and material of the shafts.
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
     """
-    reference = Component("reference", "sdelta_reference", "linear", posture.arguments)
-    carrying = {**posture.arguments, **payload.arguments, "stiffness": stiffness}
-    robot = Component("robot", "sdelta", "cartesian", carrying, {"damping_ratio": damping})
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
+    reference = Component("reference", "sdelta_reference", "linear", {**posture.arguments, **machine.kinematic})
+    carrying = {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic}
+    shaken = Component("robot", "sdelta", robot, carrying, {"damping_ratio": damping})
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     return Scene(
-        System([reference, robot], tubes),
+        System([reference, shaken], tubes),
         inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),

@@ -8,6 +8,7 @@ from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS
+from hfsa.components._mechanics.sdelta_stiffness import THESIS_SHAFTS, Shafts
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
@@ -154,3 +155,54 @@ def test_noise_reaches_the_encoder_only():
 def test_unknown_level():
     with pytest.raises(ModelError, match="level is 'rigid_shft'; did you mean rigid_shaft"):
         c_drive(level="rigid_shft")  # type: ignore[arg-type]
+
+
+# Shafts ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("hertz", [3.0, 300.0, 2e3])
+def test_compliant_shafts_are_two_inertias_on_a_spring(hertz):
+    """Equal torques turn the tube, opposite ones slide it: each is one motor on one shaft, undamped here."""
+    limbs, k, omega = THESIS_LIMBS, THESIS_SHAFTS.stiffness, 2 * np.pi * hertz
+    system = linearize(c_drive(level="compliant_shaft"), {"shaft.damping_ratio": 0.0})
+    names = [f"motor[{i}]/angle" for i in (1, 2)] + ["tube/slide", "tube/angle"]
+    rows = [system.output_labels.index(name) for name in names]
+    columns = [system.input_labels.index(f"motor[{i}]/torque") for i in (1, 2)]
+    found = np.atleast_2d(system(1j * omega))[np.ix_(rows, columns)]
+    far = INERTIA - limbs.rotor_inertia * np.eye(2)
+    for sign, tube in ((1, 3), (-1, 2)):
+        screw = far[0, 0] + sign * far[0, 1]
+        matrix = np.array([[k - limbs.rotor_inertia * omega**2, -k], [-k, k - screw * omega**2]])
+        motor, behind = np.linalg.solve(matrix, [1.0, 0.0])
+        at = found @ [1.0, sign]
+        assert at[0] == pytest.approx(motor, rel=1e-9)
+        assert at[1] == pytest.approx(sign * motor, rel=1e-9)
+        ratio = THESIS.transmission.matrix[tube - 2] @ [1.0, sign]
+        assert at[tube] == pytest.approx(ratio * behind, rel=1e-9)
+
+
+def test_shaft_frequencies_are_those_of_the_model():
+    system = linearize(c_drive(level="compliant_shaft"), {"shaft.damping_ratio": 0.0})
+    poles = np.linalg.eigvals(system.A)
+    found = np.sort(np.abs(poles[poles.imag > 1])) / (2 * np.pi)
+    np.testing.assert_allclose(found, analyze()["shaft_frequencies_hz"], rtol=1e-9)
+
+
+def test_compliant_shafts_tend_to_rigid_ones_with_one_over_stiffness():
+    motors, torques = ["motor[1]/angle", "motor[2]/angle"], ["motor[1]/torque", "motor[2]/torque"]
+    exact = response(c_drive(), 300.0, motors, torques)
+    errors = []
+    for factor in (10, 100, 1000):
+        stiff = Shafts(shear_modulus=75e9 * factor, coupling=3400.0 * factor)
+        found = response(c_drive(level="compliant_shaft", shafts=stiff), 300.0, motors, torques)
+        errors.append(np.abs(found / exact - 1).max())
+    assert np.divide(errors[:-1], errors[1:]) == pytest.approx([10, 10], rel=0.02)
+
+
+def test_printed_stiffnesses_of_the_shafts():
+    """Equations 3.51 to 3.53 and 3.26c, k''_s at the symmetric posture."""
+    assert THESIS_SHAFTS.alone == pytest.approx(1.2064e4, abs=0.5)
+    found = analyze()
+    assert found["shaft_stiffness"] == pytest.approx(2.6524e3, abs=0.06)
+    assert found["slide_stiffness"] == pytest.approx(5.81746e7, rel=1e-6)
+    assert found["angle_stiffness"] / 0.1677051**2 == pytest.approx(6.790256e6, rel=1e-6)
