@@ -11,7 +11,7 @@ and deviations dq = [du_1, dphi_1, ...] of the tubes count from the posture. Wit
     rigid       x = N^-1 L dq,    Q = L N^-T (w + w_g)
 
 so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N = D = M H diag(2 zeta omega) H^T M; with
-`damping=rayleigh` D = alpha M + beta K gives it to the first and the fourth mode.
+`damping_model=rayleigh` D = alpha M + beta K gives it to the first and the fourth mode.
 
 `generalized` includes the inertia of screws, tubes and rods, times `extra_inertia`: twelve degrees of freedom q, the
 twists of six shafts and the deflections of six rod tips, M_E and K_q of `_mechanics/sdelta_generalized.py`, or its
@@ -59,7 +59,7 @@ from hfsa.components import Model
 from hfsa.components._mechanics.modes import Damping, damping_matrix, damping_rates
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
-    DAMPING,
+    DAMPING_MODEL,
     DAMPING_RATIO,
     GEAR,
     GEOMETRY,
@@ -106,7 +106,7 @@ FACTS = {
     SHAFTS: Known("shafts", levels=_ELASTIC),
     LIMBS: Known("limbs", levels=("generalized",)),
     SPRINGS: Known("stiffness", levels=("cartesian",)),
-    DAMPING: Known("damping", levels=_ELASTIC),
+    DAMPING_MODEL: Known("damping_model", levels=_ELASTIC),
     DAMPING_RATIO: Known("damping_ratio", levels=_ELASTIC),
     GRAVITY: Known("gravity"),
 }
@@ -179,7 +179,7 @@ def sdelta(
     gear: float = GEAR_REDUCTION,
     pitch: float = SCREW_PITCH,
     extra_inertia: float = 1.0,
-    damping: Damping = "modal",
+    damping_model: Damping = "modal",
 ) -> Model:
     """Return the robot at one posture.
 
@@ -199,7 +199,7 @@ def sdelta(
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
         extra_inertia: factor eps of the inertia of screws, tubes and rods at level `generalized`.
-        damping: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
+        damping_model: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
 
     Raises:
         ModelError: a singular posture, with its condition number; an unknown level, preset or reference point;
@@ -208,7 +208,7 @@ def sdelta(
     levels = {"rigid": _rigid, "cartesian": _cartesian, "generalized": _generalized}
     one_of(level, levels, "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
-    one_of(damping, get_args(Damping), "sdelta: damping")
+    one_of(damping_model, get_args(Damping), "sdelta: damping_model")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
     robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
@@ -221,7 +221,7 @@ def sdelta(
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
     weight = ca.vertcat(0, 0, 0, 0, 0, -robot.mass[5, 5] * gravity)
     wrench = to_reference.T @ ca.vertcat(torque, force) + weight
-    motion = levels[level](m, robot, tubes, wrench, _Damping(damping, damping_ratio))
+    motion = levels[level](m, robot, tubes, wrench, _Damping(damping_model, damping_ratio))
     _outputs(m, to_reference, motion, reference_point)
     return m
 

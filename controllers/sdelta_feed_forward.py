@@ -23,15 +23,16 @@ inverse of the robot's response: 0 dB at low frequency, antiresonances at the re
 its antiresonances; vertical position -34 dB at 24.5 Hz and 20 dB per decade at high frequency.
 """
 
-from typing import Literal
+from typing import Literal, NamedTuple, get_args
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.modes import modes
+from hfsa.components._mechanics.modes import Damping, damping_rates, modes
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
+    DAMPING_MODEL,
     DAMPING_RATIO,
     GEAR,
     GEOMETRY,
@@ -65,6 +66,7 @@ FACTS = {
     RODS: Known("rods", levels=("elastic",)),
     SHAFTS: Known("shafts", levels=("elastic",)),
     SPRINGS: Known("stiffness", levels=("elastic",)),
+    DAMPING_MODEL: Known("damping_model", levels=("elastic",)),
     DAMPING_RATIO: Known("damping_ratio", levels=("elastic",)),
     GRAVITY: Known("gravity"),
 }
@@ -98,6 +100,7 @@ def sdelta_feed_forward(
     platform: Platform = THESIS_PLATFORM,
     gear: float = GEAR_REDUCTION,
     pitch: float = SCREW_PITCH,
+    damping_model: Damping = "modal",
 ) -> Model:
     """Return the feed-forward at one posture.
 
@@ -113,12 +116,14 @@ def sdelta_feed_forward(
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        damping_model: damping of the robot, `modal` or `rayleigh`; without effect at level `rigid`.
 
     Raises:
         ModelError: a singular posture; an unknown level or preset; dimensions that cannot be built.
     """
     levels = {"rigid": _rigid, "elastic": _elastic}
     one_of(level, levels, "sdelta_feed_forward: level")
+    one_of(damping_model, get_args(Damping), "sdelta_feed_forward: damping_model")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
     robot = Robot.at(posture, one_of(stiffness, PRESETS, "sdelta_feed_forward: stiffness"), payload, machine)
     m = Model("SDeltaFeedForward", "Commanded pose of the SDelta robot to motion and torque of its motors")
@@ -132,7 +137,8 @@ def sdelta_feed_forward(
     x = [to_C @ column for column in command]
     M, T = robot.mass, robot.kinematics.jacobian(offset)
     weight = ca.vertcat(0, 0, 0, 0, 0, -robot.body.mass * gravity)
-    deflections = levels[level](m, M, robot.stiffness, x, weight, damping_ratio)
+    rates = _Rates(damping_model, damping_ratio)
+    deflections = levels[level](m, M, robot.stiffness, x, weight, rates)
     nominal = [motion + deflection for motion, deflection in zip(x, deflections, strict=False)]
     motors = [ca.DM(np.linalg.inv(T)) @ column for column in nominal]
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
@@ -159,24 +165,31 @@ def _command(m: Model) -> list[ca.SX]:
     return command
 
 
-def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _ratio: ca.SX) -> list[ca.SX]:
+class _Rates(NamedTuple):
+    """Damping model, and damping ratio of the modes that have it."""
+
+    model: Damping
+    ratio: ca.SX
+
+
+def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _rates: _Rates) -> list[ca.SX]:
     """Return the deflection of the springs and its derivatives, columns of six: zero for rigid springs."""
     return [ca.SX.zeros(6)] * 3
 
 
-def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, ratio: ca.SX) -> list[ca.SX]:
+def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, rates: _Rates) -> list[ca.SX]:
     """Return the deflection of the springs and its derivatives, columns of six about C.
 
     The state is the lag of the deflection e behind its static value K^-1 (M x'' - w_g), e = static + lag, so that
     e' = -D^-1 K lag has no direct feedthrough. In co-simulation the inputs may be newer than the state by a step; with
     feedthrough, this difference would appear in e', multiplied by the fast rates of D^-1 K. With the modes H,
-    H^T M H = 1 and H^T K H = diag(omega^2), D^-1 K = H diag(omega / (2 zeta)) H^-1.
+    H^T M H = 1 and H^T K H = diag(omega^2), D^-1 K = H diag(omega^2 / d) H^-1, with d = 2 zeta omega of modal damping.
     """
     rotation = m.state("lag.rotation[1..3]", "rad", "Rotation of the springs minus its static value", nominal=1e-6)
     position = m.state("lag.position[1..3]", "m", "Deflection of the springs at C minus its static value", nominal=1e-7)
     lag = ca.vertcat(rotation, position)
     omega, H = modes(M, K)
-    decay = ca.DM(H * omega / 2 @ np.linalg.inv(H)) / ratio
+    decay = ca.DM(H * (omega**2 / damping_rates(omega, rates.model)) @ np.linalg.inv(H)) / rates.ratio
     compliance = ca.DM(np.linalg.inv(K))
     rate = -decay @ lag
     growth = rate - compliance @ ca.DM(M) @ x[3]

@@ -44,8 +44,8 @@ _ROTATION_TOLERANCE = 1e-9
 def require_positive(dimensions: Any, owner: str, *units: str) -> None:
     """Raise `ModelError` for a field of a dataclass that is not positive and finite; `units` of the fields in turn.
 
-    `owner` is the argument that the dataclass is, empty for fields that are arguments themselves. Fields of value `None`
-    are not checked; the last unit is that of all further fields.
+    `owner` is the argument that the dataclass is, empty for fields that are arguments themselves. Fields that are not
+    set, `None`, are not checked; the last unit is that of all further fields.
     """
     for k, field in enumerate(fields(dimensions)):
         value, unit = getattr(dimensions, field.name), units[min(k, len(units) - 1)]

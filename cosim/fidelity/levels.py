@@ -1,13 +1,14 @@
 """Level `auto`: the cheapest level of a component with an error within the scene's tolerance.
 
-    scene = at_highest(scene)                     # every `auto` at its part's last level, which has all ports
+    scene = at_highest(scene)                     # every `auto` at its part's last level that may be joined here
     choices = choose(scene, library)              # for the inputs, outputs, band and tolerance of the scene
     scene = with_chosen(scene, choices)               # `choices["sensor"]` has the reason
 
-The reference is the scene with every `auto` at its part's last level. Each component is evaluated alone, all others at
-the reference, by the error of `fidelity/level_error.py`; its cheapest level within the tolerance is chosen. Several
-components are then evaluated together. While their common error exceeds the tolerance, the component with the largest
-error of its own changes to its next better level. The error of the reference is 0, so a choice always exists.
+The reference is the scene with every `auto` at its part's last level that the levels of the others permit. Each
+component is evaluated alone, all others at the reference, by the error of `fidelity/level_error.py`; its cheapest level
+within the tolerance is chosen. Several components are then evaluated together. While their common error exceeds the
+tolerance, the component with the largest error of its own changes to its next better level. The error of the reference
+is 0, so a choice always exists.
 
 A level is a candidate if the scene can be built, wired and linearised with it. A level without an output that the scene
 records has an error of 100 %. A start value that a level does not have is omitted if another level of the part has it.
@@ -15,6 +16,7 @@ records has an error of 100 %. A start value that a level does not have is omitt
 
 import dataclasses
 import hashlib
+import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -24,6 +26,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.catalogue import part_named
 from hfsa.cosim.assembly.cache import cache_folder, keep
 from hfsa.cosim.assembly.fmu_cache import fmu_file, own_parts
+from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
 from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
@@ -43,11 +46,36 @@ def automatic(scene: Scene) -> list[str]:
 
 
 def at_highest(scene: Scene) -> Scene:
-    """Return the scene with every automatic component at its part's last level.
+    """Return the scene with every automatic component at the last level of its part that may be joined.
 
-    Raises `StructureError` for a part without levels.
+    Raises `StructureError` for a part without levels, and where no levels may be joined.
     """
-    return _at(scene, {name: _levels(scene.system[name])[-1] for name in automatic(scene)})
+    return _at(scene, {name: levels[-1] for name, levels in _ladders(scene).items()})
+
+
+def _ladders(scene: Scene) -> dict[str, Sequence[str]]:
+    """Return the levels of each automatic component up to its last one that may be joined with the others'."""
+    ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
+    depths = sorted(itertools.product(*(range(len(levels)) for levels in ladders.values())), key=sum)
+    refused: StructureError | None = None
+    for depth in depths:
+        found = {name: levels[: len(levels) - d] for (name, levels), d in zip(ladders.items(), depth, strict=True)}
+        try:
+            check_levels(_with(scene, {name: levels[-1] for name, levels in found.items()}).system)
+        except StructureError as error:
+            refused = refused or error
+            continue
+        return found
+    assert refused is not None
+    raise refused
+
+
+def _with(scene: Scene, levels: Mapping[str, str]) -> Scene:
+    """Return the scene with components at levels, start values as they are."""
+    components = [
+        dataclasses.replace(c, level=levels[c.name]) if c.name in levels else c for c in scene.system.components
+    ]
+    return dataclasses.replace(scene, system=System(components, scene.system.connections))
 
 
 def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
@@ -60,7 +88,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
         return {}
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
     if not file.is_file():
-        ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
+        ladders = _ladders(scene)
         choices = choose_among(scene, ladders, library, REST)
         keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}), file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}

@@ -21,7 +21,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Rods:
-    """Rods: length, diameter [m], elastic modulus [Pa], density [kg/m3], tip stiffness [N/m] (default: the preset's)."""
+    """Rods: length, diameter [m], elastic modulus [Pa], density [kg/m3], tip stiffness [N/m] (the preset's)."""
 
     length: float | None = None
     diameter: float | None = None
@@ -70,6 +70,8 @@ class Machine:
         geometry, rods, shafts, limbs, platform: dimensions, material and inertia of its parts.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        stiffness: preset of the stiffnesses.
+        damping_model: `modal` or `rayleigh`.
     """
 
     geometry: Geometry = GEOMETRY
@@ -79,6 +81,8 @@ class Machine:
     platform: Platform = PLATFORM
     gear: float | None = None
     pitch: float | None = None
+    stiffness: str = "ch4"
+    damping_model: str = "modal"
 
     @property
     def kinematic(self) -> dict[str, Any]:
@@ -93,7 +97,8 @@ class Machine:
     @property
     def elastic(self) -> dict[str, Any]:
         """Of a part that has a model of the elastic robot."""
-        return {**self.rigid, **given(self.rods, "rods"), **given(self.shafts, "shafts")}
+        springs = {"stiffness": self.stiffness, "damping_model": self.damping_model}
+        return {**self.rigid, **springs, **given(self.rods, "rods"), **given(self.shafts, "shafts")}
 
     @property
     def drive(self) -> dict[str, Any]:

@@ -45,7 +45,6 @@ class Control:
     execution: Execution
     feed_forward: FeedForward
     posture: Posture
-    stiffness: str
     payload: Payload
     damping: float
     bandwidth: float
@@ -104,7 +103,7 @@ class Control:
         if self.feed_forward == "none" and not self._is_cartesian:
             return self._converter("reference")
         level = "elastic" if self.feed_forward == "elastic" else "rigid"
-        arguments = {**self._robot, **self.machine.elastic, "stiffness": self.stiffness}
+        arguments = {**self._robot, **self.machine.elastic}
         start = {"gravity": self.gravity, **({"damping_ratio": self.damping} if level == "elastic" else {})}
         return Component("reference", "sdelta_feed_forward", level, arguments, start)
 

@@ -59,6 +59,7 @@ def sdelta_accelerometer(
     payload: Payload = SPECIMEN,
     robot: Literal["rigid", "cartesian", "generalized"] = "cartesian",
     robot_damping: float = 0.01,
+    damping_model: Literal["modal", "rayleigh"] = "modal",
     design: Design = "mems",
     sensor: Level = "spatial",
     damping: float | None = None,
@@ -79,6 +80,7 @@ def sdelta_accelerometer(
         payload: payload of the platform beside the sensor; with a mass alone, a steel cube of that mass.
         robot: level of the robot.
         robot_damping: damping ratio of its modes.
+        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         design: published dimensions and material of the sensor.
         sensor: level of the sensor.
         damping: damping ratio in the plane of the sensor (default: the design's).
@@ -91,7 +93,7 @@ def sdelta_accelerometer(
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     components = [
         accelerometer(sensor, design, mounting, damping),  # in this order of steps
         ideal(mounting),
@@ -100,7 +102,7 @@ def sdelta_accelerometer(
             "robot",
             "sdelta",
             robot,
-            {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic},
+            {**posture.arguments, **payload.arguments, **machine.elastic},
             {"damping_ratio": robot_damping},
         ),
     ]

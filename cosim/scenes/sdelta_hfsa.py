@@ -61,6 +61,7 @@ def sdelta_hfsa(
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
+    damping_model: Literal["modal", "rayleigh"] = "modal",
     bandwidth: float = 6.0,
     control_damping: float = 0.7,
     sample_time: float = 0.25e-3,
@@ -92,6 +93,7 @@ def sdelta_hfsa(
         payload: payload of the platform, for the robot, gains, feed-forward and holding torque; with a mass alone, a
             steel cube of that mass.
         damping: damping ratio of the modes of the robot.
+        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         bandwidth: bandwidth of the rigid closed loop [Hz].
         control_damping: damping ratio of the rigid closed loop.
         sample_time: sample time of the controller [s].
@@ -110,14 +112,13 @@ def sdelta_hfsa(
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     control = Control(
         law=law,
         feedback=feedback,
         execution=execution,
         feed_forward=feed_forward,
         posture=posture,
-        stiffness=stiffness,
         payload=payload,
         damping=damping,
         bandwidth=bandwidth,
@@ -148,7 +149,7 @@ def sdelta_hfsa(
         "robot",
         "sdelta",
         robot,
-        {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic},
+        {**posture.arguments, **payload.arguments, **machine.elastic},
         {"damping_ratio": damping, "gravity": gravity},
     )
     tubes = [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]

@@ -40,6 +40,7 @@ def sdelta_shaker(
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
+    damping_model: Literal["modal", "rayleigh"] = "modal",
     robot: Literal["rigid", "cartesian", "generalized"] = "cartesian",
     geometry: Geometry = GEOMETRY,
     rods: Rods = RODS,
@@ -56,6 +57,7 @@ def sdelta_shaker(
         stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
+        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         robot: level of the robot.
         geometry: circumradii of the triangles of base and platform [m].
         rods: dimensions and material of the rods.
@@ -65,9 +67,9 @@ def sdelta_shaker(
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     reference = Component("reference", "sdelta_reference", "linear", {**posture.arguments, **machine.kinematic})
-    carrying = {**posture.arguments, **payload.arguments, "stiffness": stiffness, **machine.elastic}
+    carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
     shaken = Component("robot", "sdelta", robot, carrying, {"damping_ratio": damping})
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     return Scene(

@@ -118,5 +118,5 @@ def test_a_dimension_that_is_not_positive_is_refused(dataclass, name, value):
 def test_a_platform_must_be_a_rigid_body():
     with pytest.raises(ModelError, match="no moment can exceed the sum of the others"):
         Platform(inertia=(1.0, 1.0, 3.0))
-    with pytest.raises(ModelError, match="level compliant_shaft needs limbs.screw_inertia above 0"):
+    with pytest.raises(ModelError, match=r"level compliant_shaft needs limbs\.screw_inertia above 0"):
         c_drive(level="compliant_shaft", limbs=LimbInertia(screw_inertia=0.0, tube_mass=0.0))

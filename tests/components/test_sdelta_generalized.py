@@ -224,7 +224,7 @@ def test_it_tends_to_cartesian_with_shafts_as_the_inertia_vanishes():
 def test_rayleigh_damping_gives_the_ratio_to_the_first_and_the_fourth_mode():
     """At every level, with the printed ratios of the others at `cartesian`."""
     for level, others in (("cartesian", {2: 0.0097674, 5: 0.0146535}), ("generalized", {})):
-        poles = np.linalg.eigvals(linearize(sdelta.sdelta(level=level, damping="rayleigh")).A)
+        poles = np.linalg.eigvals(linearize(sdelta.sdelta(level=level, damping_model="rayleigh")).A)
         poles = np.array(sorted(poles[poles.imag > 0], key=abs))
         ratios = -poles.real / np.abs(poles)
         assert ratios[[0, 3]] == pytest.approx([0.01, 0.01], rel=1e-7)

@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from robot_response import POSE as PLATFORM
+from robot_response import Response
 
 from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components.sdelta import analyze
+from hfsa.components.sdelta import analyze, sdelta
 from hfsa.controllers import sdelta_tuning
 from hfsa.controllers.sdelta_feed_forward import sdelta_feed_forward
 
@@ -90,3 +92,11 @@ def test_mistakes_are_named():
         sdelta_feed_forward(level="elastik")  # type: ignore[arg-type]
     with pytest.raises(ModelError, match=r"damping_ratio is 0 1, expected 1e-05 to inf"):
         sdelta_feed_forward().set_start("damping_ratio", 0.0)
+
+
+def test_elastic_feed_forward_inverts_a_robot_with_rayleigh_damping():
+    """Its nominal pose, put into the robot of the same damping, gives the command."""
+    s, T = 2j * np.pi * 30.0, Kinematics.at(TILTED).tubes_to_pose()
+    nominal = response(30.0, NOMINAL, posture=TILTED, damping_model="rayleigh")
+    robot = Response(sdelta(posture=TILTED, damping_model="rayleigh"))
+    np.testing.assert_allclose(robot.from_pose(s, PLATFORM, T) @ nominal, np.eye(6), atol=1e-9)

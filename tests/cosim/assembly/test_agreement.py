@@ -46,7 +46,18 @@ OWNERS = {
     "payload of the SDelta": {"payload.mass", "payload.center", "payload.inertia"},
     "stiffness of the SDelta": {"stiffness"},
     "damping ratio of the SDelta": {"damping", "robot_damping"},
+    "damping model of the SDelta": {"damping_model"},
     "gravity on the SDelta": {"gravity"},
+    "geometry of the SDelta": {"geometry.base_radius", "geometry.platform_radius"},
+    "gear reduction of the SDelta": {"gear"},
+    "screw pitch of the SDelta": {"pitch"},
+    "rods of the SDelta": {f"rods.{name}" for name in ("length", "diameter", "elastic_modulus", "density")}
+    | {"rods.tip_stiffness"},
+    "shafts of the SDelta": {f"shafts.{name}" for name in ("length", "diameter", "shear_modulus", "coupling")},
+    "inertia of the limbs of the SDelta": {
+        f"limbs.{name}" for name in ("rotor_inertia", "screw_inertia", "tube_mass", "tube_inertia")
+    },
+    "platform of the SDelta": {"platform.mass", "platform.inertia"},
     "kinematics of the stage": {"kinematics"},
     "damping time of the stage": {"damping_time"},
     "stiffness of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.stroke"},
@@ -96,6 +107,8 @@ def other(component: Component, name: str, value: Any, factor: float) -> Any:
         return next(word for word in argument.values if word not in (value, "measured"))
     if isinstance(value, list | tuple):
         return tuple(factor * item + 1e-4 for item in value)
+    if value is None:
+        return 1e5 * factor
     return factor * float(value) + (1e-4 if value == 0 else 0)
 
 

@@ -14,14 +14,14 @@ def test_list_names_every_part_and_scene(hfsa):
         "components",
         "controllers",
         "scenes",
-        "sdelta (rigid, cartesian)",
+        "sdelta (rigid, cartesian, generalized)",
         "drive[1..3].slide",
         "sdelta_shaker",
     ):
         assert word in out
     code, out, _ = hfsa("list", "--json")
     parts = {entry["name"]: entry for entry in strict_json(out)["components"]}
-    assert parts["sdelta"]["levels"] == ["rigid", "cartesian"]
+    assert parts["sdelta"]["levels"] == ["rigid", "cartesian", "generalized"]
     assert parts["sdelta"]["has_analysis"]
     assert {"name": "base.position", "unit": "m"}.items() <= parts["mass_on_spring"]["inputs"][0].items()
     assert {"mass_on_spring", "sdelta_shaker"} <= {scene["name"] for scene in strict_json(out)["scenes"]}
@@ -87,7 +87,7 @@ def test_an_analysis_lists_its_arguments(hfsa):
     assert answers[0] == answers[1] == answers[2] != ""
     code, _, err = hfsa("analyze", "c_drive", "--level", "idal")
     assert code == 2
-    assert "c_drive: level is 'idal', expected one of ideal, rigid_shaft" in err
+    assert "c_drive: level is 'idal', expected one of ideal, rotor, rigid_shaft, compliant_shaft" in err
     code, _, err = hfsa("analyze", "sdelta", "--level", "rigid", "-p", "level=cartesian")
     assert code == 2
     assert "-p level is given twice: rigid and cartesian" in err
