@@ -14,16 +14,17 @@ so that K = N^T K_D N. B gives every mode the same damping ratio zeta: N^T B N =
 
 Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
-`position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
-`wrench` and `platform` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
-posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
+`position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes,
+and the wrench that the limbs exert on the platform, `limbs.torque` [N.m] and `.force` [N], which is M xdd - w - w_g.
+`wrench`, `platform` and `limbs` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are
+zero at the posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
 `.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well.
 
-At level `rigid` the platform follows the tubes exactly, and the outputs contain the static reaction only. `cartesian`
-converges to this motion as the stiffness grows, with an error ~ 1/stiffness. `cartesian` does not use the tubes'
-accelerations, `rigid` does not use the damping ratio. With gravity 0, the default, the posture is the loaded
-equilibrium. With gravity the weight acts at C about the unloaded posture: the platform sags, and the tubes carry the
-weight.
+At level `rigid` the platform follows the tubes exactly; the loads on the tubes are the static reaction only, while
+`limbs` has the inertial one as well. `cartesian` converges to this motion as the stiffness grows, with an error ~
+1/stiffness. `cartesian` does not use the tubes' accelerations, `rigid` does not use the damping ratio. With gravity 0,
+the default, the posture is the loaded equilibrium. With gravity the weight acts at C about the unloaded posture: the
+platform sags, and the tubes carry the weight.
 
 Bode plot, from the rigid-body pose of the tubes, N^-1 L dq, to the pose of S, symmetric posture, preset ch4, damping
 1 %: 0 dB at low frequency. Vertical position: one resonance, 34 dB high at 24.5 Hz, and no antiresonance. Horizontal
@@ -151,7 +152,7 @@ def sdelta(
     weight = ca.vertcat(0, 0, 0, 0, 0, -robot.M[5, 5] * gravity)
     wrench = to_reference.T @ ca.vertcat(torque, force) + weight
     motion = levels[level](m, robot, tubes, wrench, damping_ratio)
-    _outputs(m, robot, to_reference, motion, reference_point)
+    _outputs(m, robot, to_reference, motion, wrench, reference_point)
     return m
 
 
@@ -174,6 +175,8 @@ UNITS = {
     "tube_angles": "rad",
     "limb_lengths": "m",
     "jacobian": "1; m/rad",
+    "attitude": "1",
+    "inertia_parameters_S": "kg; kg.m; kg.m; kg.m; kg.m2; kg.m2; kg.m2; kg.m2; kg.m2; kg.m2",
 }
 """Units of the results of `analyze`, in the notation of `_modelling/parts.py`."""
 
@@ -190,7 +193,7 @@ def analyze(
 
     The arguments are those of `sdelta`. `reference_point` has no effect, because the names of the results contain the
     reference point. At level `rigid` the limbs are not elastic, and only `motor_angles`, `tube_slides`, `tube_angles`,
-    `limb_lengths` and `jacobian` are returned.
+    `limb_lengths`, `jacobian`, `attitude` and `inertia_parameters_S` are returned.
 
     Returns:
         stiffness_S, stiffness_C: stiffness matrices about S and C, (6, 6) [N, m, rad].
@@ -208,6 +211,9 @@ def analyze(
         tube_slides, tube_angles: u_j [m] and phi_j [rad] at the posture, (3,).
         limb_lengths: lengths of the limbs, (3,) [m].
         jacobian: Jacobian from motor angles to the pose of S, (6, 6).
+        attitude: rotation matrix of the posture, from platform axes to world axes, (3, 3).
+        inertia_parameters_S: inertia of the platform with its payload about S, platform axes: m, m cx, m cy, m cz, Ixx,
+            Ixy, Ixz, Iyy, Iyz, Izz, the last six being entries of the tensor, (10,) [kg], [kg.m], [kg.m2].
 
     Raises:
         ModelError: as `sdelta`.
@@ -223,6 +229,8 @@ def analyze(
         "tube_angles": robot.kinematics.limbs.angle,
         "limb_lengths": robot.kinematics.limbs.length,
         "jacobian": robot.kinematics.jacobian(),
+        "attitude": posture.matrix,
+        "inertia_parameters_S": with_payload(payload).parameters,
     }
     return kinematic if level == "rigid" else {**_elastic_numbers(robot), **kinematic}
 
@@ -314,8 +322,11 @@ def _cartesian(m: Model, robot: _Robot, tubes: _Tubes, wrench: ca.SX, damping_ra
     return _Motion(x, v, acceleration, forces)
 
 
-def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, point: str) -> None:
-    """Declare the loads on the tubes and the motion of the platform at the reference point as outputs."""
+def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, wrench: ca.SX, point: str) -> None:
+    """Declare the loads on the tubes, the motion of the platform and the wrench of the limbs on it as outputs.
+
+    Motion and wrench of the limbs refer to the reference point; `wrench` is the applied one about C, weight included.
+    """
     on_tube = ca.DM(robot.kinematics.lever) * motion.limb_forces
     m.output("drive[1..3].force", on_tube[0::2], "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", on_tube[1::2], "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
@@ -328,3 +339,8 @@ def _outputs(m: Model, robot: _Robot, to_reference: ca.DM, motion: _Motion, poin
     m.output("platform.velocity[1..3]", v[3:], "m/s", f"Velocity of {point}", nominal=_MOVE[1])
     m.output("platform.angular_acceleration[1..3]", a[:3], "rad/s2", "Angular acceleration", nominal=_TURN[2])
     m.output("platform.acceleration[1..3]", a[3:], "m/s2", f"Acceleration of {point}", nominal=_MOVE[2])
+    by_limbs = ca.inv(to_reference).T @ (ca.DM(robot.M) @ motion.acceleration - wrench)
+    m.output(
+        "limbs.torque[1..3]", by_limbs[:3], "N.m", f"Moment of the limbs on the platform about {point}", nominal=_TORQUE
+    )
+    m.output("limbs.force[1..3]", by_limbs[3:], "N", "Force of the limbs on the platform", nominal=_FORCE)
