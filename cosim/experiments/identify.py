@@ -149,6 +149,9 @@ def identify(
     target = Path(path) if path is not None else file.with_name(f"{file.stem}_inertia.h5")
     if alone is not None and of == "body":
         raise StructureError("alone is the file of a platform without payload, expected of payload beside it")
+    for source in (file, alone):
+        if source is not None and target.resolve() == Path(source).resolve():
+            raise StructureError(f"-o {target} is the file of the manoeuvre, expected another")
     check_new(target, force)
     noise = _Noise(torque_noise, force_noise)
     recording = read_recording(file, low, high)
@@ -227,15 +230,16 @@ def _fitted(
     if attitude is None:
         sentences.append(f"the attitude of {body} at its posture is not known: body axes are world axes there")
         attitude = np.eye(3)
-    if gravity is None:
-        gravity = 0.0 if component is None else float(component.start.get("gravity", 0.0))
+    weight = (0.0 if component is None else float(component.start.get("gravity", 0.0))) if gravity is None else gravity
     builders: dict[Regressor, Callable[[], _Equations]] = {
-        "full": lambda: _full(moved, np.asarray(attitude), gravity),
-        "linear": lambda: _linear(moved, np.asarray(attitude), gravity),
+        "full": lambda: _full(moved, np.asarray(attitude), weight),
+        "linear": lambda: _linear(moved, np.asarray(attitude), weight),
     }
     if moved.change is None:
         if regressor == "full":
             raise StructureError(f"{recording.path} is a sweep, whose responses are linear; regressor full takes a run")
+        if gravity is not None:
+            raise StructureError(f"{recording.path} is a sweep, and gravity is no part of responses; it takes a run")
         regressor = "linear"
     if regressor is None:
         regressor, sentence = _better({name: build() for name, build in builders.items()})
