@@ -249,6 +249,9 @@ def _fitted(
     solution = equations.solved(sigma)
     residuals = equations.residuals(solution, sigma)
     sentences += _judged(residuals, sigma, noise)
+    # rounding is alike in all equations and does not average out
+    rounding = residuals.size * float((np.finfo(float).eps * equations.sizes / sigma).max()) ** 2
+    solution = dataclasses.replace(solution, covariance=solution.covariance * (1 + rounding))
     return _Fit(solution, sigma, residuals, moved.rows, regressor, tuple(sentences))
 
 

@@ -246,6 +246,14 @@ def test_the_file_holds_what_is_returned(loaded, tmp_path):
         assert h5["identification"]["residual"].shape == (2501, 6)
 
 
+@pytest.mark.parametrize("file", ["loaded", "plain", "swept"])
+def test_without_noise_the_standard_deviations_are_of_rounding(file, request, tmp_path):
+    """They cover the errors and are all but none."""
+    found = identify(request.getfixturevalue(file), path=tmp_path / "it.h5")
+    assert np.all(np.abs(found.value - found.model) < 20 * found.standard_deviation)
+    assert found.standard_deviation.max() < 1e-12
+
+
 def test_the_default_file_is_beside_the_manoeuvre(loaded):
     found = identify(loaded)
     assert found.path == loaded.with_name("loaded_inertia.h5")
