@@ -26,19 +26,19 @@ of 0.054 `extra_inertia` in the frequencies of the symmetric posture. At 0 it is
 
 Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
-`position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes.
-`wrench` and `platform` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are zero at the
-posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
-`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well. Out, too, are the
-twists of the shafts, screw minus motor, `shaft[i].twist` [rad] in the order L1, R1, L2, R2, L3, R3, and the deflections
-of the rods' tips, `rod[j].deflection[1]` along the C axis and `[2]` across the limb [m]; at `rigid` by the static
-reaction.
+`position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes,
+and the wrench that the limbs exert on the platform, `limbs.torque` [N.m] and `.force` [N], which is M xdd - w - w_g.
+`wrench`, `platform` and `limbs` refer to `reference_point`: S, the centroid of the platform's joints, or C. All are
+zero at the posture, so a motion of picometres keeps all its digits. The FMU's constants `drive[j].slide_at_posture` and
+`.angle_at_posture` are u_j and phi_j at the posture; `analyze` returns them as well. Out, too, are the twists of the
+shafts, screw minus motor, `shaft[i].twist` [rad] in the order L1, R1, L2, R2, L3, R3, and the deflections of the rods'
+tips, `rod[j].deflection[1]` along the C axis and `[2]` across the limb [m]; at `rigid` by the static reaction.
 
-At level `rigid` the platform follows the tubes exactly, and the outputs contain the static reaction only. `cartesian`
-converges to this motion as the stiffness grows, with an error ~ 1/stiffness. `cartesian` does not use the tubes'
-accelerations, `rigid` does not use the damping ratio. With gravity 0, the default, the posture is the loaded
-equilibrium. With gravity the weight acts at C about the unloaded posture: the platform sags, and the tubes carry the
-weight.
+At level `rigid` the platform follows the tubes exactly; the loads on the tubes are the static reaction only, while
+`limbs` has the inertial one as well. `cartesian` converges to this motion as the stiffness grows, with an error ~
+1/stiffness. `cartesian` does not use the tubes' accelerations, `rigid` does not use the damping ratio. With gravity 0,
+the default, the posture is the loaded equilibrium. With gravity the weight acts at C about the unloaded posture: the
+platform sags, and the tubes carry the weight.
 
 Bode plot, from the rigid-body pose of the tubes, N^-1 L dq, to the pose of S, symmetric posture, preset ch4, damping
 1 %: 0 dB at low frequency. Vertical position: one resonance, 34 dB high at 24.5 Hz, and no antiresonance. Horizontal
@@ -155,6 +155,7 @@ class _Motion(NamedTuple):
         displacement, twist, acceleration: motion of C, columns of six.
         on_tubes: forces and torques on the tubes, along +slide and +angle by drive, shape (6, 1).
         deflections: twists of the shafts and deflections of the rod tips, shape (12, 1).
+        by_limbs: wrench of the limbs on the platform about C, (6, 1).
     """
 
     displacement: ca.SX
@@ -162,6 +163,7 @@ class _Motion(NamedTuple):
     acceleration: ca.SX
     on_tubes: ca.SX
     deflections: ca.SX
+    by_limbs: ca.SX
 
 
 def sdelta(
@@ -246,8 +248,8 @@ def analyze(
 
     The arguments are those of `sdelta`. `reference_point` has no effect, because the names of the results contain the
     reference point. At level `rigid` the limbs are not elastic, and only `motor_angles`, `tube_slides`, `tube_angles`,
-    `limb_lengths` and `jacobian` are returned. At level `generalized` the frequencies and modal screws are those of
-    twelve degrees of freedom.
+    `limb_lengths`, `jacobian`, `attitude` and `inertia_parameters_S` are returned. At level `generalized` the
+    frequencies and modal screws are those of twelve degrees of freedom.
 
     Returns:
         stiffness_S, stiffness_C: stiffness matrices about S and C, (6, 6) [N, m, rad].
@@ -272,6 +274,9 @@ def analyze(
         tube_slides, tube_angles: u_j [m] and phi_j [rad] at the posture, (3,).
         limb_lengths: lengths of the limbs, (3,) [m].
         jacobian: Jacobian from motor angles to the pose of S, (6, 6).
+        attitude: rotation matrix of the posture, from platform axes to world axes, (3, 3).
+        inertia_parameters_S: inertia of the platform with its payload about S, platform axes: m, m cx, m cy, m cz, Ixx,
+            Ixy, Ixz, Iyy, Iyz, Izz, the last six being entries of the tensor, (10,) [kg], [kg.m], [kg.m2].
 
     Raises:
         ModelError: as `sdelta`.
@@ -314,7 +319,7 @@ def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: _Dam
     follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
     yielding = ca.DM(_yielding(robot) @ np.linalg.inv(robot.rows).T)
     x, v, a = (follow @ column for column in tubes)
-    return _Motion(x, v, a, follow.T @ wrench, yielding @ wrench)
+    return _Motion(x, v, a, follow.T @ wrench, yielding @ wrench, _by_limbs(robot, a, wrench))
 
 
 def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
@@ -335,12 +340,18 @@ def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _D
     acceleration = ca.DM(np.linalg.inv(robot.mass)) @ (wrench - N.T @ forces)
     m.der[x] = v
     m.der[v] = acceleration
-    return _Motion(x, v, acceleration, L * forces, ca.DM(_yielding(robot)) @ elastic)
+    deflections = ca.DM(_yielding(robot)) @ elastic
+    return _Motion(x, v, acceleration, L * forces, deflections, _by_limbs(robot, acceleration, wrench))
 
 
 def _yielding(robot: Robot) -> np.ndarray:
     """Return the twists of the shafts and deflections of the rod tips per force at the joints, shape (12, 6)."""
     return robot.springs.compliance[:, None] * paths(robot.kinematics).T
+
+
+def _by_limbs(robot: Robot, acceleration: ca.SX, wrench: ca.SX) -> ca.SX:
+    """Return the wrench of the limbs on the platform about C, from its acceleration and the other wrench, (6, 1)."""
+    return ca.DM(robot.mass) @ acceleration - wrench
 
 
 def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
@@ -364,11 +375,12 @@ def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: 
     m.der[eta] = rate
     m.der[rate] = acceleration
     yielding = ca.DM(robot.springs.compliance[:, None] * (M_E @ shapes))
-    return _Motion(W @ eta, W @ rate, W @ acceleration, G.T @ forces, yielding @ elastic)
+    a = W @ acceleration
+    return _Motion(W @ eta, W @ rate, a, G.T @ forces, yielding @ elastic, _by_limbs(robot, a, wrench))
 
 
 def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None:
-    """Declare the loads on the tubes, the deflections of the limbs and the motion of the platform as outputs."""
+    """Declare the loads on the tubes, the deflections of the limbs, the platform's motion and their wrench on it."""
     slide, angle = motion.on_tubes[0::2], motion.on_tubes[1::2]
     m.output("drive[1..3].force", slide, "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", angle, "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
@@ -386,3 +398,8 @@ def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None
     m.output("platform.velocity[1..3]", v[3:], "m/s", f"Velocity of {point}", nominal=_MOVE[1])
     m.output("platform.angular_acceleration[1..3]", a[:3], "rad/s2", "Angular acceleration", nominal=_TURN[2])
     m.output("platform.acceleration[1..3]", a[3:], "m/s2", f"Acceleration of {point}", nominal=_MOVE[2])
+    by_limbs = ca.inv(to_reference).T @ motion.by_limbs
+    m.output(
+        "limbs.torque[1..3]", by_limbs[:3], "N.m", f"Moment of the limbs on the platform about {point}", nominal=_TORQUE
+    )
+    m.output("limbs.force[1..3]", by_limbs[3:], "N", "Force of the limbs on the platform", nominal=_FORCE)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.experiments.compare import compare
+    from hfsa.cosim.experiments.identify import identify
     from hfsa.cosim.experiments.open_loop import open_loop
     from hfsa.cosim.experiments.run import run
     from hfsa.cosim.experiments.stability import stability
@@ -37,6 +38,7 @@ __all__ = [
     "available_parts",
     "available_scenes",
     "compare",
+    "identify",
     "load_scene",
     "open_loop",
     "read",
@@ -56,6 +58,7 @@ _HOMES = {
     "available_parts": "assembly.models",
     "available_scenes": "assembly.load_scene",
     "compare": "experiments.compare",
+    "identify": "experiments.identify",
     "load_scene": "assembly.load_scene",
     "open_loop": "experiments.open_loop",
     "read": "results.read",

@@ -7,6 +7,7 @@ VARIANTS = [
     ("sdelta_hfsa", {"law": "ctc_cartesian", "feed_forward": "elastic", "gravity": "9.81"}),
     ("sdelta_shaker", {}),
     ("sdelta_accelerometer", {}),
+    ("sdelta_manoeuvre", {"gravity": "9.81"}),
     ("stage_tracking", {"law": "ctc"}),
     ("stage_tracking", {"law": "pd_ff", "motion": "step", "stack": "hysteretic"}),
     ("stage_tracking", {"law": "integral_ff"}),

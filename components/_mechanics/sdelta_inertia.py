@@ -42,6 +42,11 @@ class Inertia(NamedTuple):
         arm = skew(self.center - point)
         return self.tensor - self.mass * arm @ arm
 
+    @property
+    def parameters(self) -> np.ndarray:
+        """Inertia about S: m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz, shape (10,) [kg], [kg.m], [kg.m2]."""
+        return np.array([self.mass, *(self.mass * self.center), *self.about(np.zeros(3))[np.triu_indices(3)]])
+
     def matrix(self, Q: np.ndarray) -> np.ndarray:
         """Return the mass matrix about the centre of mass at attitude `Q`, blkdiag(Q I Q^T, m 1), shape (6, 6)."""
         M = self.mass * np.eye(6)

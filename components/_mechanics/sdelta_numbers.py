@@ -35,6 +35,8 @@ UNITS = {
     "tube_angles": "rad",
     "limb_lengths": "m",
     "jacobian": "1; m/rad",
+    "attitude": "1",
+    "inertia_parameters_S": "kg; kg.m; kg.m; kg.m; kg.m2; kg.m2; kg.m2; kg.m2; kg.m2; kg.m2",
 }
 """Units of the numbers, in the notation of `_modelling/parts.py`."""
 
@@ -49,6 +51,8 @@ def kinematic_numbers(robot: Robot) -> dict[str, Any]:
         "tube_angles": limbs.angle,
         "limb_lengths": limbs.length,
         "jacobian": robot.kinematics.jacobian(),
+        "attitude": robot.kinematics.Q,
+        "inertia_parameters_S": robot.body.parameters,
     }
 
 

@@ -7,6 +7,12 @@ ROTATION, POSITION = 0.1, 10e-3
 """Pose of the SDelta's platform [rad], [m]: 6 degrees and 10 mm, beyond the range of its linear model."""
 ACCELERATION = 1e3
 """Acceleration of the SDelta's platform [m/s2]: 10 mm at 50 Hz."""
+ROTATION_RATE, VELOCITY, ANGULAR_ACCELERATION = 30.0, 3.0, 1e4
+"""Twist of the SDelta's platform [rad/s], [m/s], and its angular acceleration [rad/s2]: its pose at 50 Hz."""
+LIMB_FORCE, LIMB_TORQUE = 5e3, 200.0
+"""Wrench of the limbs on the platform [N], [N.m]: 5 kg at its acceleration, 0.02 kg.m2 at its angular one."""
+MOTOR_ANGLE, MOTOR_SPEED = 1.5, 500.0
+"""Motor angle of the SDelta [rad], and its speed [rad/s]: 10 mm along a tube, and 5000 rpm."""
 
 ELONGATION = 12e-6
 """Elongation of a stack on the piezo stage, and its tracking error [m]: the range of the stage."""
@@ -31,6 +37,23 @@ BEAM_POSITION, BEAM_ROTATION = 5e-3, 0.1
 def robot_pose() -> dict[str, float]:
     """Return the scale of the robot's pose."""
     return {"robot.platform.rotation[1..3]": ROTATION, "robot.platform.position[1..3]": POSITION}
+
+
+def robot_manoeuvre() -> dict[str, float]:
+    """Return the scale of pose, twist and acceleration, limb wrench, motors and commanded tones of the robot."""
+    return {
+        **robot_pose(),
+        "robot.platform.angular_velocity[1..3]": ROTATION_RATE,
+        "robot.platform.velocity[1..3]": VELOCITY,
+        "robot.platform.angular_acceleration[1..3]": ANGULAR_ACCELERATION,
+        "robot.platform.acceleration[1..3]": ACCELERATION,
+        "robot.limbs.torque[1..3]": LIMB_TORQUE,
+        "robot.limbs.force[1..3]": LIMB_FORCE,
+        "reference.motor[1..6].angle": MOTOR_ANGLE,
+        "reference.motor[1..6].angle_rate": MOTOR_SPEED,
+        "tone[1..3].value": ROTATION,
+        "tone[4..6].value": POSITION,
+    }
 
 
 def stage_pose() -> dict[str, float]:

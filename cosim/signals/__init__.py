@@ -1,4 +1,4 @@
-"""Excitation and response as numbers: frequencies, windows, gains, harmonics, settling, prefixes.
+"""Excitation and response as numbers: frequencies, windows, gains, harmonics, settling, rigid bodies, prefixes.
 
 Read `frequency_response.py` first. It imports numpy alone.
 """

@@ -225,6 +225,7 @@ def test_nominals_fit_micrometre_motion():
 
 def test_analysis_has_the_agreed_keys():
     kinematic = {"motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian"}
+    kinematic |= {"attitude", "inertia_parameters_S"}
     elastic = """stiffness_S stiffness_C mass_C frequency_matrix_C natural_frequencies_hz modal_screws_C eigenstiffness
         eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r"""
     assert set(analyze()) == kinematic | set(elastic.split())

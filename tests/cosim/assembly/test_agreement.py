@@ -30,6 +30,7 @@ NUMBERS = {
     },
     "sdelta_shaker": {"posture.position": "0,0.01,0.15", "payload.mass": "0", "damping": "0.02"},
     "sdelta_accelerometer": {"posture.rotation": "3,2,1", "payload.mass": "5", "robot_damping": "0.02"},
+    "sdelta_manoeuvre": {"posture.rotation": "3,2,1", "payload.mass": "2", "damping": "0.02", "gravity": "9.81"},
     "stage_tracking": {"pzt.blocking_force": "2000", "pzt.stroke": "20e-6", "damping_time": "1e-5"},
     "stage_bode": {"pzt.stiffness": "1e8", "pzt.full_voltage": "100", "damping_time": "1e-5", "bias": "30"},
     "stage_accelerometer": {"pzt.blocking_force": "2000", "damping_time": "1e-5", "bias": "30"},

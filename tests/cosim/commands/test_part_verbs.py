@@ -44,7 +44,8 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
     assert set(numbers) == {
         "stiffness_S", "stiffness_C", "mass_C", "frequency_matrix_C", "natural_frequencies_hz", "modal_screws_C",
         "eigenstiffness", "eigenpitch", "translational_stiffness", "torsional_stiffness", "kappa", "kappa_t", "kappa_r",
-        "motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian", "units",
+        "motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian", "attitude", "inertia_parameters_S",
+        "units",
     }  # fmt: skip
     assert set(numbers["units"]) == set(numbers) - {"units"}
     assert numbers["units"]["stiffness_S"] == "N.m/rad, N; N, N/m"

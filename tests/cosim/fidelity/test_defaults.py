@@ -25,6 +25,11 @@ OTHERS = [
     ("sdelta_shaker", {}),
     ("sdelta_shaker", {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155", "stiffness": "ch3_full"}),
     ("sdelta_accelerometer", {}),
+    ("sdelta_manoeuvre", {}),
+    (
+        "sdelta_manoeuvre",
+        {"posture.rotation": "10,5,8", "posture.position": "0.005,0.003,0.155", "stiffness": "ch3_full"},
+    ),
     ("accelerometer_shaker", {}),
     ("accelerometer_shaker", {"design": "rapid_prototype"}),
     ("accelerometer_shaker", {"design": "optimum"}),
