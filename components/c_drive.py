@@ -16,8 +16,9 @@ screw, tube and shaft to the robot at its level `generalized`.
 
 Ports: in `motor[i].torque` [N.m], `tube.force` [N], `tube.torque` [N.m], and, used by `ideal` only, `command.slide`
 [m], `.angle` [rad] with `_rate` and `_acceleration`; out `tube.slide`, `.angle` with `_rate` and `_acceleration`,
-the encoder reading `motor[i].angle` [rad] and `motor[i].speed` [rad/s]. J_C is constant, so the drive is the same at
-every posture; the constants `..._at_posture` of `sdelta` are its positions there.
+the encoder reading `motor[i].angle` [rad], `motor[i].speed` [rad/s], and `motor[i].required_torque` [N.m], the torque
+that the motion takes: at `ideal` M_th thetadd - J_C^T [F; T], elsewhere that of the motors. J_C is constant, so the
+drive is the same at every posture; the constants `..._at_posture` of `sdelta` are its positions there.
 
 The encoder rounds to `encoder.resolution`; 0 disables rounding. Its steps are fixed on the motor and count from the
 symmetric posture, where all motor angles are zero; `encoder.offset[i]` is the angle at the posture,
@@ -53,7 +54,7 @@ from hfsa.components._modelling.noise import white_noise
 FACTS = {
     GEAR: Known("gear"),
     PITCH: Known("pitch"),
-    LIMBS: Known("limbs", levels=("rotor", "rigid_shaft", "compliant_shaft")),
+    LIMBS: Known("limbs"),
     SHAFTS: Known("shafts", levels=("compliant_shaft",)),
 }
 
@@ -87,10 +88,11 @@ class _Drive(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """Angles, speeds and accelerations of the motors, and those of the screws, columns of two."""
+    """Angles, speeds and accelerations of the motors, those of the screws, and the motors' torques, columns of two."""
 
     motors: list[ca.SX]
     screws: list[ca.SX]
+    torque: ca.SX
 
 
 def c_drive(
@@ -134,7 +136,7 @@ def c_drive(
         )
         for word, per in _DERIVATIVES
     ]
-    motors, screws = levels[level](m, drive, command, torque, load)
+    motors, screws, taken = levels[level](m, drive, command, torque, load)
     for (word, per), screw in zip(_DERIVATIVES, screws, strict=True):
         tube = ca.DM(drive.J_C) @ screw
         m.output(f"tube.slide{word}", tube[0], f"m{per}", "Slide of the tube from the posture", nominal=1e-4)
@@ -143,6 +145,7 @@ def c_drive(
     text = "Encoder reading of the motor angle from the posture"
     m.output("motor[1..2].angle", _rounded(m, shown), "rad", text, nominal=_ANGLE)
     m.output("motor[1..2].speed", motors[1], "rad/s", "Motor speed", nominal=_SPEED)
+    m.output("motor[1..2].required_torque", taken, "N.m", "Torque that the motion takes", nominal=0.1)
     return m
 
 
@@ -190,23 +193,23 @@ def analyze(
     return found
 
 
-def _ideal(_m: Model, drive: _Drive, command: list[ca.SX], _torque: ca.SX, _load: ca.SX) -> _Motion:
+def _ideal(_m: Model, drive: _Drive, command: list[ca.SX], _torque: ca.SX, load: ca.SX) -> _Motion:
     """Return the motion that is commanded."""
     to_motors = ca.DM(np.linalg.inv(drive.J_C))
     motors = [to_motors @ column for column in command]
-    return _Motion(motors, motors)
+    return _Motion(motors, motors, ca.DM(drive.inertia) @ motors[2] - ca.DM(drive.J_C.T) @ load)
 
 
 def _rotor(m: Model, drive: _Drive, _command: list[ca.SX], torque: ca.SX, load: ca.SX) -> _Motion:
     """Add the equations of motion of the rotors; return their motion."""
     motors = _moved(m, drive.rotor * np.eye(2), torque + ca.DM(drive.J_C.T) @ load)
-    return _Motion(motors, motors)
+    return _Motion(motors, motors, torque)
 
 
 def _rigid_shaft(m: Model, drive: _Drive, _command: list[ca.SX], torque: ca.SX, load: ca.SX) -> _Motion:
     """Add the equations of motion of rotors, screws and tube; return their motion."""
     motors = _moved(m, drive.inertia, torque + ca.DM(drive.J_C.T) @ load)
-    return _Motion(motors, motors)
+    return _Motion(motors, motors, torque)
 
 
 def _compliant_shaft(m: Model, drive: _Drive, _command: list[ca.SX], torque: ca.SX, load: ca.SX) -> _Motion:
@@ -229,7 +232,7 @@ def _compliant_shaft(m: Model, drive: _Drive, _command: list[ca.SX], torque: ca.
     screws = ca.DM(np.linalg.inv(far)) @ (through + ca.DM(drive.J_C.T) @ load)
     m.der[twist] = twist_rate
     m.der[twist_rate] = motors[2] - screws
-    return _Motion(motors, [motors[0] - twist, motors[1] - twist_rate, screws])
+    return _Motion(motors, [motors[0] - twist, motors[1] - twist_rate, screws], torque)
 
 
 def _moved(m: Model, inertia: np.ndarray, torque: ca.SX) -> list[ca.SX]:

@@ -243,6 +243,7 @@ def analyze(
     gear: float = GEAR_REDUCTION,
     pitch: float = SCREW_PITCH,
     extra_inertia: float = 1.0,
+    damping_model: Damping = "modal",
 ) -> dict[str, Any]:
     """Return the elastostatic and elastodynamic properties of the robot at a posture, in SI units, rotation first.
 
@@ -263,6 +264,7 @@ def analyze(
         ritz_frequencies_hz, cartesian_frequencies_hz: at level `generalized` frequencies of six degrees of freedom with
             and without the inertia of the limbs, (6,) [Hz].
         ritz_excess, cartesian_excess: their excess over the first six frequencies, relative, (6,).
+        relative_damping: damping ratio of each mode over `damping_ratio`, (6,) or (12,).
         modal_screws_C: screws of the modes as columns in the order of the frequencies, of unit rotation, or of unit
             translation for a pure translation, (6, 6); a repeated frequency has an arbitrary basis of its modes.
         eigenstiffness, eigenpitch: eigenstiffnesses, ascending [N], and pitches of their eigenscrews [m], (6,).
@@ -285,8 +287,9 @@ def analyze(
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
     robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
+    one_of(damping_model, get_args(Damping), "sdelta: damping_model")
     numbers = {"cartesian": elastic_numbers, "generalized": generalized_numbers}
-    return {**(numbers[level](robot) if level in numbers else {}), **kinematic_numbers(robot)}
+    return {**(numbers[level](robot, damping_model) if level in numbers else {}), **kinematic_numbers(robot)}
 
 
 def _preset(preset: Preset, level: Level) -> str:

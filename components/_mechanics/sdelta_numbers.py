@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from hfsa.components._mechanics.elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
-from hfsa.components._mechanics.modes import frequency_matrix, modes
+from hfsa.components._mechanics.modes import Damping, damping_rates, frequency_matrix, modes
 from hfsa.components._mechanics.screws import shift, unit_screw
 from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix, ritz_mass
 from hfsa.components._mechanics.sdelta_robot import Robot
@@ -22,6 +22,7 @@ UNITS = {
     "cartesian_excess": "1",
     "ritz_frequencies_hz": "Hz",
     "cartesian_frequencies_hz": "Hz",
+    "relative_damping": "1",
     "modal_screws_C": "1; m",
     "eigenstiffness": "N",
     "eigenpitch": "m",
@@ -56,7 +57,7 @@ def kinematic_numbers(robot: Robot) -> dict[str, Any]:
     }
 
 
-def elastic_numbers(robot: Robot) -> dict[str, Any]:
+def elastic_numbers(robot: Robot, damping_model: Damping) -> dict[str, Any]:
     """Return the elastostatic and elastodynamic properties of the platform on its limbs without inertia."""
     to_C = shift(-robot.offset)
     K_S = to_C.T @ robot.stiffness @ to_C
@@ -69,6 +70,7 @@ def elastic_numbers(robot: Robot) -> dict[str, Any]:
         "mass_C": robot.mass,
         "frequency_matrix_C": frequency_matrix(robot.mass, robot.stiffness),
         "natural_frequencies_hz": omega / (2 * np.pi),
+        "relative_damping": damping_rates(omega, damping_model) / (2 * omega),
         "modal_screws_C": _unit_screws(robot, shapes),
         "eigenstiffness": screws.stiffness,
         "eigenpitch": screws.pitch,
@@ -80,13 +82,14 @@ def elastic_numbers(robot: Robot) -> dict[str, Any]:
     }
 
 
-def generalized_numbers(robot: Robot) -> dict[str, Any]:
+def generalized_numbers(robot: Robot, damping_model: Damping) -> dict[str, Any]:
     """Return the modes of shafts and rods with the inertia of the limbs, beside those of six degrees of freedom."""
     M_E = mass_matrix(robot)
     found = generalized_modes(robot, M_E)
     six, ritz = modes(robot.mass, robot.stiffness).omega, modes(ritz_mass(robot, M_E), robot.stiffness).omega
     return {
         "natural_frequencies_hz": found.omega / (2 * np.pi),
+        "relative_damping": _finite_ratios(found.omega, damping_model),
         "mode_shapes": found.shapes,
         "modal_screws_C": _unit_screws(robot, robot.of_limbs @ found.shapes),
         "ritz_frequencies_hz": ritz / (2 * np.pi),
@@ -95,6 +98,14 @@ def generalized_numbers(robot: Robot) -> dict[str, Any]:
         "cartesian_excess": six / found.omega[:6] - 1,
         "generalized_mass": M_E,
     }
+
+
+def _finite_ratios(omega: np.ndarray, damping_model: Damping) -> np.ndarray:
+    """Return the damping ratios of modes over the given one; that of a mode without inertia is not defined, NaN."""
+    finite = np.isfinite(omega)
+    ratios = np.full(len(omega), np.nan)
+    ratios[finite] = damping_rates(omega[finite], damping_model) / (2 * omega[finite])
+    return ratios
 
 
 def _unit_screws(robot: Robot, shapes: np.ndarray) -> np.ndarray:

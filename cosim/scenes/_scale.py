@@ -11,8 +11,10 @@ ROTATION_RATE, VELOCITY, ANGULAR_ACCELERATION = 30.0, 3.0, 1e4
 """Twist of the SDelta's platform [rad/s], [m/s], and its angular acceleration [rad/s2]: its pose at 50 Hz."""
 LIMB_FORCE, LIMB_TORQUE = 5e3, 200.0
 """Wrench of the limbs on the platform [N], [N.m]: 5 kg at its acceleration, 0.02 kg.m2 at its angular one."""
-MOTOR_ANGLE, MOTOR_SPEED = 1.5, 500.0
-"""Motor angle of the SDelta [rad], and its speed [rad/s]: 10 mm along a tube, and 5000 rpm."""
+MOTOR_ANGLE, MOTOR_SPEED, MOTOR_TORQUE = 1.5, 500.0, 7.16
+"""Motor angle of the SDelta [rad], its speed [rad/s] and torque [N.m]: 10 mm along a tube, 5000 rpm, peak torque."""
+SHAFT_TWIST = 2.7e-3
+"""Twist of a shaft of the SDelta [rad]: that of the peak torque."""
 
 ELONGATION = 12e-6
 """Elongation of a stack on the piezo stage, and its tracking error [m]: the range of the stage."""
@@ -49,8 +51,11 @@ def robot_manoeuvre() -> dict[str, float]:
         "robot.platform.acceleration[1..3]": ACCELERATION,
         "robot.limbs.torque[1..3]": LIMB_TORQUE,
         "robot.limbs.force[1..3]": LIMB_FORCE,
+        "robot.shaft[1..6].twist": SHAFT_TWIST,
+        **{f"robot.rod[1..3].deflection[{i}]": POSITION for i in (1, 2)},
         "reference.motor[1..6].angle": MOTOR_ANGLE,
         "reference.motor[1..6].angle_rate": MOTOR_SPEED,
+        "drive[1..3].motor[1..2].required_torque": MOTOR_TORQUE,
         "tone[1..3].value": ROTATION,
         "tone[4..6].value": POSITION,
     }

@@ -3,7 +3,8 @@
 Each degree of freedom of the commanded pose has a sine of its own, 7, 9 and 11 Hz for rotations of 10 mrad and 13, 15
 and 17 Hz for displacements of 1 mm, ramped up in 0.5 s. The reference converts the pose to the motion of the tubes,
 which is ideal, and the elastic robot follows: at 17 Hz the vertical motion is twice the commanded one. Recorded are
-pose, twist and acceleration of the platform, the wrench of the limbs on it, motor angles and speeds, and the command:
+pose, twist and acceleration of the platform, the wrench of the limbs on it, motor angles, speeds and the torques that
+the motion takes, the deflections of shafts and rods, and the command:
 
     hfsa run sdelta_manoeuvre -o manoeuvre.h5
     hfsa identify manoeuvre.h5
@@ -16,6 +17,19 @@ The reference is `linear` or `exact`. The robot is linear about its posture in e
 
 from typing import Literal
 
+from hfsa.cosim.scenes._machine import (
+    GEOMETRY,
+    LIMBS,
+    PLATFORM,
+    RODS,
+    SHAFTS,
+    Geometry,
+    Limbs,
+    Machine,
+    Platform,
+    Rods,
+    Shafts,
+)
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_manoeuvre
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -40,6 +54,14 @@ def sdelta_manoeuvre(
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
     gravity: float = 0.0,
+    damping_model: Literal["modal", "rayleigh"] = "modal",
+    geometry: Geometry = GEOMETRY,
+    rods: Rods = RODS,
+    shafts: Shafts = SHAFTS,
+    limbs: Limbs = LIMBS,
+    platform: Platform = PLATFORM,
+    gear: float | None = None,
+    pitch: float | None = None,
 ) -> Scene:
     """Return the scene: motion of the platform and wrench of the limbs on it.
 
@@ -53,7 +75,15 @@ def sdelta_manoeuvre(
         stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
+        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         gravity: gravitational acceleration along -Z [m/s2]; the platform sags from the start.
+        geometry: circumradii of the triangles of base and platform [m].
+        rods: dimensions and material of the rods.
+        shafts: dimensions and material of the shafts.
+        limbs: inertia of rotors, screws and tubes.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
+        gear: motor turns per turn of a tube.
+        pitch: travel of a nut per turn of its motor [m].
     """
     amplitudes, frequencies = (*rotation, *position), (*rotation_frequency, *position_frequency)
     sides = [f"{kind}{{}}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]
@@ -72,13 +102,17 @@ def sdelta_manoeuvre(
         for i, side in enumerate(sides, 1)
         for output, order in _ORDERS.items()
     ]
-    carrying = {**posture.arguments, **payload.arguments, "stiffness": stiffness}
-    moved = Component("reference", "sdelta_reference", reference, posture.arguments)
+    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
+    carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
+    moved = Component("reference", "sdelta_reference", reference, {**posture.arguments, **machine.kinematic})
     robot = Component("robot", "sdelta", "cartesian", carrying, {"damping_ratio": damping, "gravity": gravity})
-    tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in _MOTIONS]
+    drives = [Component(f"drive[{j}]", "c_drive", "ideal", machine.drive) for j in (1, 2, 3)]
+    tubes = [Connection(f"reference.drive[1..3].{motion}", f"drive[1..3].command.{motion}") for motion in _MOTIONS]
+    tubes += [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in _MOTIONS]
+    tubes += [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
     scale = robot_manoeuvre()
     return Scene(
-        System([*tones, moved, robot], [*commands, *tubes]),
+        System([*tones, moved, *drives, robot], [*commands, *tubes]),
         inputs=[],
         outputs=list(scale),
         step_size=0.2e-3,

@@ -227,7 +227,7 @@ def test_analysis_has_the_agreed_keys():
     kinematic = {"motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian"}
     kinematic |= {"attitude", "inertia_parameters_S"}
     elastic = """stiffness_S stiffness_C mass_C frequency_matrix_C natural_frequencies_hz modal_screws_C eigenstiffness
-        eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r"""
+        eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r relative_damping"""
     assert set(analyze()) == kinematic | set(elastic.split())
     assert set(analyze(level="rigid")) == kinematic
     for value in analyze(posture=A).values():

@@ -21,6 +21,7 @@ from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components.c_drive import c_drive
 from hfsa.components.sdelta import analyze
+from hfsa.components.sdelta_reference import sdelta_reference
 
 TWISTS = [f"shaft[{i}]/twist" for i in range(1, 7)]
 TIPS = [f"rod[{j}]/deflection[{i}]" for j in AXES for i in (1, 2)]
@@ -297,3 +298,30 @@ def test_compliant_shafts_and_rods_are_the_same_as_rotors_and_generalized_withou
 )
 def test_free_motor_resonances_are_those_printed(drive, stiffness, printed):
     assert free_motor_frequencies(drive, stiffness=stiffness) == pytest.approx(printed, abs=0.6e-5)
+
+
+@pytest.mark.parametrize(
+    ("side", "hertz", "printed"),
+    [
+        *((3, 10, 0.182), (3, 20, 1.728), (3, 30, 1.835), (3, 50, 3.008)),
+        *((5, 10, 0.234), (5, 20, 2.246), (5, 30, 3.240), (5, 50, 1.136)),
+        *((0, 10, 0.010), (0, 20, 0.093), (0, 30, 0.075), (0, 50, 0.062)),
+    ],
+    ids=str,
+)
+def test_printed_torques_of_a_forced_motion(side, hertz, printed):
+    """Largest of the motors for 1 mm or 1 mrad at S, ideal drives on the springs of chapter 4 (section 11)."""
+    members = {"reference": sdelta_reference(), "robot": sdelta.sdelta()}
+    members |= {f"drive[{j}]": c_drive(level="ideal") for j in AXES}
+    motions = [f"{word}{order}" for word in ("slide", "angle") for order in ("", "_rate", "_acceleration")]
+    joined = [(f"reference.drive[{j}].{name}", f"drive[{j}].command.{name}") for j in AXES for name in motions]
+    joined += [(f"drive[{j}].tube.{name}", f"robot.drive[{j}].{name}") for j in AXES for name in motions]
+    joined += [(f"robot.drive[{j}].{load}", f"drive[{j}].tube.{load}") for j in AXES for load in ("force", "torque")]
+    system, s = linearize(compose("Whole", members, joined)), 2j * np.pi * hertz
+    kind, i = ("rotation", "position")[side // 3], side % 3 + 1
+    columns = [
+        system.input_labels.index(f"reference/command/{kind}{order}[{i}]") for order in ("", "_rate", "_acceleration")
+    ]
+    rows = [system.output_labels.index(f"drive[{j}]/motor[{k}]/required_torque") for j in AXES for k in (1, 2)]
+    torque = np.atleast_2d(system(s))[np.ix_(rows, columns)] @ [1, s, s**2]
+    assert 1e-3 * np.abs(torque).max() == pytest.approx(printed, abs=0.6e-3)
