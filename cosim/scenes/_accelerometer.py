@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+
+from hfsa.cosim.scenes._posture import Posture
 from hfsa.cosim.systems.system import Component
 
 Level = Literal["static", "planar", "spatial", "nonlinear"]
@@ -17,12 +20,22 @@ class Mounting:
     """Mounting of the sensor on a moving body.
 
     Attributes:
-        rotation: matrix by rows; its columns are the sensor's x, y and z along world axes.
-        lever: vector from the reference point of the body to the sensor, world axes [m].
+        rotation: matrix by rows; its columns are the sensor's x, y and z along the axes of `frame`.
+        lever: vector from the reference point of the body to the sensor along the axes of `frame` [m].
+        frame: `world`, or `platform`, whose axes turn with the posture of the body as a bolted sensor does.
     """
 
     rotation: tuple[float, float, float, float, float, float, float, float, float] = (1, 0, 0, 0, 1, 0, 0, 0, 1)
     lever: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    frame: Literal["world", "platform"] = "world"
+
+    def at(self, posture: Posture) -> "Mounting":
+        """Return the mounting along world axes on a body at a posture."""
+        if self.frame == "world":
+            return self
+        Q = posture.matrix
+        rotation, lever = Q @ np.reshape(self.rotation, (3, 3)), Q @ np.array(self.lever)
+        return Mounting(tuple(rotation.ravel().tolist()), tuple(lever.tolist()))
 
     @property
     def arguments(self) -> dict[str, tuple[float, ...]]:

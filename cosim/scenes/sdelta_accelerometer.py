@@ -95,8 +95,8 @@ def sdelta_accelerometer(
     """
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     components = [
-        accelerometer(sensor, design, mounting, damping),  # in this order of steps
-        ideal(mounting),
+        accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
+        ideal(mounting.at(posture)),
         Component("reference", "sdelta_reference", "linear", {**posture.arguments, **machine.kinematic}),
         Component(
             "robot",
