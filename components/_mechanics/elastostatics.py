@@ -2,13 +2,14 @@
 
 K is symmetric and positive definite, shape (6, 6), in blocks [[K11, K12], [K12^T, K22]], rotation first. The
 eigenvalues of K depend on the reference point and mix units; those of GAMMA K, of K22 and of the inverse of the first
-block of K^-1 do not.
+block of K^-1 do not. Axes of repeated stiffnesses are along x and y where they can be.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from hfsa.components._mechanics.eigenbasis import AXES, ROTATION_AXES, canonical_eigenvectors
 from hfsa.components._mechanics.screws import GAMMA
 from hfsa.components._modelling.model import ModelError
 
@@ -42,7 +43,7 @@ def eigenscrews(K: np.ndarray) -> Eigenscrews:
     """
     root, inverse_root = roots(K)
     mu, Y = np.linalg.eigh(root @ GAMMA @ root)
-    screws = inverse_root @ Y
+    screws = canonical_eigenvectors(mu, inverse_root @ Y, [ROTATION_AXES])
     screws /= np.linalg.norm(screws[:3], axis=0)
     return Eigenscrews(mu, np.sum(screws[:3] * screws[3:], axis=0), screws)
 
@@ -53,6 +54,7 @@ def wrench_compliant_axes(K: np.ndarray) -> Compliant:
     K22 e = alpha e with the screws [e; K12 e / alpha].
     """
     alpha, e = np.linalg.eigh(K[3:, 3:])
+    e = canonical_eigenvectors(alpha, e, [AXES])
     return Compliant(alpha, np.vstack([e, K[:3, 3:] @ e / alpha]))
 
 
@@ -63,7 +65,7 @@ def twist_compliant_axes(K: np.ndarray) -> Compliant:
     """
     C = np.linalg.inv(K)
     inverse, e = np.linalg.eigh(C[:3, :3])
-    inverse, e = inverse[::-1], e[:, ::-1]
+    inverse, e = inverse[::-1], canonical_eigenvectors(inverse[::-1], e[:, ::-1], [AXES])
     return Compliant(1 / inverse, np.vstack([e, C[3:, :3] @ e / inverse]))
 
 
