@@ -298,6 +298,7 @@ def analyze(
         limb_rows_S, drive_paths: N about S, (6, 6), and D_J, (6, 12) (eqs 3.17, 3.18).
         jacobian: Jacobian from motor angles to the pose of S, (6, 6).
         condition_number: condition number from platform to tubes, rotations weighted by the platform's radius.
+        determinant: det N about S [m3], and `assembly` in words: whether it has the sign of the symmetric posture.
         regularity: `regular`, or a sentence on a posture close to a singularity.
 
     Raises:

@@ -7,6 +7,8 @@ import numpy as np
 from hfsa.components._mechanics import cartesian_numbers as cartesian
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix, ritz_mass
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._mechanics.sdelta_robot import Robot
 from hfsa.components._mechanics.sdelta_stiffness import paths, shafts_at_joints, spring_forces
 
@@ -31,6 +33,8 @@ UNITS = cartesian.units("_S", "_C", "_P", center="_C") | {
     "limb_rows_S": "m, 1",
     "drive_paths": "m/rad, 1",
     "condition_number": "1",
+    "determinant": "m3",
+    "assembly": "1",
     "regularity": "1",
 }
 """Units of the numbers, in the notation of `_modelling/parts.py`."""
@@ -52,6 +56,8 @@ def kinematic_numbers(robot: Robot) -> dict[str, Any]:
         "drive_paths": paths(robot.kinematics),
         "jacobian": robot.kinematics.jacobian(),
         "condition_number": robot.kinematics.condition_number,
+        "determinant": robot.kinematics.determinant,
+        "assembly": assembly(robot.kinematics),
         "regularity": _regularity(robot.kinematics.condition_number),
     }
 
@@ -106,6 +112,18 @@ def warned(numbers: dict[str, Any]) -> dict[str, Any]:
         return numbers
     lowest = f"; the lowest natural frequency falls to {numbers['natural_frequencies_hz'][0]:.3g} Hz"
     return {**numbers, "regularity": numbers["regularity"] + lowest}
+
+
+def assembly(kinematics: Kinematics) -> str:
+    """Return in words whether a pose may be reached from the symmetric one: det N has its sign, or the other one.
+
+    Poses of the other sign are behind a singularity on every path.
+    """
+    mechanism = kinematics.mechanism
+    home = Kinematics.of(SYMMETRIC.matrix, np.array(SYMMETRIC.position), mechanism)
+    if kinematics.determinant * home.determinant > 0:
+        return "that of the symmetric posture, by the sign of det N"
+    return "another one than that of the symmetric posture: every path between them passes a singularity"
 
 
 def _regularity(condition_number: float) -> str:

@@ -225,7 +225,7 @@ def test_nominals_fit_micrometre_motion():
 
 def test_analysis_has_the_agreed_keys():
     kinematic = """motor_angles tube_slides tube_angles limb_lengths limb_rows_S drive_paths jacobian condition_number
-        regularity"""
+        determinant assembly regularity"""
     anywhere = """eigenstiffness eigenpitch eigenscrew_directions translational_stiffness torsional_stiffness kappa
         kappa_t kappa_r wrench_compliant_directions wrench_compliant_pitches twist_compliant_directions
         twist_compliant_pitches rod_stiffness shaft_stiffness shaft_along shaft_across joint_stiffness minimum_energy_S
