@@ -87,9 +87,11 @@ from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
 from hfsa.components._mechanics.sdelta_numbers import elastic_numbers, generalized_numbers, kinematic_numbers, warned
 from hfsa.components._mechanics.sdelta_robot import Machine, Robot
 from hfsa.components._mechanics.sdelta_stiffness import THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts, paths
+from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import ModelError, one_of
+from hfsa.components._modelling.study import Study
 
 Level = Literal["rigid", "cartesian", "generalized"]
 
@@ -313,6 +315,57 @@ def analyze(
         "generalized": lambda: generalized_numbers(robot),
     }
     return warned({**(elastic[level]() if level in elastic else {}), **kinematic_numbers(robot)})
+
+
+def study(
+    *,
+    objective: Objective = "f1",
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+) -> Study:
+    """Return the design study of f1, the indices kappa and the condition number at level `cartesian`.
+
+    Arguments as in `sdelta`; `objective` is the response that an optimisation maximises. Dimensions are the arguments
+    that are numbers, with the elements of the posture by place, `posture.position[1]`.
+
+    Raises:
+        ModelError: an unknown objective or preset; dimensions that cannot be built.
+    """
+    one_of(objective, get_args(Objective), "sdelta: objective")
+    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
+    design = Design(posture, stiffness, payload, machine)
+    _ = design.robot()
+    return design_study(design, objective, f"sdelta, stiffness {stiffness}")
+
+
+def trajectory(
+    *,
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+) -> Study:
+    """Return the study along a path of postures x, y, z [m], rz, rx, ry [deg], at level `cartesian`.
+
+    It has the six natural frequencies, the indices kappa, the condition number and the motor angles. Arguments as in
+    `sdelta`; what the path does not give is that of `posture`.
+    """
+    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
+    design = Design(posture, stiffness, payload, machine)
+    _ = design.robot()
+    return path_study(design, f"sdelta, stiffness {stiffness}")
 
 
 def _point(point: tuple[float, float, float]) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from hfsa.components._mechanics.bands import tracking_band
 from hfsa.components._mechanics.eigenbasis import ROTATION_AXES, TRANSLATION_AXES, canonical_eigenvectors
-from hfsa.components._mechanics.elastostatics import eigenscrews, rms, twist_compliant_axes, wrench_compliant_axes
+from hfsa.components._mechanics.elastostatics import eigenscrews, indices, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import (
     Modes,
     cholesky_frequency_matrix,
@@ -105,9 +105,7 @@ def static_numbers(K: np.ndarray, places: Places, length: float) -> dict[str, An
         "twist_compliant_directions": _directions(moments.screws, length),
         "twist_compliant_pitches": _pitches(moments.screws, length),
         **_points("twist_compliant", moments.screws, places, length),
-        "kappa": rms(screws.stiffness),
-        "kappa_t": rms(forces.stiffness),
-        "kappa_r": rms(moments.stiffness),
+        **indices(K)._asdict(),
     }
 
 

@@ -21,6 +21,14 @@ class Compliant(NamedTuple):
     screws: np.ndarray
 
 
+class Indices(NamedTuple):
+    """Root mean squares of the eigenstiffnesses [N], translational [N/m] and torsional stiffnesses [N.m/rad]."""
+
+    kappa: float
+    kappa_t: float
+    kappa_r: float
+
+
 class Eigenscrews(NamedTuple):
     """The six eigenscrews of a stiffness.
 
@@ -69,9 +77,15 @@ def twist_compliant_axes(K: np.ndarray) -> Compliant:
     return Compliant(1 / inverse, np.vstack([e, C[3:, :3] @ e / inverse]))
 
 
-def rms(values: np.ndarray) -> float:
-    """Return the root mean square of values."""
-    return float(np.sqrt(np.mean(np.square(values))))
+def indices(K: np.ndarray) -> Indices:
+    """Return the indices of a stiffness from traces, without its eigenvalues.
+
+    The sum of squared eigenvalues is the trace of the squared matrix: of GAMMA K, of K22, and of the inverse of the
+    first block of K^-1, which is K11 - K12 K22^-1 K12^T.
+    """
+    swapped, torsional = GAMMA @ K, K[:3, :3] - K[:3, 3:] @ np.linalg.solve(K[3:, 3:], K[3:, :3])
+    squares = np.trace(swapped @ swapped) / 6, np.sum(K[3:, 3:] ** 2) / 3, np.sum(torsional**2) / 3
+    return Indices(*(float(np.sqrt(square)) for square in squares))
 
 
 def roots(A: np.ndarray, name: str = "stiffness") -> tuple[np.ndarray, np.ndarray]:
