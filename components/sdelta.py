@@ -84,7 +84,13 @@ from hfsa.components._mechanics.sdelta_kinematics import (
 )
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
-from hfsa.components._mechanics.sdelta_numbers import elastic_numbers, generalized_numbers, kinematic_numbers, warned
+from hfsa.components._mechanics.sdelta_numbers import (
+    elastodynamic_numbers,
+    elastostatic_numbers,
+    generalized_numbers,
+    kinematic_numbers,
+    warned,
+)
 from hfsa.components._mechanics.sdelta_robot import Machine, Robot
 from hfsa.components._mechanics.sdelta_stiffness import THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts, paths
 from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
@@ -250,7 +256,7 @@ def analyze(
     The arguments are those of `sdelta`, and `point`: a further point of reference P, from S in world axes [m].
     `reference_point` has no effect, because the names of the results contain the reference point. At level `rigid` the
     limbs are not elastic, and only the last group is returned. At level `generalized` the frequencies and modal screws
-    are those of twelve degrees of freedom.
+    are those of twelve degrees of freedom; what is defined for six only is left out.
 
     Returns:
         Elastostatics, with `_S`, `_C` and, for a given point, `_P`; a vector of each axis is a column, and a point is
@@ -310,11 +316,13 @@ def analyze(
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
     robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
-    elastic = {
-        "cartesian": lambda: elastic_numbers(robot, None if point is None else _point(point)),
-        "generalized": lambda: generalized_numbers(robot),
-    }
-    return warned({**(elastic[level]() if level in elastic else {}), **kinematic_numbers(robot)})
+    place = None if point is None else _point(point)
+    elastic = {} if level == "rigid" else elastostatic_numbers(robot, place)
+    if level == "generalized":
+        elastic |= generalized_numbers(robot)
+    elif level != "rigid":
+        elastic |= elastodynamic_numbers(robot, place)
+    return warned({**elastic, **kinematic_numbers(robot)})
 
 
 def study(

@@ -62,18 +62,24 @@ def kinematic_numbers(robot: Robot) -> dict[str, Any]:
     }
 
 
-def elastic_numbers(robot: Robot, point: np.ndarray | None) -> dict[str, Any]:
-    """Return the elastostatic and elastodynamic properties of the platform on its limbs without inertia.
+def elastostatic_numbers(robot: Robot, point: np.ndarray | None) -> dict[str, Any]:
+    """Return the elastostatic properties of the platform on its limbs.
 
     `point` (3,) is a further point of reference P, from S in world axes [m].
     """
-    to_S, length = -robot.offset, robot.machine.geometry.platform_radius
-    places = {"_S": to_S, "_C": np.zeros(3)} | ({} if point is None else {"_P": to_S + point})
-    return {
-        **cartesian.static_numbers(robot.stiffness, places, length),
-        **spring_numbers(robot),
-        **cartesian.modal_numbers(robot.mass, robot.stiffness, places, "_C", length),
-    }
+    length = robot.machine.geometry.platform_radius
+    return {**cartesian.static_numbers(robot.stiffness, _places(robot, point), length), **spring_numbers(robot)}
+
+
+def elastodynamic_numbers(robot: Robot, point: np.ndarray | None) -> dict[str, Any]:
+    """Return the elastodynamic properties of the platform on its limbs without inertia; `point` as above."""
+    length = robot.machine.geometry.platform_radius
+    return cartesian.modal_numbers(robot.mass, robot.stiffness, _places(robot, point), "_C", length)
+
+
+def _places(robot: Robot, point: np.ndarray | None) -> dict[str, np.ndarray]:
+    """Return the points of reference S, C and P by label, from C."""
+    return {"_S": -robot.offset, "_C": np.zeros(3)} | ({} if point is None else {"_P": point - robot.offset})
 
 
 def spring_numbers(robot: Robot) -> dict[str, Any]:

@@ -85,9 +85,15 @@ def test_rows_have_the_printed_determinant():
 
 
 def test_band_at_the_joints():
-    """The source prints the first point of a coarse grid beyond the band."""
+    """The numbers of the specification, to 0.2 %; the exact ones follow by an independent search below."""
     band = analyze()["tracking_band_hz_S"]
     np.testing.assert_allclose(band[[5, 0, 3, 2]], [5.36, 6.82, 7.08, 35.1], rtol=2e-3)
+
+
+def test_statics_do_not_depend_on_the_inertia_of_the_limbs():
+    found, expected = analyze(level="generalized", posture=A), analyze(posture=A, stiffness="ch4_full")
+    for key in ("stiffness_S", "eigenscrew_points_S", "kappa_r", "minimum_energy_S", "condition_number"):
+        np.testing.assert_array_equal(found[key], expected[key])
 
 
 # Laws at every posture ------------------------------------------------------------------------------------------------
