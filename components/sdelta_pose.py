@@ -26,11 +26,11 @@ UNITS = {
     "tube_angles": "rad",
     "limb_lengths": "m",
     "condition_number": "1",
-    "largest_condition_number": "1",
-    "nearest_to_singular": "1",
     "determinant": "m3",
     "assembly": "1",
-    "steps": "1",
+    "path_shares": "1",
+    "path_condition_numbers": "1",
+    "path_determinants": "m3",
 }
 """Units of the numbers, in the notation of `_modelling/parts.py`."""
 
@@ -62,11 +62,10 @@ def analyze(
         tube_slides, tube_angles: u_j [m] and phi_j [rad], (3,).
         limb_lengths: lengths of the limbs, (3,) [m].
         condition_number: condition number from platform to tubes, rotations weighted by the platform's radius.
-        largest_condition_number: the largest one at the ends of the steps of the path.
-        nearest_to_singular: share of the path at which it is found, 0 to 1.
         determinant: det N about S.
         assembly: in words, whether it is the assembly of the symmetric posture.
-        steps: number of steps along the path.
+        path_shares: shares of the path at the ends of its steps, from 0 to 1, (n,).
+        path_condition_numbers, path_determinants: condition number and det N there, of one sign, (n,).
 
     Raises:
         ModelError: a start that is singular or out of reach; a path that meets a singularity or the end of a tube's
@@ -84,11 +83,11 @@ def analyze(
         "tube_angles": there.limbs.angle,
         "limb_lengths": there.limbs.length,
         "condition_number": there.condition_number,
-        "largest_condition_number": found.largest_condition_number,
-        "nearest_to_singular": found.nearest,
-        "determinant": found.determinants[1],
+        "determinant": there.determinant,
         "assembly": assembly(there),
-        "steps": found.steps,
+        "path_shares": found.shares,
+        "path_condition_numbers": found.condition_numbers,
+        "path_determinants": found.determinants,
     }
 
 

@@ -31,7 +31,7 @@ Places = Mapping[str, np.ndarray]
 BAND = 0.05
 """Deviation of a response from 1 that bounds `tracking_band_hz`."""
 
-_ROUNDING = 1e-12
+_ROUNDING = 1e-11
 """Coordinate of a point that is rounding, by the size of the body."""
 
 _STIFFNESS = "N.m/rad, N; N, N/m"

@@ -40,17 +40,15 @@ class Followed(NamedTuple):
 
     Attributes:
         kinematics: kinematics there.
-        steps: number of steps along the path.
-        largest_condition_number: the largest condition number on the path.
-        nearest: share of the path at which it is found, 0 to 1.
-        determinants: det N about S at the start and at the end, of the same sign [m3].
+        shares: shares of the path at the ends of its steps, from 0 to 1, shape (n,).
+        condition_numbers: condition numbers there, shape (n,).
+        determinants: det N about S there, all of one sign, shape (n,) [m3].
     """
 
     kinematics: Kinematics
-    steps: int
-    largest_condition_number: float
-    nearest: float
-    determinants: tuple[float, float]
+    shares: np.ndarray
+    condition_numbers: np.ndarray
+    determinants: np.ndarray
 
 
 def follow_motors(motors: np.ndarray, start: Posture = SYMMETRIC, mechanism: Mechanism = THESIS) -> Followed:
@@ -64,15 +62,14 @@ def follow_motors(motors: np.ndarray, start: Posture = SYMMETRIC, mechanism: Mec
     if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
         raise ModelError(f"direct kinematics: motor angles are {wanted.tolist()}, expected six finite numbers")
     now = Kinematics.at(start, mechanism)
-    first, determinant = now.motor_angles, now.determinant
-    worst, nearest = now.condition_number, 0.0
-    share, step, count = 0.0, 1.0, 0
+    first, passed = now.motor_angles, [(0.0, now.condition_number, now.determinant)]
+    share, step = 0.0, 1.0
     while share < 1:
         end = min(1.0, share + step)
         found = _moved(now, first + end * (wanted - first))
-        if isinstance(found, Kinematics) and found.determinant * determinant > 0:
-            now, share, step, count = found, end, 2 * step, count + 1
-            worst, nearest = max((worst, nearest), (now.condition_number, share))
+        if isinstance(found, Kinematics) and found.determinant * now.determinant > 0:
+            now, share, step = found, end, 2 * step
+            passed.append((share, now.condition_number, now.determinant))
             continue
         step = (end - share) / 2
         if step < _SHORTEST:
@@ -82,7 +79,7 @@ def follow_motors(motors: np.ndarray, start: Posture = SYMMETRIC, mechanism: Mec
                 f"{100 * share:.3g} % of the way {reason or 'the robot is singular'}, with the condition number "
                 f"{now.condition_number:.3g} just before; expected a path within one assembly, such as one in parts"
             )
-    return Followed(now, count, worst, nearest, (determinant, now.determinant))
+    return Followed(now, *np.array(passed).T)
 
 
 def direct_kinematics(
