@@ -4,7 +4,7 @@
 
 x = [rotation; position] is the displacement of the reference point from rest, r the commanded one, of the platform that
 would follow its drives exactly, w = [torque; force] the wrench at that point, all in the axes of the matrices. D gives
-every mode the same damping ratio, or is D = alpha M + beta K with `damping=rayleigh`.
+every mode the same damping ratio, or is D = alpha M + beta K with `damping_model=rayleigh`.
 
 `analyze` answers with all that the two matrices tell: eigenscrews, compliant axes, frequency matrix, modes and their
 axes, at the reference point and, for the mass matrix of a rigid body, at its centre of mass C.
@@ -42,18 +42,20 @@ UNITS = cartesian.units("", _CENTER, center=_CENTER) | {"center_of_mass": "m", "
 """Units of the numbers, in the notation of `_modelling/parts.py`."""
 
 
-def cartesian_spring(*, stiffness: Entries = STIFFNESS, mass: Entries = MASS, damping: Damping = "modal") -> Model:
+def cartesian_spring(
+    *, stiffness: Entries = STIFFNESS, mass: Entries = MASS, damping_model: Damping = "modal"
+) -> Model:
     """Return the body on its springs.
 
     Args:
         stiffness: K by rows, 36 numbers, rotation first, symmetric and positive definite [N.m/rad, N; N, N/m].
         mass: M about the same point and axes, likewise [kg.m2, kg.m; kg.m, kg].
-        damping: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
+        damping_model: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
 
     Raises:
         ModelError: a matrix that is not of 36 numbers, not symmetric or not positive definite.
     """
-    one_of(damping, get_args(Damping), "cartesian_spring: damping")
+    one_of(damping_model, get_args(Damping), "cartesian_spring: damping_model")
     M, K = _matrices(mass, stiffness)
     m = Model("CartesianSpring", "Rigid body on a six-dimensional spring")
     zeta = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of the modes", min=0)
@@ -62,7 +64,7 @@ def cartesian_spring(*, stiffness: Entries = STIFFNESS, mass: Entries = MASS, da
     wrench = declare_vector(m.input, "wrench", WRENCH.rotation_first, "on the platform at the reference point")
     x = declare_vector(m.state, "body", POSE.rotation_first, "of the platform from rest")
     v = declare_vector(m.state, "body", TWIST.rotation_first, "of the platform")
-    D = zeta * ca.DM(damping_matrix(M, K, damping))
+    D = zeta * ca.DM(damping_matrix(M, K, damping_model))
     force = wrench - D @ (v - command_rate) - ca.DM(K) @ (x - command)
     acceleration = ca.DM(np.linalg.inv(M)) @ force
     m.der[x], m.der[v] = v, acceleration

@@ -130,6 +130,21 @@ def test_a_path_has_the_numbers_of_each_posture():
     assert found["kappa"][1] == pytest.approx(numbers["kappa"], rel=1e-12)
 
 
+def test_a_path_has_the_printed_frequencies():
+    """How f1 falls away from the symmetric posture, by the specification."""
+    printed = {
+        (0.01, 0, 0.15, 0, 0, 0): 21.983,
+        (0.05, 0, 0.15, 0, 0, 0): 12.048,
+        (0, 0, 0.16, 0, 0, 0): 22.841,
+        (0, 0, 0.14, 0, 0, 0): 24.373,
+        (0, 0, 0.15, 0, 5, 0): 19.234,
+        (0, 0, 0.15, 0, 0, 5): 18.679,
+        (0, 0, 0.15, 30, 0, 0): 26.321,
+    }
+    found = trajectory().at(np.array(list(printed)).T)["f1"]
+    np.testing.assert_allclose(found, list(printed.values()), atol=5.1e-4)
+
+
 def test_bad_arguments_of_a_study_are_named():
     with pytest.raises(ModelError, match="objective is 'f2'"):
         study(objective="f2")  # type: ignore[arg-type]
