@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from robot_response import A
 
 from hfsa.components import ModelError
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
 from hfsa.components._mechanics.sdelta_geometry import Geometry, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, Platform
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, Mechanism, Transmission, direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics, Mechanism, Transmission
 from hfsa.components._mechanics.sdelta_limbs import LimbInertia
 from hfsa.components._mechanics.sdelta_stiffness import Rods, Shafts
 from hfsa.components.c_drive import analyze as analyze_drive
