@@ -99,12 +99,20 @@ from hfsa.components._mechanics.sdelta_kinematics import (
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_nonlinear import MovedPlatform, deflections, sparse
 from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
-from hfsa.components._mechanics.sdelta_numbers import elastic_numbers, generalized_numbers, kinematic_numbers
+from hfsa.components._mechanics.sdelta_numbers import (
+    elastodynamic_numbers,
+    elastostatic_numbers,
+    generalized_numbers,
+    kinematic_numbers,
+    warned,
+)
 from hfsa.components._mechanics.sdelta_robot import Machine, Robot
 from hfsa.components._mechanics.sdelta_stiffness import THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts, paths
+from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import ModelError, one_of
+from hfsa.components._modelling.study import Study
 
 Level = Literal["rigid", "cartesian", "generalized", "nonlinear"]
 
@@ -290,20 +298,48 @@ def analyze(
     pitch: float = SCREW_PITCH,
     extra_inertia: float = 1.0,
     damping_model: Damping = "modal",
+    point: tuple[float, float, float] | None = None,
 ) -> dict[str, Any]:
     """Return the elastostatic and elastodynamic properties of the robot at a posture, in SI units, rotation first.
 
-    The arguments are those of `sdelta`. `reference_point` has no effect, because the names of the results contain the
-    reference point. At level `rigid` the limbs are not elastic, and only `motor_angles`, `tube_slides`, `tube_angles`,
-    `limb_lengths`, `jacobian`, `attitude` and `inertia_parameters_S` are returned. At level `generalized` the
-    frequencies and modal screws are those of twelve degrees of freedom; at level `nonlinear` all numbers are those of
-    small motions.
+    The arguments are those of `sdelta`, and `point`: a further point of reference P, from S in world axes [m].
+    `reference_point` has no effect, because the names of the results contain the reference point. At level `rigid` the
+    limbs are not elastic, and only the last group is returned. At level `generalized` the frequencies and modal screws
+    are those of twelve degrees of freedom; what is defined for six only is left out. At level `nonlinear` all numbers
+    are those of small motions.
 
     Returns:
-        stiffness_S, stiffness_C: stiffness matrices about S and C, (6, 6) [N, m, rad].
-        mass_C: mass matrix about C, (6, 6) [kg, m].
-        frequency_matrix_C: frequency matrix about C, (6, 6) [rad/s] (eq 4.8).
+        Elastostatics, with `_S`, `_C` and, for a given point, `_P`; a vector of each axis is a column, and a point is
+        the one of the axis closest to the point of reference. Axes of repeated values are along x and y where possible.
+
+        stiffness, compliance: K and its inverse, (6, 6) [N, m, rad].
+        eigenstiffness, eigenpitch: eigenstiffnesses, ascending [N], and pitches of their eigenscrews [m], (6,).
+        eigenscrew_directions, eigenscrew_points: axes of the eigenscrews, (3, 6) [1], [m].
+        translational_stiffness, torsional_stiffness: stiffnesses of the compliant axes, ascending, (3,) [N/m],
+            [N.m/rad].
+        wrench_compliant_directions, wrench_compliant_pitches, wrench_compliant_points: axes of the translational
+            stiffnesses, (3, 3) [1], (3,) [m], (3, 3) [m]; `twist_compliant_` those of the torsional ones.
+        kappa, kappa_r, kappa_t: root mean squares of the eigenstiffnesses [N], torsional [N.m/rad] and translational
+            stiffnesses [N/m].
+        rod_stiffness, shaft_stiffness: k_r [N/m] and k_s [N.m/rad], infinite for rigid shafts.
+        shaft_along, shaft_across: k'_s and k''_s by limb, (3,) [N/m] (eq 3.26c).
+        joint_stiffness: K_D, along and across by limb, (6,) [N/m].
+        minimum_energy_S: F, twists of the shafts and deflections of the rods' tips per displacement of S, (12, 6)
+            (eq 3.24).
+
+        Elastodynamics:
+
+        mass: M, (6, 6) [kg, m].
+        dynamic_matrix: M^-1 K, (6, 6) (eq 4.3).
+        frequency_matrix_C: frequency matrix, (6, 6) [rad/s] (eq 4.8).
+        squared_frequency_matrix_cholesky_C: L^-1 K L^-T with M = L L^T, (6, 6) [rad2/s2] (eq 4.4).
         natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
+        modal_matrix: H with H^T M H = 1 kg, (6, 6) [rad/m; 1].
+        modal_screws_C: columns of H of unit rotation, or of unit translation for a pure translation, (6, 6).
+        modal_kinds: `rotation`, `translation` or `screw`, of each mode.
+        modal_directions, modal_pitches, modal_points: their axes, (3, 6), (6,) [m], (3, 6) [m].
+        tracking_band_hz: frequencies up to which the response of each coordinate of the pose to its own command errs by
+            less than 5 %, at 1 % damping, rotations first, (6,) [Hz].
         mode_shapes: at level `generalized` the modes, columns of six shaft twists and six deflections of rod tips,
             along and across by limb, per displacement of a modal mass of 1 kg, (12, 12) [rad/m, 1]; six columns without
             `extra_inertia`.
@@ -312,20 +348,20 @@ def analyze(
             and without the inertia of the limbs, (6,) [Hz].
         ritz_excess, cartesian_excess: their excess over the first six frequencies, relative, (6,).
         relative_damping: damping ratio of each mode over `damping_ratio`, (6,) or (12,).
-        modal_screws_C: screws of the modes as columns in the order of the frequencies, of unit rotation, or of unit
-            translation for a pure translation, (6, 6); a repeated frequency has an arbitrary basis of its modes.
-        eigenstiffness, eigenpitch: eigenstiffnesses, ascending [N], and pitches of their eigenscrews [m], (6,).
-        translational_stiffness, torsional_stiffness: stiffnesses of the compliant axes, ascending, (3,) [N/m],
-            [N.m/rad].
-        kappa, kappa_r, kappa_t: root mean squares of the eigenstiffnesses [N], torsional [N.m/rad] and translational
-            stiffnesses [N/m].
+
+        Kinematics:
+
         motor_angles: motor angles at the posture, 0 at the symmetric one, L1, R1, L2, R2, L3, R3, (6,) [rad].
         tube_slides, tube_angles: u_j [m] and phi_j [rad] at the posture, (3,).
         limb_lengths: lengths of the limbs, (3,) [m].
+        limb_rows_S, drive_paths: N about S, (6, 6), and D_J, (6, 12) (eqs 3.17, 3.18).
         jacobian: Jacobian from motor angles to the pose of S, (6, 6).
         attitude: rotation matrix of the posture, from platform axes to world axes, (3, 3).
         inertia_parameters_S: inertia of the platform with its payload about S, platform axes: m, m cx, m cy, m cz, Ixx,
             Ixy, Ixz, Iyy, Iyz, Izz, the last six being entries of the tensor, (10,) [kg], [kg.m], [kg.m2].
+        condition_number: condition number from platform to tubes, rotations weighted by the platform's radius.
+        determinant: det N about S [m3], and `assembly` in words: whether it has the sign of the symmetric posture.
+        regularity: `regular`, or a sentence on a posture close to a singularity.
 
     Raises:
         ModelError: as `sdelta`.
@@ -335,8 +371,71 @@ def analyze(
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
     robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
     one_of(damping_model, get_args(Damping), "sdelta: damping_model")
-    numbers = {"cartesian": elastic_numbers, "generalized": generalized_numbers, "nonlinear": elastic_numbers}
-    return {**(numbers[level](robot, damping_model) if level in numbers else {}), **kinematic_numbers(robot)}
+    place = None if point is None else _point(point)
+    elastic = {} if level == "rigid" else elastostatic_numbers(robot, place)
+    if level == "generalized":
+        elastic |= generalized_numbers(robot, damping_model)
+    elif level != "rigid":
+        elastic |= elastodynamic_numbers(robot, place, damping_model)
+    return warned({**elastic, **kinematic_numbers(robot)})
+
+
+def study(
+    *,
+    objective: Objective = "f1",
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+) -> Study:
+    """Return the design study of f1, the indices kappa and the condition number at level `cartesian`.
+
+    Arguments as in `sdelta`; `objective` is the response that an optimisation maximises. Dimensions are the arguments
+    that are numbers, with the elements of the posture by place, `posture.position[1]`.
+
+    Raises:
+        ModelError: an unknown objective or preset; dimensions that cannot be built.
+    """
+    one_of(objective, get_args(Objective), "sdelta: objective")
+    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
+    design = Design(posture, stiffness, payload, machine)
+    _ = design.robot()
+    return design_study(design, objective, f"sdelta, stiffness {stiffness}")
+
+
+def trajectory(
+    *,
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+    geometry: Geometry = THESIS_GEOMETRY,
+    rods: Rods = THESIS_RODS,
+    shafts: Shafts = THESIS_SHAFTS,
+    platform: Platform = THESIS_PLATFORM,
+    gear: float = GEAR_REDUCTION,
+    pitch: float = SCREW_PITCH,
+) -> Study:
+    """Return the study along a path of postures x, y, z [m], rz, rx, ry [deg], at level `cartesian`.
+
+    It has the six natural frequencies, the indices kappa, the condition number and the motor angles. Arguments as in
+    `sdelta`; what the path does not give is that of `posture`.
+    """
+    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
+    design = Design(posture, stiffness, payload, machine)
+    _ = design.robot()
+    return path_study(design, f"sdelta, stiffness {stiffness}")
+
+
+def _point(point: tuple[float, float, float]) -> np.ndarray:
+    """Return a point of reference as an array; `ModelError` unless it is three finite numbers."""
+    if len(point) != 3 or not np.all(np.isfinite(point)):
+        raise ModelError(f"sdelta: point is {point}, expected three finite numbers")
+    return np.array(point, dtype=float)
 
 
 def _preset(preset: Preset, level: Level) -> str:

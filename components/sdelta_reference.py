@@ -90,6 +90,8 @@ def sdelta_reference(
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)
     declare_tube_constants(m, kinematics)
     declare_motor_constants(m, kinematics, "motor")
+    m.output("platform.rotation[1..3]", command[:3], "rad", "Commanded rotation vector", nominal=1e-3)
+    m.output("platform.position[1..3]", command[3:], "m", "Commanded displacement of S", nominal=1e-4)
     to_motors = ca.DM(np.linalg.inv(kinematics.mechanism.drives_matrix))
     columns = (tubes, tubes_rate, tubes_acceleration)
     for (suffix, per, _), column in zip(_DERIVATIVES, columns, strict=True):

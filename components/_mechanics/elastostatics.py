@@ -2,13 +2,14 @@
 
 K is symmetric and positive definite, shape (6, 6), in blocks [[K11, K12], [K12^T, K22]], rotation first. The
 eigenvalues of K depend on the reference point and mix units; those of GAMMA K, of K22 and of the inverse of the first
-block of K^-1 do not.
+block of K^-1 do not. Axes of repeated stiffnesses are along x and y where they can be.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from hfsa.components._mechanics.eigenbasis import AXES, ROTATION_AXES, canonical_eigenvectors
 from hfsa.components._mechanics.screws import GAMMA
 from hfsa.components._modelling.model import ModelError
 
@@ -18,6 +19,14 @@ class Compliant(NamedTuple):
 
     stiffness: np.ndarray
     screws: np.ndarray
+
+
+class Indices(NamedTuple):
+    """Root mean squares of the eigenstiffnesses [N], translational [N/m] and torsional stiffnesses [N.m/rad]."""
+
+    kappa: float
+    kappa_t: float
+    kappa_r: float
 
 
 class Eigenscrews(NamedTuple):
@@ -42,7 +51,7 @@ def eigenscrews(K: np.ndarray) -> Eigenscrews:
     """
     root, inverse_root = roots(K)
     mu, Y = np.linalg.eigh(root @ GAMMA @ root)
-    screws = inverse_root @ Y
+    screws = canonical_eigenvectors(mu, inverse_root @ Y, [ROTATION_AXES])
     screws /= np.linalg.norm(screws[:3], axis=0)
     return Eigenscrews(mu, np.sum(screws[:3] * screws[3:], axis=0), screws)
 
@@ -53,6 +62,7 @@ def wrench_compliant_axes(K: np.ndarray) -> Compliant:
     K22 e = alpha e with the screws [e; K12 e / alpha].
     """
     alpha, e = np.linalg.eigh(K[3:, 3:])
+    e = canonical_eigenvectors(alpha, e, [AXES])
     return Compliant(alpha, np.vstack([e, K[:3, 3:] @ e / alpha]))
 
 
@@ -63,13 +73,19 @@ def twist_compliant_axes(K: np.ndarray) -> Compliant:
     """
     C = np.linalg.inv(K)
     inverse, e = np.linalg.eigh(C[:3, :3])
-    inverse, e = inverse[::-1], e[:, ::-1]
+    inverse, e = inverse[::-1], canonical_eigenvectors(inverse[::-1], e[:, ::-1], [AXES])
     return Compliant(1 / inverse, np.vstack([e, C[3:, :3] @ e / inverse]))
 
 
-def rms(values: np.ndarray) -> float:
-    """Return the root mean square of values."""
-    return float(np.sqrt(np.mean(np.square(values))))
+def indices(K: np.ndarray) -> Indices:
+    """Return the indices of a stiffness from traces, without its eigenvalues.
+
+    The sum of squared eigenvalues is the trace of the squared matrix: of GAMMA K, of K22, and of the inverse of the
+    first block of K^-1, which is K11 - K12 K22^-1 K12^T.
+    """
+    swapped, torsional = GAMMA @ K, K[:3, :3] - K[:3, 3:] @ np.linalg.solve(K[3:, 3:], K[3:, :3])
+    squares = np.trace(swapped @ swapped) / 6, np.sum(K[3:, 3:] ** 2) / 3, np.sum(torsional**2) / 3
+    return Indices(*(float(np.sqrt(square)) for square in squares))
 
 
 def roots(A: np.ndarray, name: str = "stiffness") -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from hfsa.components._mechanics.beam_assembly import at_point
+from hfsa.components._mechanics.eigenbasis import EQUAL, canonical, groups
 from hfsa.components._mechanics.screws import GAMMA
 
 CLEAR = 10.0
@@ -32,7 +33,6 @@ NO_ROTATION = 0.1
 NO_PITCH = 0.1
 """Largest pitch of a rotation."""
 
-_EQUAL = 1e-6
 _FORMS = (
     np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]),
     GAMMA / 2,
@@ -87,8 +87,8 @@ def mobility(C: np.ndarray) -> Mobility:
     values, vectors = values[::-1], vectors[:, ::-1]
     ratios = values[:-1] / values[1:]
     cut = int(np.argmax(ratios)) + 1
-    equal = _groups(np.log(values))
-    basis = np.hstack([_canonical(vectors[:, group], _FORMS) for group in equal])[:, :cut]
+    equal = groups(np.log(values), EQUAL)
+    basis = np.hstack([canonical(vectors[:, group], _FORMS) for group in equal])[:, :cut]
     return Mobility(center, values, float(ratios[cut - 1]), [_freedom(x, center) for x in basis.T])
 
 
@@ -113,23 +113,5 @@ def _freedom(x: np.ndarray, center: np.ndarray) -> Freedom:
 def _unit(vector: np.ndarray) -> np.ndarray:
     """Return the vector at length one, with its largest entry positive, the first of equal ones."""
     size = np.abs(vector)
-    largest = int(np.argmax(size > (1 - _EQUAL) * size.max()))
+    largest = int(np.argmax(size > (1 - EQUAL) * size.max()))
     return vector / (np.linalg.norm(vector) * np.sign(vector[largest]))
-
-
-def _canonical(vectors: np.ndarray, forms: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return the orthonormal basis of the same span in which the quadratic forms are diagonal, the largest first.
-
-    The second form separates vectors with equal values of the first, and so on.
-    """
-    if not forms or vectors.shape[1] == 1:
-        return vectors
-    values, mixture = np.linalg.eigh(vectors.T @ forms[0] @ vectors)
-    values, vectors = values[::-1], vectors @ mixture[:, ::-1]
-    return np.hstack([_canonical(vectors[:, group], forms[1:]) for group in _groups(values)])
-
-
-def _groups(values: np.ndarray) -> list[slice]:
-    """Return the slices of equal values in a descending sequence."""
-    ends = [i for i in range(1, len(values)) if values[i - 1] - values[i] > _EQUAL]
-    return [slice(first, last) for first, last in zip([0, *ends], [*ends, len(values)], strict=True)]

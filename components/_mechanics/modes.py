@@ -34,6 +34,20 @@ def frequency_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
     return roots(inverse_root @ K @ inverse_root)[0]
 
 
+def cholesky_frequency_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+    """Return L^-1 K L^-T with M = L L^T [rad2/s2] (eq 4.4); its eigenvalues are the squared natural frequencies.
+
+    For a rigid body it is meaningful at the centre of mass only, as `frequency_matrix`.
+    """
+    inverse_factor = np.linalg.inv(np.linalg.cholesky(M))
+    return inverse_factor @ K @ inverse_factor.T
+
+
+def dynamic_matrix(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+    """Return D = M^-1 K (eq 4.3); its eigenvalues are the squared natural frequencies."""
+    return np.linalg.solve(M, K)
+
+
 def damping_rates(omega: np.ndarray, kind: Damping) -> np.ndarray:
     """Return h^T D h of each mass-normalised mode for damping ratio 1, shape (n,) [1/s]; it is linear in the ratio.
 

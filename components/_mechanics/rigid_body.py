@@ -30,6 +30,12 @@ class SixVector(NamedTuple):
     units: tuple[str, str]
     nominals: tuple[float, float]
 
+    @property
+    def rotation_first(self) -> "SixVector":
+        """The same vector with its halves exchanged."""
+        (a, b), (c, d), (e, f) = self
+        return SixVector((b, a), (d, c), (f, e))
+
 
 POSE = SixVector(("position", "rotation"), ("m", "rad"), (1e-6, 1e-5))
 TWIST = SixVector(("velocity", "angular_velocity"), ("m/s", "rad/s"), (1e-3, 1e-2))

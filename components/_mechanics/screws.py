@@ -6,7 +6,7 @@ a body:
     x_S = X x_C,  w_C = X^T w_S,  K_C = X^T K_S X,  M_C = X^T M_S X,    X = shift(C - S)
 """
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,12 @@ GAMMA = np.kron([[0.0, 1.0], [1.0, 0.0]], np.eye(3))
 
 _TERMS = 16
 _LOGARITHM_TERMS = 40
+
+
+Kind = Literal["rotation", "translation", "screw"]
+
+_NO_PITCH = 1e-6
+"""Largest pitch of a rotation, by the length of the body."""
 
 
 class Axis(NamedTuple):
@@ -66,6 +72,19 @@ def axis(screw: np.ndarray, length: float) -> Axis:
     if turn @ turn < 0.5:
         return Axis(slide, np.zeros(3), np.inf)
     return Axis(turn, np.cross(turn, slide), float(turn @ slide))
+
+
+def kind_of(axis: Axis, length: float) -> Kind:
+    """Return what a motion is: a pure rotation, a pure translation, or a screw; `length` as in `unit_screw`."""
+    if np.isinf(axis.pitch):
+        return "translation"
+    return "rotation" if abs(axis.pitch) <= _NO_PITCH * length else "screw"
+
+
+def seen_from(A: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Return a stiffness or mass matrix, shape (6, 6), about another point, at `offset` from its own, axes the same."""
+    X = shift(offset)
+    return X.T @ A @ X
 
 
 def numbers(matrix: ca.SX) -> np.ndarray:

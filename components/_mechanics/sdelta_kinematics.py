@@ -1,4 +1,4 @@
-"""Differential and direct kinematics of the SDelta robot.
+"""Differential kinematics of the SDelta robot.
 
     N dx = L dq,    dq = [du_1, dphi_1, ... du_3, dphi_3],    L = diag(1, l_1, 1, l_2, 1, l_3)
     dq = J_L dtheta,    dx = T dtheta,    T = N^-1 L J_L
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from hfsa.components._mechanics.screws import exponential, numbers
 from hfsa.components._mechanics.sdelta_geometry import (
     C_AXES,
     INWARDS,
@@ -171,6 +170,11 @@ class Kinematics:
         return float(np.linalg.cond(tubes[:, None] * self.rows() / self.mechanism.lengths))
 
     @property
+    def determinant(self) -> float:
+        """Determinant of N about S [m3]; its sign changes at singularities."""
+        return float(np.linalg.det(self.rows()))
+
+    @property
     def motor_angles(self) -> np.ndarray:
         """Motor angles, zero at the symmetric posture, shape (6,) [rad]."""
         home = self.mechanism.home
@@ -194,30 +198,6 @@ def declare_motor_constants(m: Model, kinematics: Kinematics, terminal: str) -> 
 def by_drive(slide: ca.SX | np.ndarray, angle: ca.SX | np.ndarray) -> ca.SX:
     """Return the column [slide_1, angle_1, slide_2, ...], shape (6, 1), from two columns of three."""
     return ca.vec(ca.horzcat(ca.SX(slide), ca.SX(angle)).T)
-
-
-def direct_kinematics(
-    motors: np.ndarray, start: Posture = SYMMETRIC, mechanism: Mechanism = THESIS
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return attitude (3, 3) and position of S (3,) of the rigid robot at motor angles (6,) [rad].
-
-    Newton's method from the posture `start`; `ModelError` at a singular posture or without convergence.
-    """
-    to_tubes = mechanism.drives_matrix
-    wanted = to_tubes @ np.asarray(motors, dtype=float)
-    now = Kinematics.at(start, mechanism)
-    for _ in range(50):
-        missing = wanted - to_tubes @ now.motor_angles
-        step = now.tubes_to_pose() @ missing
-        size = np.abs(step * mechanism.lengths).max()
-        # Limit the step to the size of the platform, beyond which the linearisation is invalid.
-        step /= max(1.0, 2 * size / mechanism.geometry.platform_radius)
-        Q = numbers(exponential(ca.SX(step[:3]))) @ now.Q
-        now = Kinematics.of(Q, now.position + step[3:], mechanism)
-        # Convergence is quadratic: after a step this small, the remaining error is rounding.
-        if size < 1e-10:
-            return now.Q, now.position
-    raise ModelError(f"direct kinematics: no pose found for the motor angles {_text(motors)} rad")
 
 
 def _pairs(slide: np.ndarray, angle: np.ndarray) -> np.ndarray:

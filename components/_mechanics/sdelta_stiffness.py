@@ -147,6 +147,15 @@ def limb_stiffness(kinematics: Kinematics, springs: Springs) -> np.ndarray:
     return 1 / (paths(kinematics) ** 2 @ springs.compliance)
 
 
+def shafts_at_joints(kinematics: Kinematics, springs: Springs) -> np.ndarray:
+    """Return k'_s and k''_s by limb, stiffness of the shafts at the joints, shape (6,) [N/m] (eqs 3.26c, 3.55).
+
+    It is infinite for rigid shafts.
+    """
+    compliance = paths(kinematics)[:, :6] ** 2 @ springs.compliance[:6]
+    return np.divide(1.0, compliance, out=np.full(6, np.inf), where=compliance > 0)
+
+
 def stiffness(kinematics: Kinematics, springs: Springs, offset: np.ndarray) -> np.ndarray:
     """Return K = N^T K_D N about the reference point S + `offset`, shape (6, 6) (eq 3.27)."""
     N = kinematics.rows(offset)

@@ -166,6 +166,15 @@ def studied(name: str, parts: Mapping[str, Part]) -> Part:
     return part
 
 
+def following(name: str, parts: Mapping[str, Part]) -> Part:
+    """Return the part of a name or path that follows a path; `ModelError` names those that do otherwise."""
+    part = part_named(name, parts)
+    if part.trajectory is None:
+        offering = ", ".join(other.name for other in usable(parts) if other.trajectory is not None)
+        raise ModelError(f"{name} follows no path; these do: {offering or 'none'}")
+    return part
+
+
 def usable(parts: Mapping[str, Part]) -> Iterator[Part]:
     """Yield the parts whose modules can be imported."""
     for name in parts:

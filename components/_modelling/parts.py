@@ -6,8 +6,9 @@
 Arguments are the keyword-only arguments of the part's function (`arguments`). The name of a parameter of the built
 model is accepted too and sets its start value; `solver` names the solver of any part's FMU.
 
-Beside its function a part's file may have `analyze`, which returns its engineering numbers, and `study`, which returns
-a design study (`study.Study`): its dimensions as symbols, and what follows from them. Each takes arguments of its own.
+Beside its function a part's file may have `analyze`, which returns its engineering numbers, `study`, which returns a
+design study (`study.Study`): its dimensions as symbols, and what follows from them, and `trajectory`, which returns the
+study whose dimensions are the columns of a path. Each takes arguments of its own.
 `FACTS` there are facts that other parts of a system know as well (`facts`), `JOINS` the parts that alone may feed it
 (`joins`), `UNITS` the units of the numbers that `analyze` returns, by key: SI, `1` for a number without unit. Where the
 entries of a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns:
@@ -58,7 +59,7 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `is_own` means that it does not come with hfsa.
+    `trajectory` returns the study of a path. `is_own` means that it does not come with hfsa.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Part:
     build: Callable[..., Model] | None
     analyze: Callable[..., dict[str, Any]] | None
     study: Callable[..., Study] | None = None
+    trajectory: Callable[..., Study] | None = None
     is_own: bool = False
 
     @property
@@ -170,6 +172,14 @@ class Part:
         found = self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
         return returned(self.study, Study, found)
 
+    def path_study(self, level: str | None = None, **arguments: Any) -> Study:
+        """Return the study whose dimensions are the columns of a path; errors as in `model`."""
+        if self.trajectory is None:
+            raise ModelError(f"{self.name} follows no path")
+        arguments = _with_level(level, arguments)
+        found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
+        return returned(self.trajectory, Study, found)
+
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
     """Return in words what a file defines."""
@@ -186,7 +196,12 @@ def part_of(
     """Return the part that a module defines; `ModelError` where it defines none, or a function cannot be called."""
     _check_declarations(module)
     functions: list[Callable[..., Any] | None] = []
-    for word, answer in ((name, f"a {_KINDS[kind]}"), ("analyze", "a dict of numbers"), ("study", "a Study")):
+    for word, answer in (
+        (name, f"a {_KINDS[kind]}"),
+        ("analyze", "a dict of numbers"),
+        ("study", "a Study"),
+        ("trajectory", "a Study"),
+    ):
         function = getattr(module, word, None) if kind == "part" or word == name else None
         if function is not None and is_own:
             if not inspect.isfunction(function):

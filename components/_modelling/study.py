@@ -11,7 +11,7 @@ returns a `Study`: dimensions as CasADi symbols with their present values, and r
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hfsa.components._modelling.model import ModelError, nearest
 
+Expression = Any
+"""A CasADi expression: `SX`, or `MX` with calls of functions that are not made of expressions (`sampled_study`)."""
 Range = tuple[float, float]
 """Lowest and highest value, in the variable's unit."""
 
@@ -28,8 +30,6 @@ _MARGIN = 1e-3
 """Lower limit of the conditions in an optimisation; a design with a condition at 0 is infeasible."""
 _AT_BOUND = 1e-6
 """Distance below which a value is at its bound, relative to the range, and a constraint is active."""
-_STARTS = 16
-"""Number of random initial guesses."""
 _AGREEMENT = 1e-6
 """Relative difference of two objective values that count as equal."""
 
@@ -37,18 +37,23 @@ _AGREEMENT = 1e-6
 class Variable(NamedTuple):
     """A free dimension: symbol, present value, unit and description."""
 
-    symbol: ca.SX
+    symbol: Expression
     value: float
     unit: str
     description: str
 
 
 class Response(NamedTuple):
-    """A function of the dimensions: expression of their symbols, unit and description."""
+    """A function of the dimensions: expression of their symbols, unit and description.
 
-    expression: ca.SX
+    `minimum_of` is a column of expressions of which it is the least: an optimisation maximises all of them together,
+    because the least one has a kink where two of them cross.
+    """
+
+    expression: Expression
     unit: str
     description: str
+    minimum_of: Expression | None = None
 
 
 @dataclass(frozen=True)
@@ -63,20 +68,26 @@ class Study:
         requirements: expressions by description, constrained to 0 or above in an optimisation.
         references: responses of other designs by description, for comparison with an optimum.
         remarks: notes for the reader of an optimum.
+        points: usual number of values of a dimension in a map.
+        starts: number of random initial guesses of an optimisation.
     """
 
     title: str
     variables: Mapping[str, Variable]
     responses: Mapping[str, Response]
-    conditions: Mapping[str, ca.SX]
-    requirements: Mapping[str, ca.SX]
+    conditions: Mapping[str, Expression]
+    requirements: Mapping[str, Expression]
     references: Mapping[str, Mapping[str, float]]
     remarks: Sequence[str]
+    points: int = 101
+    starts: int = 16
 
     @property
-    def symbols(self) -> ca.SX:
+    def symbols(self) -> Expression:
         """The symbols of all variables, shape (variables, 1)."""
-        return ca.vertcat(*[variable.symbol for variable in self.variables.values()])
+        column = ca.vertcat(*[variable.symbol for variable in self.variables.values()])
+        # elements of one symbol are expressions of it, not symbols themselves
+        return column if isinstance(column, ca.SX) else ca.symvar(column)[0]
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -116,11 +127,13 @@ class ResponseMap(NamedTuple):
         study: study of the responses.
         axes: ascending values of the two variables by name, with the present value if it is within the range.
         responses: responses by name, shape (values of the first, values of the second); NaN at infeasible points.
+        failing: number of points at which a condition does not hold, by description, without those that always do.
     """
 
     study: Study
     axes: Mapping[str, NDArray[np.float64]]
     responses: Mapping[str, NDArray[np.float64]]
+    failing: Mapping[str, int]
 
 
 class Optimum(NamedTuple):
@@ -159,13 +172,13 @@ def slopes(study: Study, response: str, point: ArrayLike | None = None) -> dict[
     return {name: float(value) for name, value in zip(study.variables, found.ravel(), strict=True)}
 
 
-def response_map(study: Study, ranges: Mapping[str, Range | None], points: int = 101) -> ResponseMap:
+def response_map(study: Study, ranges: Mapping[str, Range | None], points: int | None = None) -> ResponseMap:
     """Return the responses over two variables, all others at their present values.
 
     Args:
         study: study of the responses.
         ranges: ranges of the two variables by name; `None` for half to twice the present value.
-        points: number of evenly spaced values per variable; the present value is added.
+        points: number of evenly spaced values per variable, by default the usual one; the present value is added.
 
     Raises:
         ModelError: not two variables; an unknown variable; an empty range; ranges without a feasible point.
@@ -173,20 +186,24 @@ def response_map(study: Study, ranges: Mapping[str, Range | None], points: int =
     if len(ranges) != 2:
         raise ModelError(f"a map has two dimensions, not {len(ranges)}: {', '.join(ranges) or 'none'}")
     study.check(list(ranges))
-    axes = {name: _axis(name, study.variables[name].value, given, points) for name, given in ranges.items()}
+    axes = {
+        name: _axis(name, study.variables[name].value, given, points or study.points) for name, given in ranges.items()
+    }
     grid = np.meshgrid(*axes.values(), indexing="ij")
     places = np.tile(study.values[:, None], grid[0].size)
     for name, values in zip(axes, grid, strict=True):
         places[list(study.variables).index(name)] = values.ravel()
     found = study.at(places)
+    fails = ~(study.margins(places) > 0)
     if all(np.all(np.isnan(values)) for values in found.values()):
-        never = np.all(study.margins(places) <= 0, axis=1)
+        never = np.all(fails, axis=1)
         texts = [text for text, is_never in zip(study.conditions, never, strict=True) if is_never]
         spans = " and ".join(f"{name} from {axis[0]:g} to {axis[-1]:g}" for name, axis in axes.items())
         reason = f"never {' nor '.join(texts)}" if texts else f"never all of: {'; '.join(study.conditions)}"
         present = ", ".join(f"{name} = {study.variables[name].value:g}" for name in axes)
         raise ModelError(f"{study.title}: no feasible design with {spans}: {reason}; the design has {present}")
-    return ResponseMap(study, axes, {name: values.reshape(grid[0].shape) for name, values in found.items()})
+    failing = {text: int(np.sum(row)) for text, row in zip(study.conditions, fails, strict=True) if np.any(row)}
+    return ResponseMap(study, axes, {name: values.reshape(grid[0].shape) for name, values in found.items()}, failing)
 
 
 def bounds(study: Study, share: float, given: Mapping[str, Range] | None = None) -> dict[str, Range]:
@@ -225,7 +242,7 @@ def optimum(study: Study, limits: Mapping[str, Range], seed: int = 0, iterations
     low, high = np.array([limits[name] for name in study.variables]).T
     if not np.any(low < high):
         raise ModelError(f"{study.title}: the bounds leave no dimension free")
-    random = np.random.default_rng(seed).uniform(size=(_STARTS, len(low)))
+    random = np.random.default_rng(seed).uniform(size=(study.starts, len(low)))
     starts = np.vstack([np.clip(study.values, low, high), low + random * (high - low)])
     initial = study.at(starts.T)[study.objective]
     starts, initial = starts[~np.isnan(initial)], initial[~np.isnan(initial)]
@@ -257,30 +274,37 @@ def _solver(
     """Return a function that maximises the objective, of magnitude `size`, with IPOPT from an initial guess."""
     middle, half = (low + high) / 2, (high - low) / 2
     free = np.where(half > 0, 1.0, 0.0)
-    # normalised variables: -1 to 1 within the bounds, 0 if both bounds are equal
-    u = ca.SX.sym("u", len(middle))
-    response = study.responses[study.objective].expression
-    program = ca.Function("program", [study.symbols], [response, ca.vertcat(*_constraints(study).values())])
-    objective, constraints = program(ca.DM(middle) + ca.DM(half) * u)
+    # normalised variables: -1 to 1 within the bounds, 0 if both bounds are equal; then the least of the responses
+    is_symbolic, n = isinstance(study.symbols, ca.SX), len(middle)
+    u: Expression = (ca.SX if is_symbolic else ca.MX).sym("u", n + 1)
+    response = study.responses[study.objective]
+    together = (response.expression if response.minimum_of is None else response.minimum_of) / size
+    program = ca.Function("program", [study.symbols], [together, ca.vertcat(*_constraints(study).values())])
+    objectives, constraints = program(ca.DM(middle) + ca.DM(half) * u[:n])
     options = {
         "print_time": False,
         "show_eval_warnings": False,
         "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-10, "bound_relax_factor": 0.0, "max_iter": iterations},
     }
-    solver = ca.nlpsol("optimum", "ipopt", {"x": u, "f": -objective / size, "g": constraints}, options)
+    if not is_symbolic:
+        options["ipopt"] |= {"hessian_approximation": "limited-memory", "tol": 1e-7}
+    equations = {"x": u, "f": -u[n], "g": ca.vertcat(objectives - u[n], constraints)}
+    solver = ca.nlpsol("optimum", "ipopt", equations, options)
+    ends = np.append(free, np.inf)
 
     def solve(start: NDArray[np.float64]) -> _Solution:
         """Return the solution from one initial guess."""
         x0 = np.divide(start - middle, half, out=np.zeros_like(half), where=half > 0)
-        solved = solver(x0=x0, lbx=-free, ubx=free, lbg=0, ubg=np.inf)
+        least = float(ca.mmin(program(start)[0]))
+        solved = solver(x0=np.append(x0, least), lbx=-ends, ubx=ends, lbg=0, ubg=np.inf)
         stats = solver.stats()
-        values = np.clip(middle + half * solved["x"].full().ravel(), low, high)
+        values = np.clip(middle + half * solved["x"].full().ravel()[:n], low, high)
         return _Solution(values, str(stats["return_status"]), bool(stats["success"]))
 
     return solve
 
 
-def _constraints(study: Study) -> dict[str, ca.SX]:
+def _constraints(study: Study) -> dict[str, Expression]:
     """Return the expressions constrained to 0 or above in an optimisation, by description."""
     return {text: condition - _MARGIN for text, condition in study.conditions.items()} | dict(study.requirements)
 
@@ -312,6 +336,8 @@ def _active_bound(value: float, low: float, high: float) -> str:
 
 def _axis(name: str, value: float, given: Range | None, points: int) -> NDArray[np.float64]:
     """Return evenly spaced values, with the present value added if it is between the ends."""
+    if given is None and value == 0:
+        raise ModelError(f"{name} is 0, of which half to twice is no range; give one: {name}=LOW:HIGH")
     low, high = given or sorted(factor * value for factor in _DEFAULT_RANGE)
     if not (np.isfinite([low, high]).all() and low < high):
         raise ModelError(
@@ -324,7 +350,7 @@ def _axis(name: str, value: float, given: Range | None, points: int) -> NDArray[
     return values
 
 
-def _evaluated(symbols: ca.SX, expressions: Sequence[ca.SX], points: ArrayLike) -> NDArray[np.float64]:
+def _evaluated(symbols: Expression, expressions: Sequence[Expression], points: ArrayLike) -> NDArray[np.float64]:
     """Return values of expressions, shape (rows, points), at points of shape (variables, points) or (variables,)."""
     points = np.asarray(points, dtype=float).reshape(symbols.numel(), -1)
     return ca.Function("evaluated", [symbols], [ca.vertcat(*expressions)])(points).full()

@@ -36,7 +36,7 @@ class Share:
 
     def __str__(self) -> str:
         if self.is_whole:
-            return "all states and outputs"
+            return "all states and outputs" if self.of_states else "all outputs"
         states = [f"{self.states} of {_counted(self.of_states, 'state')}"] if self.states else []
         outputs = [_counted(self.outputs, "output")] if self.outputs else []
         return " and ".join([*states, *outputs]) or "some inputs"
@@ -59,9 +59,8 @@ class LeftOut:
 
     @property
     def warning(self) -> str:
-        """The sentence where states or all of a component are left out; outputs alone are no part of the motion."""
-        is_model = any(share.states or share.is_whole for share in self.shares.values())
-        return self.sentence if is_model else ""
+        """The sentence where states are left out; outputs alone are no part of the motion."""
+        return self.sentence if any(share.states for share in self.shares.values()) else ""
 
 
 def prune(system: System, observed: Iterable[str], excited: Iterable[str] = ()) -> tuple[System, LeftOut]:

@@ -20,6 +20,9 @@ from hfsa.cosim.results.interrupts import Interrupted, handled_signals
 
 DONE, PROBLEMS, USAGE, BUILD_FAILED, SIMULATION_FAILED, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
+PICTURE = ".png"
+"""Ending of the picture beside an HDF5 file."""
+
 TRACEBACK = "--traceback"
 """Option of every verb: an error prints its traceback."""
 
@@ -117,6 +120,27 @@ def named_values(words: list[str] | None) -> dict[str, str]:
 def part_arguments(level: str | None, words: list[str] | None) -> dict[str, str]:
     """Return the arguments of a part from NAME=VALUE words and `level`; `StructureError` for a level given twice."""
     return named_values([*([] if level is None else [f"level={level}"]), *(words or ())])
+
+
+def results_file(output: Path | None, name: str, kind: str, force: bool) -> Path:
+    """Return the HDF5 file of a map or path, by default `results/NAME_kind.h5`.
+
+    `StructureError` for the ending of its picture, `ResultsError` for a file that is there, unless it may be replaced.
+    """
+    from hfsa.cosim.results.target import check_new, check_picture
+    from hfsa.cosim.systems.errors import StructureError
+
+    path = output or Path("results", f"{name}_{kind}.h5")
+    if path.suffix == PICTURE:
+        raise StructureError(f"-o {path} is the {kind}'s HDF5 file; its picture is written beside it, with {PICTURE}")
+    check_new(path, force)
+    check_picture(path.with_suffix(PICTURE))
+    return path
+
+
+def described_part(name: str, words: Mapping[str, str]) -> str:
+    """Return the name of a part with its arguments, as typed."""
+    return " ".join([name, *(f"{key}={value}" for key, value in words.items())])
 
 
 def plain(value: Any, name: str = "the answer") -> Any:

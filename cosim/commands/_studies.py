@@ -10,16 +10,14 @@ import numpy as np
 
 from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
-from hfsa.cosim.commands._shell import rendered, table
+from hfsa.cosim.commands._shell import PICTURE, described_part, rendered, results_file, table
 from hfsa.cosim.figures.response_map import response_map_figure, save
 from hfsa.cosim.results.response_map import MapQuantity, ResponseMap, write_response_map
-from hfsa.cosim.results.target import check_new, check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
 
 _SHARE = 20.0
 _WIDTH = 118
-_PICTURE = ".png"
 
 
 @dataclass(frozen=True)
@@ -31,8 +29,9 @@ class StudyRequest:
         map: two dimensions, `tm,l` or with ranges `tm=1e-5:4e-5,l`.
         optimize: whether to compute the optimum.
         bounds: bounds of the optimum, `20` or `20,tm=1e-5:4e-5,l=2e-4`.
-        output: file of the map.
+        output: file of the map or of the path.
         force: whether to replace an existing results file.
+        path: file of postures to follow.
     """
 
     sensitivity: bool
@@ -41,17 +40,24 @@ class StudyRequest:
     bounds: str | None
     output: Path | None
     force: bool = False
+    path: Path | None = None
 
     def is_study(self) -> bool:
-        """Return whether a study is requested; `StructureError` for conflicting options."""
-        given = {"--sensitivity": self.sensitivity, "--map": self.map is not None, "--optimize": self.optimize}
+        """Return whether a study or a path is requested; `StructureError` for conflicting options."""
+        given = {
+            "--sensitivity": self.sensitivity,
+            "--map": self.map is not None,
+            "--optimize": self.optimize,
+            "--path": self.path is not None,
+        }
         requested = [option for option, is_given in given.items() if is_given]
         if len(requested) > 1:
             raise StructureError(f"{' and '.join(requested)} are different studies; take one at a time")
-        if self.output is not None and self.map is None:
-            raise StructureError("-o is the file of a map, which takes --map")
-        if self.force and self.map is None:
-            raise StructureError("--force replaces the file of a map, which takes --map")
+        has_file = self.map is not None or self.path is not None
+        if self.output is not None and not has_file:
+            raise StructureError("-o is the file of a map, which takes --map, or of a path, which takes --path")
+        if self.force and not has_file:
+            raise StructureError("--force replaces the file of a map or a path, which takes --map or --path")
         if self.bounds is not None and not self.optimize:
             raise StructureError("--bounds are bounds of an optimum, which takes --optimize")
         return bool(requested)
@@ -69,12 +75,7 @@ def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[
     if request.sensitivity:
         return *_sensitivity(study), True
     if request.map is not None:
-        path = request.output or Path("results", f"{name}_map.h5")
-        if path.suffix == _PICTURE:
-            raise StructureError(f"-o {path} is the map's HDF5 file; its picture is written beside it, with {_PICTURE}")
-        check_new(path, request.force)
-        check_picture(path.with_suffix(_PICTURE))
-        described = " ".join([name, *(f"{key}={value}" for key, value in words.items())])
+        path, described = results_file(request.output, name, "map", request.force), described_part(name, words)
         return *_map(study, _items(request.map, "--map"), path, described, request.force), True
     share, given = _bounds(request.bounds or f"{_SHARE:g}")
     found = optimum(study, bounds(study, share, given))
@@ -129,7 +130,10 @@ def _number(word: str, what: str, expected: str = "a number") -> float:
 def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
     """Return the sensitivities of all responses as data and text, sorted by the magnitude of those of the objective."""
     found = {name: slopes(study, name) for name in study.responses}
-    order = sorted(study.variables, key=lambda name: -abs(found[study.objective][name]))
+    zero = [name for name, variable in study.variables.items() if variable.value == 0]
+    order = sorted(
+        (name for name in study.variables if name not in zero), key=lambda name: -abs(found[study.objective][name])
+    )
     present = {name: float(value[0]) for name, value in study.at(study.values).items()}
     data = {
         "study": study.title,
@@ -145,6 +149,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
         f"{study.title}: {_values(study.responses, present)}",
         rendered(rows),
         "relative sensitivity d ln(response) / d ln(dimension): growth in per cent for one per cent of a dimension",
+        *([f"dimensions that are 0 have no relative sensitivity: {', '.join(zero)}"] if zero else []),
     ]
     return data, "\n".join(lines)
 
@@ -173,7 +178,7 @@ def _map(
     found = response_map(study, ranges)
     written = as_record(found)
     write_response_map(path, written, words, force)
-    picture = path.with_suffix(_PICTURE)
+    picture = path.with_suffix(PICTURE)
     save(response_map_figure(written), picture)
     blank = float(np.mean(np.isnan(found.responses[study.objective])))
     extremes = {name: _extremes(found.axes, values) for name, values in found.responses.items()}
@@ -184,6 +189,7 @@ def _map(
         "axes": {name: [axis[0], axis[-1]] for name, axis in found.axes.items()},
         "design": {name: study.variables[name].value for name in found.axes},
         "impossible": blank,
+        "failing": found.failing,
         "responses": extremes,
     }
     spans = [
@@ -192,6 +198,8 @@ def _map(
     ]
     rest = f", of which {100 * blank:.3g} % cannot be built" if blank else ""
     lines = [f"{study.title}: {', '.join(spans)}{rest}"]
+    points = found.responses[study.objective].size
+    lines += [f"  empty at {count} of {points} points, without {text}" for text, count in found.failing.items()]
     for name, ends in extremes.items():
         unit = study.responses[name].unit
         places = [

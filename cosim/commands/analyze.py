@@ -20,6 +20,7 @@ def analyze(
     map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (name of the option)
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
+    path: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
     force: Force = False,
     json: Json = False,
@@ -40,19 +41,30 @@ def analyze(
     bounds
         With `--optimize`: PERCENT on either side of the present dimensions (default: 20), and for single dimensions
         DIMENSION=LOW:HIGH, or one value to fix it: `30,tm=10e-6:40e-6,w=3e-4`.
+    path
+        FILE.csv: the numbers along a path, as HDF5 and as a picture. Its first row names the columns, dimensions of the
+        path such as `x,y,z,rz,rx,ry` (m and degrees) and optionally `t`, the time; what it does not name stays.
     output
-        With `--map`: file of the map (default: `results/NAME_map.h5`).
+        With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`).
     """
-    from hfsa.components._modelling.catalogue import part_named, studied
+    from hfsa.components._modelling.catalogue import following, part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
+    from hfsa.cosim.commands._paths import path_answer
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     refuse_scene(name, "`run`, `sweep` and `stability` examine it")
     values = _shell.part_arguments(level, parameter)
-    request = StudyRequest(sensitivity, map, optimize, bounds, output, force)
-    if request.is_study():
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path)
+    is_study = request.is_study()
+    if path is not None:
+        part = following(name, available_parts())
+        file = _shell.results_file(output, part.name, "path", force)
+        study = part.path_study(**values)
+        _shell.answer(*path_answer(study, path, file, _shell.described_part(part.name, values), force), json)
+        return _shell.DONE
+    if is_study:
         study = studied(name, available_parts()).design_study(**values)
         data, text, is_found = study_answer(study, request, part_named(name, available_parts()).name, values)
         _shell.answer(data, text, json)

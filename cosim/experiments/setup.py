@@ -81,7 +81,7 @@ def set_up(
         algebraic_loops: one of `ALGEBRAIC_LOOPS`; with `refuse`, an algebraic loop is a `StructureError`.
         order: order of steps as typed.
         file: output file; `StructureError` where it has the name of a signal.
-        record: further signals to record.
+        record: further signals to record, beside those of the scene.
         tuned: results file of a trade, whose answer determines levels, groups, algorithm and step.
         changes: new values of fields of the scene; `None` keeps a field.
     """
@@ -103,8 +103,8 @@ def set_up(
     setup = Setup(loaded, title, order)
     if file is not None and file.suffix not in _FORMATS:
         refuse_signal(file, signals(setup.highest.connectors))
-    recorded = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
-    further = tuple(signal for signal in recorded if signal not in loaded.outputs)
+    named = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
+    further = tuple(s for s in dict.fromkeys((*loaded.recorded, *named)) if s not in loaded.outputs)
     return dataclasses.replace(setup, signals=further, disagreements=disagreements(name, parameters or {}, loaded))
 
 

@@ -24,30 +24,39 @@ __all__ = ["response_map_figure", "save"]
 _COLOURS = LinearSegmentedColormap.from_list("response", ["#f3f6fa", COLOURS[0]])
 _EXTREMES = (5, 95)
 _LEVELS = 9
+_COLUMNS = 3
+_CONSTANT = 1e-6
+"""Range of a response, relative to its size, below which its colours do not show rounding."""
 _MARK: Any = {"color": ACCENT, "markersize": 9, "markeredgecolor": "white", "clip_on": False, "zorder": 5}
 
 
 def response_map_figure(found: ResponseMap) -> Figure:
     """Return the figure of a map, one panel per response."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.6 * len(found.responses), 4.4), layout="constrained", dpi=160)
+        columns = min(len(found.responses), _COLUMNS)
+        rows = -(-len(found.responses) // columns)
+        figure = Figure(figsize=(4.6 * columns, 4.4 * rows), layout="constrained", dpi=160)
         figure.suptitle(found.title, fontsize=12.5, fontweight="bold")
-        panels = figure.subplots(1, len(found.responses), sharex=True, sharey=True, squeeze=False)[0]
-        scales = [prefixed(float(axis.values[-1]), axis.unit) for axis in found.axes.values()]
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        scales = [prefixed(float(np.abs(axis.values).max()), axis.unit) for axis in found.axes.values()]
         x, y = (factor * axis.values for (factor, _), axis in zip(scales, found.axes.values(), strict=True))
         present = [factor * axis.present for (factor, _), axis in zip(scales, found.axes.values(), strict=True)]
         labels = [_label(*item, unit) for item, (_, unit) in zip(found.axes.items(), scales, strict=True)]
-        for axes, response in zip(panels, found.responses.values(), strict=True):
+        for unused in panels.ravel()[len(found.responses) :]:
+            unused.remove()
+        for axes, response in zip(panels.ravel(), found.responses.values(), strict=False):
             _draw(figure, axes, x, y, response.values.T, response.unit)
             axes.set_title(response.description, fontsize=9.5, loc="left")
             axes.set_xlabel(labels[0])
+            axes.tick_params(labelbottom=True)
             if x[0] <= present[0] <= x[-1] and y[0] <= present[1] <= y[-1]:
                 axes.plot(*present, "o", label=f"the design, {readable(response.present, response.unit)}", **_MARK)
             if np.any(np.isnan(response.values)):
                 axes.plot([], [], "s", color="white", markeredgecolor=INK, label="blank: cannot be built")
             if axes.get_legend_handles_labels()[0]:
                 axes.legend(loc="upper right", frameon=True, fontsize=8.5)
-        panels[0].set_ylabel(labels[1])
+        for axes in panels[:, 0]:
+            axes.set_ylabel(labels[1])
     return figure
 
 
@@ -56,6 +65,8 @@ def _draw(
 ) -> None:
     """Draw one response, shape (y, x): filled contours, labelled lines, and a colour bar."""
     low, high = np.nanpercentile(values, _EXTREMES)
+    if not high - low > _CONSTANT * abs(high):
+        low, high = (1 - _CONSTANT) * low - _CONSTANT, (1 + _CONSTANT) * high + _CONSTANT
     factor, shown = prefixed(float(np.abs([low, high]).max()), unit)
     values = np.ma.masked_invalid(factor * values)
     levels = MaxNLocator(_LEVELS).tick_values(factor * low, factor * high)

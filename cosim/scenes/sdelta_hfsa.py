@@ -154,8 +154,17 @@ def sdelta_hfsa(
     )
     tubes = [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     loads = [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
+    errors = [
+        Component(f"{kind}_error", "tracking_error", None, {"axes": 3, "unit": unit})
+        for kind, unit in (("rotation", "rad"), ("position", "m"))
+    ]
+    compared = [
+        Connection(f"{start}.platform.{kind}[1..3]", f"{kind}_error.axis[1..3].{end}")
+        for kind in ("rotation", "position")
+        for start, end in (("reference", "reference"), ("robot", "measured"))
+    ]
     return Scene(
-        System([*control.components, *drives, flexible], [*control.connections, *tubes, *loads]),
+        System([*control.components, *drives, flexible, *errors], [*control.connections, *tubes, *loads, *compared]),
         inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),
@@ -163,4 +172,13 @@ def sdelta_hfsa(
         step_size=50e-6,
         stop_time=5.0,
         scale=robot_pose(),
+        recorded=[
+            "rotation_error.axis[1..3].error",
+            "position_error.axis[1..3].error",
+            "controller.axis[1..6].command",
+            "drive[1..3].motor[1..2].speed",
+            "robot.rod[1..3].deflection[1]",
+            "robot.rod[1..3].deflection[2]",
+            "robot.shaft[1..6].twist",
+        ],
     )

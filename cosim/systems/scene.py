@@ -36,6 +36,7 @@ class Scene:
         fuse: groups of components, by name, each compiled into one FMU (`assembly/fuse.py`).
         scale: typical sizes of variables (full names), from travel, bounds, force and torque limits, in their units;
             a run stops where a variable is a thousand times as large (`actions/divergence.py`).
+        recorded: full names of further variables that runs record beside the outputs.
     """
 
     system: System
@@ -52,6 +53,7 @@ class Scene:
     marks: Mapping[str, float] = field(default_factory=dict)
     fuse: Sequence[Sequence[str]] = ()
     scale: Mapping[str, float] = field(default_factory=dict)
+    recorded: Sequence[str] = ()
 
     def __post_init__(self):
         instance("system", self.system, System)
@@ -61,7 +63,7 @@ class Scene:
         groups = listed("fuse", self.fuse, "a list of lists of component names")
         fuse = tuple(texts("a group of fuse", group, "a list of component names") for group in groups)
         object.__setattr__(self, "fuse", fuse)
-        for label in ("inputs", "outputs"):
+        for label in ("inputs", "outputs", "recorded"):
             given = texts(label, getattr(self, label), "a list of full names")
             names = tuple(member for name in given for member in expand(name))
             for name in names:

@@ -40,6 +40,7 @@ def scene_text(scene: Scene) -> str:
     lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
     lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
     lines += [f"scale = {_value(scene.scale)}"] if scene.scale else []
+    lines += [f"recorded = {_value(scene.recorded)}"] if scene.recorded else []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:

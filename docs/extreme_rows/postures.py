@@ -8,7 +8,8 @@ import numpy as np
 
 from extreme_rows.bench import free_motion, sentences
 from extreme_rows.row import Accuracy, Found, Message, Row
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components.sdelta import Posture
 from hfsa.cosim import load_scene
 from hfsa.cosim.assembly.build import build

@@ -118,13 +118,17 @@ def test_every_part_says_what_it_is_and_builds_with_its_defaults(name):
 # Units of what an analysis answers ------------------------------------------------------------------------------------
 
 ANALYSES = [(name, level) for name, part in PARTS.items() if part.analyze for level in part.levels or (None,)]
-DIMENSIONS = {"dimensions.length": "0.05", "dimensions.diameter": "2e-3"}
+MORE = {
+    "beam_module": {"dimensions.length": "0.05", "dimensions.diameter": "2e-3"},
+    "sdelta": {"point": "0.1,0,0"},
+}
+"""Arguments that bring further numbers."""
 
 
 @pytest.mark.parametrize(("name", "level"), ANALYSES, ids=lambda value: str(value))
 def test_every_number_of_an_analysis_has_a_unit_at_every_level_that_is_listed(name, level):
     part = PARTS[name]
-    numbers = part.analysis(level, **(DIMENSIONS if name == "beam_module" else {}))
+    numbers = part.analysis(level, **MORE.get(name, {}))
     assert set(numbers) <= set(part.units)
     for key, value in numbers.items():
         rows = [row.split(",") for row in part.units[key].split(";")]
@@ -140,7 +144,7 @@ def test_every_number_of_an_analysis_has_a_unit_at_every_level_that_is_listed(na
 @pytest.mark.parametrize("name", [name for name, part in PARTS.items() if part.units])
 def test_no_unit_is_of_a_number_that_never_comes(name):
     part = PARTS[name]
-    more = DIMENSIONS if name == "beam_module" else {}
+    more = MORE.get(name, {})
     found = set().union(*(part.analysis(level, **more) for level in part.levels or (None,)))
     assert found == set(part.units)
 

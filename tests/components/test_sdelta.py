@@ -224,14 +224,20 @@ def test_nominals_fit_micrometre_motion():
 
 
 def test_analysis_has_the_agreed_keys():
-    kinematic = {"motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian"}
-    kinematic |= {"attitude", "inertia_parameters_S"}
-    elastic = """stiffness_S stiffness_C mass_C frequency_matrix_C natural_frequencies_hz modal_screws_C eigenstiffness
-        eigenpitch translational_stiffness torsional_stiffness kappa kappa_t kappa_r relative_damping"""
-    assert set(analyze()) == kinematic | set(elastic.split())
-    assert set(analyze(level="rigid")) == kinematic
-    for value in analyze(posture=A).values():
-        assert np.isfinite(value).all()
+    kinematic = """motor_angles tube_slides tube_angles limb_lengths limb_rows_S drive_paths jacobian condition_number
+        determinant assembly regularity attitude inertia_parameters_S"""
+    anywhere = """eigenstiffness eigenpitch eigenscrew_directions translational_stiffness torsional_stiffness kappa
+        kappa_t kappa_r wrench_compliant_directions wrench_compliant_pitches twist_compliant_directions
+        twist_compliant_pitches rod_stiffness shaft_stiffness shaft_along shaft_across joint_stiffness minimum_energy_S
+        frequency_matrix_C squared_frequency_matrix_cholesky_C natural_frequencies_hz modal_screws_C modal_kinds
+        modal_directions modal_pitches relative_damping"""
+    at_points = """stiffness compliance mass dynamic_matrix modal_matrix modal_points eigenscrew_points tracking_band_hz
+        wrench_compliant_points twist_compliant_points"""
+    elastic = {*anywhere.split(), *(f"{key}_{point}" for key in at_points.split() for point in "SC")}
+    assert set(analyze()) == set(kinematic.split()) | elastic
+    assert set(analyze(level="rigid")) == set(kinematic.split())
+    for value in analyze(posture=A, stiffness="ch4_full").values():
+        assert np.isfinite(value).all() if np.asarray(value).dtype.kind == "f" else value
 
 
 def test_modal_screws_are_unit_rotations_or_translations():

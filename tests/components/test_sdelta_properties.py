@@ -12,9 +12,10 @@ from hfsa.components import ModelError
 from hfsa.components._mechanics.elastostatics import eigenscrews, twist_compliant_axes, wrench_compliant_axes
 from hfsa.components._mechanics.modes import damping_matrix, frequency_matrix, modes
 from hfsa.components._mechanics.screws import GAMMA, exponential, numbers, shift
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
 from hfsa.components._mechanics.sdelta_geometry import C_AXES, INWARDS, SYMMETRIC, THESIS_GEOMETRY, UP, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
 from hfsa.components._mechanics.sdelta_stiffness import (
     PRESETS,
     Springs,

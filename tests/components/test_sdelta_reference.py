@@ -10,8 +10,9 @@ from random_postures import numbers_in, postures
 from scipy.spatial.transform import Rotation
 
 from hfsa.components import ModelError
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind

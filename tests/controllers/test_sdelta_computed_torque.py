@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from hfsa.components import ModelError, sdelta
 from hfsa.components._mechanics.modes import damping_matrix
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize

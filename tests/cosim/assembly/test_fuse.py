@@ -117,10 +117,14 @@ def test_a_stiff_connection_within_an_fmu_limits_no_step(opened, library, step_s
 # Names ----------------------------------------------------------------------------------------------------------------
 
 
+ERRORS = ("rotation_error", "position_error")
+"""Components of `sdelta_hfsa` that its runs record."""
+
+
 def test_signals_keep_their_names():
     system = load_scene("sdelta_hfsa").system
     whole = fused(system, groups(system, "robot,drives"))
-    assert [c.name for c in whole.components] == ["reference", "controller", "fused"]
+    assert [c.name for c in whole.components] == ["reference", "controller", "fused", *ERRORS]
     assert whole.split(HEIGHT) == ("fused", HEIGHT)
     assert whole.own_name(f"fused.{HEIGHT}") == HEIGHT
     assert whole["fused"].start["robot.damping_ratio"] == 0.01
@@ -260,4 +264,4 @@ def test_what_an_exported_group_cannot_hold_is_refused(tmp_path):
 def test_instruments_stay_outside():
     scene = with_fusion(load_scene("sdelta_hfsa"), ["robot,drives"])
     system = fused(instrument(scene, scene.inputs[0]), scene.fuse)
-    assert [c.name for c in system.components] == ["source", "reference", "controller", "fused", "lock_in"]
+    assert [c.name for c in system.components] == ["source", "reference", "controller", "fused", *ERRORS, "lock_in"]

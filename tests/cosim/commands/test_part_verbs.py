@@ -41,12 +41,9 @@ def test_analyze_answers_with_the_keys_of_the_robot(hfsa):
     code, out, _ = hfsa("analyze", "sdelta", "--level", "cartesian", *words, "--json")
     assert code == 0
     numbers = strict_json(out)
-    assert set(numbers) == {
-        "stiffness_S", "stiffness_C", "mass_C", "frequency_matrix_C", "natural_frequencies_hz", "modal_screws_C",
-        "eigenstiffness", "eigenpitch", "translational_stiffness", "torsional_stiffness", "kappa", "kappa_t", "kappa_r",
-        "motor_angles", "tube_slides", "tube_angles", "limb_lengths", "jacobian", "attitude", "inertia_parameters_S",
-        "units",
-    }  # fmt: skip
+    assert {"stiffness_S", "mass_C", "natural_frequencies_hz", "modal_points_S", "kappa", "motor_angles"} <= set(
+        numbers
+    )
     assert set(numbers["units"]) == set(numbers) - {"units"}
     assert numbers["units"]["stiffness_S"] == "N.m/rad, N; N, N/m"
     assert np.shape(numbers["stiffness_S"]) == (6, 6)

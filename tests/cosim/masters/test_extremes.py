@@ -10,7 +10,8 @@ import pytest
 from scipy.linalg import expm
 
 from hfsa.components import Model
-from hfsa.components._mechanics.sdelta_kinematics import Kinematics, direct_kinematics
+from hfsa.components._mechanics.sdelta_direct import direct_kinematics
+from hfsa.components._mechanics.sdelta_kinematics import Kinematics
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.components.sdelta import Posture
 from hfsa.cosim.fmi.co_simulation import StepError
