@@ -24,6 +24,19 @@ It is joined with drives that are rotors only, has shafts that twist whatever th
 limbs, and converges to `cartesian` with the shafts (`ch3_full`, `ch4_full`) as `extra_inertia` goes to 0, with an error
 of 0.054 `extra_inertia` in the frequencies of the symmetric posture. At 0 it is that level.
 
+`nonlinear` has finite motions: V(Q, a; u, phi) of `_mechanics/sdelta_nonlinear.py`, the energy of springs along the
+actual axes of the limbs, about tubes at their actual places, with the inertia I = Q I_body Q^T,
+
+    nonlinear   I alpha + omega x I omega = n + n_w,    m a_C = f + f_w + m g
+                [n; f] = -dV - D (t - T dqd),           Q = -dV/d[u; phi] + T^T D (t - T dqd),    T = N^-1 L
+
+with D and T of the posture: the damping is that of small motions. The attitude of the platform is finite, less than a
+full turn, and `platform` and `wrench` refer to the moved S. `platform.workspace_left` is 1 where a limb is no longer
+than its rod, a tube is beyond the end of its side, or the platform is at or beyond a singular pose; the equations go
+on, but describe no machine. As the amplitude A goes to 0 the level tends to `cartesian`: second harmonics and means,
+relative to A, are of order A, the change of the fundamental of order A^2. With gravity the preload raises the
+frequencies of the symmetric posture, by 0.34 % at most. `sdelta_reference` at level `exact` fits it.
+
 Ports: in `drive[j].slide` [m], `.angle` [rad] from the posture (du_j and dphi_j), their `_rate` and `_acceleration`,
 `wrench.torque` [N.m], `.force` [N]; out `drive[j].force` [N], `.torque` [N.m] and the platform's `rotation` [rad] and
 `position` [m] from the posture with `angular_velocity`, `velocity`, `angular_acceleration`, `acceleration`, world axes,
@@ -57,6 +70,7 @@ import numpy as np
 
 from hfsa.components import Model
 from hfsa.components._mechanics.modes import Damping, damping_matrix, damping_rates
+from hfsa.components._mechanics.rodrigues import parameter_rate, rotation_vector, turn
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
     DAMPING_MODEL,
@@ -83,6 +97,7 @@ from hfsa.components._mechanics.sdelta_kinematics import (
     declare_tube_constants,
 )
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
+from hfsa.components._mechanics.sdelta_nonlinear import MovedPlatform, deflections, sparse
 from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
 from hfsa.components._mechanics.sdelta_numbers import (
     elastodynamic_numbers,
@@ -99,9 +114,12 @@ from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import ModelError, one_of
 from hfsa.components._modelling.study import Study
 
-Level = Literal["rigid", "cartesian", "generalized"]
+Level = Literal["rigid", "cartesian", "generalized", "nonlinear"]
 
-_ELASTIC = ("cartesian", "generalized")
+LADDER = ("rigid", "cartesian", "nonlinear")
+"""Levels of one machine, whose limbs have no inertia; that of `generalized` is assumed, and makes another machine."""
+
+_ELASTIC = ("cartesian", "generalized", "nonlinear")
 
 FACTS = {
     POSTURE: Known("posture"),
@@ -113,7 +131,7 @@ FACTS = {
     RODS: Known("rods", levels=_ELASTIC),
     SHAFTS: Known("shafts", levels=_ELASTIC),
     LIMBS: Known("limbs", levels=("generalized",)),
-    SPRINGS: Known("stiffness", levels=("cartesian",)),
+    SPRINGS: Known("stiffness", levels=("cartesian", "nonlinear")),
     DAMPING_MODEL: Known("damping_model", levels=_ELASTIC),
     DAMPING_RATIO: Known("damping_ratio", levels=_ELASTIC),
     GRAVITY: Known("gravity"),
@@ -131,6 +149,12 @@ JOINS = (
         "drive[",
         {"sdelta_reference": None, "c_drive": ("ideal", "rotor")},
         "it has the screws, tubes and shafts itself, which would count twice",
+    ),
+    Join(
+        "nonlinear",
+        "drive[",
+        {"sdelta_reference": ("exact",), "c_drive": ("ideal", "rigid_shaft", "compliant_shaft")},
+        "its motion is finite, and tubes that follow a linear reference deviate from it by terms of second order",
     ),
 )
 
@@ -160,10 +184,10 @@ class _Motion(NamedTuple):
     """Result of a level.
 
     Attributes:
-        displacement, twist, acceleration: motion of C, columns of six.
+        displacement, twist, acceleration: motion of the reference point, columns of six.
         on_tubes: forces and torques on the tubes, along +slide and +angle by drive, shape (6, 1).
         deflections: twists of the shafts and deflections of the rod tips, shape (12, 1).
-        by_limbs: wrench of the limbs on the platform about C, (6, 1).
+        by_limbs: wrench of the limbs on the platform about the reference point, shape (6, 1).
     """
 
     displacement: ca.SX
@@ -172,6 +196,23 @@ class _Motion(NamedTuple):
     on_tubes: ca.SX
     deflections: ca.SX
     by_limbs: ca.SX
+
+    def referred(self, to_reference: ca.DM) -> "_Motion":
+        """Return small motion and wrench at another point, by the matrix (6, 6) of displacements from this one."""
+        return self._replace(
+            displacement=to_reference @ self.displacement,
+            twist=to_reference @ self.twist,
+            acceleration=to_reference @ self.acceleration,
+            by_limbs=ca.inv(to_reference).T @ self.by_limbs,
+        )
+
+
+class _Wrench(NamedTuple):
+    """Moment and force on the platform at the reference point, columns of three, and its weight."""
+
+    torque: ca.SX
+    force: ca.SX
+    weight: ca.SX
 
 
 def sdelta(
@@ -194,8 +235,9 @@ def sdelta(
     """Return the robot at one posture.
 
     Args:
-        level: `rigid` (the platform follows the tubes), `cartesian` (a rigid platform on a 6x6 spring) or `generalized`
-            (twelve degrees of freedom of shafts and rods with the inertia of the limbs).
+        level: `rigid` (the platform follows the tubes), `cartesian` (a rigid platform on a 6x6 spring), `generalized`
+            (twelve degrees of freedom of shafts and rods with the inertia of the limbs) or `nonlinear` (a rigid
+            platform in finite motion, with springs along the actual limbs).
         posture: origin of the displacements; rotation in degrees, position of S in metres.
         stiffness: preset of `_mechanics/sdelta_stiffness.py`; without effect at level `rigid`.
         payload: mass [kg], centre of mass from S [m] and moments of inertia [kg.m2] of the payload.
@@ -215,8 +257,8 @@ def sdelta(
         ModelError: a singular posture, with its condition number; an unknown level, preset or reference point;
             dimensions that cannot be built.
     """
-    levels = {"rigid": _rigid, "cartesian": _cartesian, "generalized": _generalized}
-    one_of(level, levels, "sdelta: level")
+    linear = {"rigid": _rigid, "cartesian": _cartesian, "generalized": _generalized}
+    one_of(level, get_args(Level), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     one_of(damping_model, get_args(Damping), "sdelta: damping_model")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
@@ -226,13 +268,17 @@ def sdelta(
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
     tubes = _tubes(m)
     declare_tube_constants(m, robot.kinematics)
-    to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
-    weight = ca.vertcat(0, 0, 0, 0, 0, -robot.mass[5, 5] * gravity)
-    wrench = to_reference.T @ ca.vertcat(torque, force) + weight
-    motion = levels[level](m, robot, tubes, wrench, _Damping(damping_model, damping_ratio))
-    _outputs(m, to_reference, motion, reference_point)
+    wrench = _Wrench(torque, force, ca.vertcat(0, 0, -robot.mass[5, 5] * gravity))
+    damped = _Damping(damping_model, damping_ratio)
+    if level == "nonlinear":
+        motion = _nonlinear(m, robot, tubes, wrench, damped, reference_point)
+    else:
+        to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
+        at_center = to_reference.T @ ca.vertcat(torque, force) + ca.vertcat(0, 0, 0, wrench.weight)
+        motion = linear[level](m, robot, tubes, at_center, damped).referred(to_reference)
+    _outputs(m, motion, reference_point)
     return m
 
 
@@ -259,7 +305,8 @@ def analyze(
     The arguments are those of `sdelta`, and `point`: a further point of reference P, from S in world axes [m].
     `reference_point` has no effect, because the names of the results contain the reference point. At level `rigid` the
     limbs are not elastic, and only the last group is returned. At level `generalized` the frequencies and modal screws
-    are those of twelve degrees of freedom; what is defined for six only is left out.
+    are those of twelve degrees of freedom; what is defined for six only is left out. At level `nonlinear` all numbers
+    are those of small motions.
 
     Returns:
         Elastostatics, with `_S`, `_C` and, for a given point, `_P`; a vector of each axis is a column, and a point is
@@ -435,8 +482,8 @@ def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _D
     x, v = ca.vertcat(rotation, position), ca.vertcat(angular_velocity, velocity)
 
     inverse = np.linalg.inv(robot.rows)
-    B = damping.ratio * ca.DM(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.kind) @ inverse)
-    N, L = ca.DM(robot.rows), ca.DM(robot.kinematics.lever)
+    B = damping.ratio * sparse(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.kind) @ inverse)
+    N, L = sparse(robot.rows), ca.DM(robot.kinematics.lever)
     elastic = ca.DM(robot.limb_stiffness) * (N @ x - L * tubes.deviation)
     forces = elastic + B @ (N @ v - L * tubes.rate)
     acceleration = ca.DM(np.linalg.inv(robot.mass)) @ (wrench - N.T @ forces)
@@ -481,7 +528,44 @@ def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: 
     return _Motion(W @ eta, W @ rate, a, G.T @ forces, yielding @ elastic, _by_limbs(robot, a, wrench))
 
 
-def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None:
+def _nonlinear(
+    m: Model, robot: Robot, tubes: _Tubes, wrench: _Wrench, damping: _Damping, reference_point: str
+) -> _Motion:
+    """Add the equations of a rigid platform in finite motion on the springs of its limbs; return its motion."""
+    s = m.state("center.attitude[1..3]", "rad", "4 tan(angle / 4) along the axis of rotation", nominal=_TURN[0])
+    position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
+    omega = m.state("center.angular_velocity[1..3]", "rad/s", "Angular velocity of the platform", nominal=_TURN[1])
+    velocity = m.state("center.velocity[1..3]", "m/s", "Velocity of C", nominal=_MOVE[1])
+    platform = MovedPlatform(robot, turn(s), position)
+    slide, angle = tubes.deviation[0::2], tubes.deviation[1::2]
+    loads = platform.loads(slide, angle)
+
+    D = sparse(damping_matrix(robot.mass, robot.stiffness, damping.kind))
+    follow = sparse(robot.kinematics.tubes_to_pose(robot.offset))
+    damped = damping.ratio * (D @ (ca.vertcat(omega, velocity) - follow @ tubes.rate))
+    arm = platform.center if reference_point == "S" else ca.SX.zeros(3)
+    moment, force = loads.moment - damped[:3], loads.force - damped[3:]
+    alpha = platform.angular_acceleration(moment + wrench.torque - ca.cross(arm, wrench.force), omega)
+    acceleration = (force + wrench.force + wrench.weight) / robot.body.mass
+    m.der[s] = parameter_rate(s, omega)
+    m.der[position] = velocity
+    m.der[omega] = alpha
+    m.der[velocity] = acceleration
+
+    left = platform.has_left_workspace(slide, angle, loads.lever)
+    m.output("platform.workspace_left", left, "1", "1 beyond the reach of limbs or tubes, or beyond a singular pose")
+    seen = platform.centroid if reference_point == "S" else position
+    return _Motion(
+        ca.vertcat(rotation_vector(s), seen),
+        ca.vertcat(omega, velocity - ca.cross(omega, arm)),
+        ca.vertcat(alpha, acceleration - ca.cross(alpha, arm) - ca.cross(omega, ca.cross(omega, arm))),
+        by_drive(loads.slide, loads.angle) + follow.T @ damped,
+        deflections(robot, loads),
+        ca.vertcat(moment + ca.cross(arm, force), force),
+    )
+
+
+def _outputs(m: Model, motion: _Motion, point: str) -> None:
     """Declare the loads on the tubes, the deflections of the limbs, the platform's motion and their wrench on it."""
     slide, angle = motion.on_tubes[0::2], motion.on_tubes[1::2]
     m.output("drive[1..3].force", slide, "N", "Force on the tube, positive along +slide", nominal=_FORCE)
@@ -491,7 +575,7 @@ def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None
     for i, where in enumerate(("along the C axis", "across the limb")):
         text = f"Deflection of the rod's tip {where}"
         m.output(f"rod[1..3].deflection[{i + 1}]", tips[i::2], "m", text, nominal=_MOVE[0])
-    x, v, a = (to_reference @ column for column in motion[:3])
+    x, v, a = motion[:3]
     m.output("platform.rotation[1..3]", x[:3], "rad", "Rotation vector from the posture, world axes", nominal=_TURN[0])
     m.output(
         "platform.position[1..3]", x[3:], "m", f"Displacement of {point} from the posture, world axes", nominal=_MOVE[0]
@@ -500,8 +584,6 @@ def _outputs(m: Model, to_reference: ca.DM, motion: _Motion, point: str) -> None
     m.output("platform.velocity[1..3]", v[3:], "m/s", f"Velocity of {point}", nominal=_MOVE[1])
     m.output("platform.angular_acceleration[1..3]", a[:3], "rad/s2", "Angular acceleration", nominal=_TURN[2])
     m.output("platform.acceleration[1..3]", a[3:], "m/s2", f"Acceleration of {point}", nominal=_MOVE[2])
-    by_limbs = ca.inv(to_reference).T @ motion.by_limbs
-    m.output(
-        "limbs.torque[1..3]", by_limbs[:3], "N.m", f"Moment of the limbs on the platform about {point}", nominal=_TORQUE
-    )
-    m.output("limbs.force[1..3]", by_limbs[3:], "N", "Force of the limbs on the platform", nominal=_FORCE)
+    moment, force = motion.by_limbs[:3], motion.by_limbs[3:]
+    m.output("limbs.torque[1..3]", moment, "N.m", f"Moment of the limbs on the platform about {point}", nominal=_TORQUE)
+    m.output("limbs.force[1..3]", force, "N", "Force of the limbs on the platform", nominal=_FORCE)

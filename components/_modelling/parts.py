@@ -81,6 +81,11 @@ class Part:
         level = self.arguments.get("level")
         return level.values if level else ()
 
+    @property
+    def ladder(self) -> tuple[str, ...]:
+        """Levels that `auto` chooses among, cheapest first; the last is the reference."""
+        return getattr(self.module, "LADDER", self.levels)
+
     @cached_property
     def arguments(self) -> Mapping[str, Argument]:
         """Structural arguments of `build` (of `analyze` for an analysis) by full name."""

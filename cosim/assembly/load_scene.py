@@ -44,7 +44,8 @@ def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> 
     """Return a scene by name, or from the path of a `.py` or `.toml` file.
 
     `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value, of one
-    component or of a range of them, `stack[1..3].maximum.force`. Values may be text as typed on a command line.
+    component or of a range of them, `stack[1..3].maximum.force`. A level counts as the scene's argument of the
+    component's name where there is one, so that others follow. Values may be text as typed on a command line.
     `StructureError` names what does not exist, and the nearest names.
     """
     name = text("a scene", str(name) if isinstance(name, Path) else name, "the name or path of a scene")
@@ -57,9 +58,24 @@ def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> 
         part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}
         scene, own = written(part, given), list(part.arguments)
+        of_levels = {name: arguments.pop(f"{name}.level") for name in _leveled(part, arguments, given)}
+        if of_levels:
+            scene = written(part, {**given, **of_levels})
     scene = _with_parameters(_analyzed(scene), arguments, own, f"scene {name}")
     check_algorithm(scene.algorithm)
     return scene
+
+
+def _leveled(part: Part, arguments: Mapping[str, Any], given: Mapping[str, Any]) -> list[str]:
+    """Return the components whose `level` among `arguments` is a value of the scene's argument of their name.
+
+    The scene then takes it as that argument, and what follows from the level in other components follows.
+    """
+    return [
+        name
+        for name, argument in part.arguments.items()
+        if name not in given and arguments.get(f"{name}.level") in argument.values
+    ]
 
 
 def with_arguments(scene: Scene, arguments: Mapping[str, Any] | None = None) -> Scene:

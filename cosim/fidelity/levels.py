@@ -4,7 +4,8 @@
     choices = choose(scene, library)              # for the inputs, outputs, band and tolerance of the scene
     scene = with_chosen(scene, choices)               # `choices["sensor"]` has the reason
 
-The reference is the scene with every `auto` at its part's last level that the levels of the others permit. Each
+The reference is the scene with every `auto` at the last level of its part's ladder that the levels of the others
+permit. Each
 component is evaluated alone, all others at the reference, by the error of `fidelity/level_error.py`; its cheapest level
 within the tolerance is chosen. Several components are then evaluated together. While their common error exceeds the
 tolerance, the component with the largest error of its own changes to its next better level. The error of the reference
@@ -54,8 +55,20 @@ def at_highest(scene: Scene) -> Scene:
 
 
 def _ladders(scene: Scene) -> dict[str, Sequence[str]]:
-    """Return the levels of each automatic component up to its last one that may be joined with the others'."""
-    ladders = {name: _levels(scene.system[name]) for name in automatic(scene)}
+    """Return the levels of each automatic component up to its last one that may be joined with the others'.
+
+    Where no levels of the ladders may be joined, all levels of the parts are tried.
+    """
+    components = [scene.system[name] for name in automatic(scene)]
+    try:
+        return _joinable(scene, {component.name: _levels(component) for component in components})
+    except StructureError:
+        every = {c.name: part_named(c.part, available_parts()).levels for c in components if _levels(c)}
+        return _joinable(scene, every)
+
+
+def _joinable(scene: Scene, ladders: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Return the ladders without as few of their last levels as may be; `StructureError` where none may be joined."""
     depths = sorted(itertools.product(*(range(len(levels)) for levels in ladders.values())), key=sum)
     refused: StructureError | None = None
     for depth in depths:
@@ -224,12 +237,12 @@ class _LevelChoices:
 
 
 def _known_levels(component: Component) -> Sequence[str]:
-    """Return the levels of a component's part, cheapest first; none where it has none."""
-    return () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).levels
+    """Return the ladder of a component's part, cheapest first; none where it has none."""
+    return () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).ladder
 
 
 def _levels(component: Component) -> Sequence[str]:
-    """Return the levels of a component's part, cheapest first; `StructureError` where it has none."""
+    """Return the ladder of a component's part, cheapest first; `StructureError` where it has none."""
     levels = _known_levels(component)
     if not levels:
         raise StructureError(f"{component.name}: {component.part} has no levels to choose from; leave the level out")

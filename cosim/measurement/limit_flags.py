@@ -53,6 +53,11 @@ LIMITS: Mapping[str, Limit] = {
         "take a smaller motion",
         spoils_response=False,
     ),
+    "workspace_left": Limit(
+        "outside its workspace",
+        "a limb is as short as its rod, a tube is beyond its end, or the pose is singular, and the machine would block",
+        "take a smaller motion or another posture",
+    ),
     "displacement_warning": Limit(
         "displaced too far",
         "its equations hold for small displacements only, and this one is large",

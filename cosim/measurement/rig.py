@@ -139,7 +139,7 @@ class Rig:
         self.nominal = np.array([output.nominal for output in outputs])
         self._lock_in = self.master.instances[bench.lock_in]
         count = range(1, len(outputs) + 1)
-        members = ("gain[{}].real", "gain[{}].imaginary", "harmonic[{}].second", "harmonic[{}].third")
+        members = ("gain[{}].real", "gain[{}].imaginary", "mean[{}]", "harmonic[{}].second", "harmonic[{}].third")
         self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
         self._windows = self._lock_in.handle(["windows"])
         limits = [bench.assembly.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
@@ -289,12 +289,12 @@ class Rig:
         done = self._lock_in.get(self._windows)[0]
         if done != window:
             raise RuntimeError(f"{self.bench.lock_in} has completed {done:g} windows, expected {window}")
-        real, imaginary, _, _ = self._lock_in.get(self._results).reshape(4, -1)
+        real, imaginary, *_ = self._lock_in.get(self._results).reshape(5, -1)
         return real + 1j * imaginary
 
     def _point(self, task: Task, settling: Settling, simulated: float) -> Point:
         """Return the measured point after a simulated time [s]; its status is that of settling or of a limit."""
-        _, _, second, third = self._results.values.reshape(4, -1)
+        _, _, mean, second, third = self._results.values.reshape(5, -1)
         distortion = harmonic_distortion(settling.gain, second, third)
         remaining = settling.remaining / settling.scale
         status, message = Status.DONE, ""
@@ -316,6 +316,7 @@ class Rig:
             status,
             response=settling.gain / task.amplitude,
             harmonic_distortion=np.where(np.abs(settling.gain) < settling.floor, np.nan, distortion),
+            harmonics=np.array([mean, np.abs(settling.gain), second, third]) / task.amplitude,
             remaining_transient=remaining,
             message=message,
         )

@@ -14,7 +14,7 @@ from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, Signal, Theory
 from hfsa.cosim.results.store import open_file, translate_errors
-from hfsa.cosim.results.sweep_file import COMPUTED, DOWN, is_downward
+from hfsa.cosim.results.sweep_file import COMPUTED, DOWN, HARMONICS, is_downward
 from hfsa.cosim.systems.names import nearest
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class Downward:
     wall_time: NDArray[np.float64]
     message: NDArray[np.object_]
     steps: NDArray[np.int64]
+    harmonics: NDArray[np.float64]
     branches: NDArray[np.int8]
 
 
@@ -47,6 +48,8 @@ class Bode:
         frequency: shape (frequencies,) [Hz].
         outputs, inputs: full names with units, the inputs with their amplitudes.
         response: complex, output per input; NaN where a point is pending or failed.
+        harmonics: mean, with its sign, and amplitudes of the first to third harmonic, output per input, shape
+            (frequencies, 4, outputs, inputs); NaN where the method does not measure them.
         step_error: relative error due to the communication steps, NaN where it is unknown or the response is zero.
         status: `Status` as int8, shape (frequencies, inputs), like `wall_time` [s], `message`, and the number of
             communication `steps`, 0 where it is unknown.
@@ -69,6 +72,7 @@ class Bode:
     wall_time: NDArray[np.float64]
     message: NDArray[np.object_]
     steps: NDArray[np.int64]
+    harmonics: NDArray[np.float64]
     settings: dict[str, Any]
     attributes: dict[str, Any]
     theory: Theory | None = None
@@ -85,13 +89,17 @@ class Bode:
 
         entries, points = ("frequency", "output", "input"), ("frequency", "input")
         of_entries = ("response", "harmonic_distortion", "remaining_transient", "step_error")
-        variables = {name: (entries, getattr(self, name)) for name in of_entries}
+        variables: dict[str, tuple[tuple[str, ...], Any]] = {
+            name: (entries, getattr(self, name)) for name in of_entries
+        }
+        variables["harmonics"] = (("frequency", "harmonic", "output", "input"), self.harmonics)
         variables |= {name: (points, getattr(self, name)) for name in ("status", "wall_time", "message", "steps")}
         if self.downward is not None:
             variables |= {f"{name}{DOWN}": (entries, getattr(self.downward, name)) for name in of_entries[:3]}
             variables["branches"] = (points, self.downward.branches)
         coordinates = {
             "frequency": ("frequency", self.frequency, {"units": "Hz"}),
+            "harmonic": np.arange(HARMONICS),
             "output": [signal.name for signal in self.outputs],
             "input": [signal.name for signal in self.inputs],
             "output_unit": ("output", [signal.unit for signal in self.outputs]),
@@ -140,7 +148,10 @@ def _points(group: Node, side: str = "") -> dict[str, Any]:
     numbers = {name: group[f"{name}{side}"][:] for name in COMPUTED if name != "message"}
     steps = group[f"steps{side}"][:] if f"steps{side}" in group else np.zeros(numbers["status"].shape, np.int64)
     message = np.array([[hdf5.text(m) for m in row] for row in group[f"message{side}"][:]], dtype=object)
-    return {**numbers, "steps": steps, "message": message}
+    frequencies, *entries = group["response"].shape
+    unknown = np.full((frequencies, HARMONICS, *entries), np.nan)
+    harmonics = group[f"harmonics{side}"][:] if f"harmonics{side}" in group else unknown
+    return {**numbers, "steps": steps, "message": message, "harmonics": harmonics}
 
 
 def _marks(scene: str) -> dict[str, float]:

@@ -10,7 +10,8 @@
     /system      the scene as text, components in the order in which they step; one group per FMU; operating_point
     /sweep       settings of the measurement, as attributes
     /bode        frequency [Hz], output, input: dimension scales; output_unit, input_unit, amplitude
-                 response (complex, output per input), magnitude, phase [rad], harmonic_distortion,
+                 response (complex, output per input), magnitude, phase [rad], harmonic_distortion, harmonics of a sine:
+                 mean, with its sign, and amplitudes to the third harmonic over (frequency, harmonic, output, input),
                  remaining_transient, step_error: relative error due to the communication steps, NaN if unknown
                  status, wall_time [s], message, over (frequency, input)
                  of a multisine: line_amplitude, line_phase [rad] over (frequency, input), crest_factor(input)

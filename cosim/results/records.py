@@ -244,8 +244,9 @@ class Plan:
 class Point:
     """Result at one input and one frequency, given by their indices; arrays have shape (outputs,).
 
-    `response` is output per input, `remaining_transient` the estimated relative transient left in each entry, `steps`
-    the number of communication steps that the point took; `is_downward` marks a point of a downward sweep.
+    `response` is output per input, `harmonics` the mean to the third harmonic per input, shape (4, outputs), `None` for
+    a method that does not measure them, `remaining_transient` the estimated relative transient left in each entry,
+    `steps` the number of communication steps that the point took; `is_downward` marks a point of a downward sweep.
     """
 
     input: int
@@ -258,3 +259,4 @@ class Point:
     message: str = ""
     steps: int = 0
     is_downward: bool = False
+    harmonics: NDArray[np.float64] | None = None

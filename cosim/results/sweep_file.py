@@ -27,8 +27,11 @@ COMPUTED = (
     "message",
 )
 
-LATER = ("steps",)
+LATER = ("steps", "harmonics")
 """Datasets that files of earlier versions lack."""
+
+HARMONICS = 4
+"""Number of harmonics of a response: mean, fundamental, second and third."""
 
 DOWN = "_down"
 """Ending of the datasets of the downward sweep, which a file has that follows branches (`--start previous`)."""
@@ -45,7 +48,8 @@ class SweepFile:
         names = [*COMPUTED, "magnitude", "phase", *(name for name in LATER if name in bode)]
         self._has_branches = is_downward(bode)
         if self._has_branches:
-            names += [*(f"{name}{DOWN}" for name in (*COMPUTED, *LATER)), "branches"]
+            downward = [f"{name}{DOWN}" for name in (*COMPUTED, *LATER)]
+            names += [*(name for name in downward if name in bode), "branches"]
         self._arrays = {name: bode[name][:] for name in names}
         self._units = hdf5.texts(bode["output_unit"])
         self._tolerance = float(store.file["sweep"].attrs.get("settling_tolerance", 0.0))
@@ -87,6 +91,8 @@ class SweepFile:
             for name in ("harmonic_distortion", "remaining_transient"):
                 if getattr(point, name) is not None:
                     arrays[f"{name}{side}"][where] = getattr(point, name)
+            if point.harmonics is not None and f"harmonics{side}" in arrays:
+                arrays[f"harmonics{side}"][point.frequency, :, :, point.input] = point.harmonics
             arrays[f"wall_time{side}"][point.frequency, point.input] = point.wall_time
             arrays[f"message{side}"][point.frequency, point.input] = clipped(point.message)
             if f"steps{side}" in arrays:
@@ -175,6 +181,7 @@ def _lay_out_points(bode: Node, unit: str, side: str = "") -> None:
     hdf5.create_dataset(bode, f"remaining_transient{side}", entries, np.nan, float, "1")
     hdf5.create_dataset(bode, f"wall_time{side}", points, np.nan, float, "s")
     hdf5.create_dataset(bode, f"steps{side}", points, np.int64(0), np.int64, "1")
+    _lay_out_harmonics(bode, unit, side)
     members = {status.name.lower(): int(status) for status in Status}
     status = hdf5.create_dataset(bode, f"status{side}", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
@@ -188,6 +195,13 @@ def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> No
     hdf5.create_scale(group, "frequency", frequency, "Hz")
     hdf5.create_scale(group, "output", [signal.name for signal in plan.outputs])
     hdf5.create_scale(group, "input", [signal.name for signal in plan.inputs])
+
+
+def _lay_out_harmonics(bode: Node, unit: str, side: str) -> None:
+    """Create the dataset of the harmonics, and their dimension scale."""
+    if "harmonic" not in bode:
+        hdf5.create_scale(bode, "harmonic", np.arange(HARMONICS), "1")
+    hdf5.create_dataset(bode, f"harmonics{side}", ["frequency", "harmonic", "output", "input"], np.nan, float, unit)
 
 
 def _common(signals: Sequence[Signal]) -> str | None:

@@ -57,7 +57,7 @@ def sdelta_accelerometer(
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
-    robot: Literal["rigid", "cartesian", "generalized"] = "cartesian",
+    robot: Literal["rigid", "cartesian", "generalized", "nonlinear"] = "cartesian",
     robot_damping: float = 0.01,
     damping_model: Literal["modal", "rayleigh"] = "modal",
     design: Design = "mems",
@@ -78,7 +78,7 @@ def sdelta_accelerometer(
         posture: posture of the robot; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
         payload: payload of the platform beside the sensor; with a mass alone, a steel cube of that mass.
-        robot: level of the robot.
+        robot: level of the robot; for `nonlinear` the reference is at its level `exact`, else `linear`.
         robot_damping: damping ratio of its modes.
         damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         design: published dimensions and material of the sensor.
@@ -97,7 +97,12 @@ def sdelta_accelerometer(
     components = [
         accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
         ideal(mounting.at(posture)),
-        Component("reference", "sdelta_reference", "linear", {**posture.arguments, **machine.kinematic}),
+        Component(
+            "reference",
+            "sdelta_reference",
+            "exact" if robot == "nonlinear" else "linear",
+            {**posture.arguments, **machine.kinematic},
+        ),
         Component(
             "robot",
             "sdelta",

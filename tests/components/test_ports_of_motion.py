@@ -16,6 +16,7 @@ MOTION = {f"{place}{per}" for place in PLACES for per in ("", "/s", "/s2", "/s3"
 ROBOTS = [
     ("sdelta", {"level": "rigid"}),
     ("sdelta", {"level": "cartesian"}),
+    ("sdelta", {"level": "nonlinear"}),
     ("sdelta_reference", {"level": "linear"}),
     ("sdelta_reference", {"level": "exact"}),
     ("sdelta_feed_forward", {"level": "rigid"}),

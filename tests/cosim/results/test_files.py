@@ -117,6 +117,7 @@ def test_layout_is_that_of_the_design(path):
             "magnitude": ("frequency", "output", "input"),
             "phase": ("frequency", "output", "input"),
             "harmonic_distortion": ("frequency", "output", "input"),
+            "harmonics": ("frequency", "harmonic", "output", "input"),
             "status": ("frequency", "input"),
             "wall_time": ("frequency", "input"),
             "steps": ("frequency", "input"),
