@@ -62,6 +62,11 @@ GEOMETRY, RODS, SHAFTS, LIMBS, PLATFORM = Geometry(), Rods(), Shafts(), Limbs(),
 """Those of the thesis."""
 
 
+def reference_level(robot: str) -> str:
+    """Return the level of a reference that converts a pose for a robot at a level: exact for finite motion."""
+    return {"nonlinear": "exact", "auto": "auto"}.get(robot, "linear")
+
+
 @dataclass(frozen=True)
 class Machine:
     """Dimensions of the robot; each property is arguments of a component.

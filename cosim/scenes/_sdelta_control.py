@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from hfsa.cosim.scenes._machine import Machine
+from hfsa.cosim.scenes._machine import Machine, reference_level
 from hfsa.cosim.scenes._posture import Posture
 from hfsa.cosim.scenes._specimen import Payload
 from hfsa.cosim.systems.errors import StructureError
@@ -54,6 +54,7 @@ class Control:
     torque_limit: float
     gravity: float
     machine: Machine
+    robot: str
 
     def __post_init__(self):
         if (self.feedback, self.feed_forward) == ("pose", "elastic") and self.law != "ctc_cartesian":
@@ -96,7 +97,8 @@ class Control:
 
     def _converter(self, name: str) -> Component:
         """Return a component that converts poses to motor angles."""
-        return Component(name, "sdelta_reference", "linear", {**self.posture.arguments, **self.machine.kinematic})
+        arguments = {**self.posture.arguments, **self.machine.kinematic}
+        return Component(name, "sdelta_reference", reference_level(self.robot), arguments)
 
     def _reference(self) -> Component:
         """Return the reference: motor motions of a commanded pose, with the feed-forward of the law."""

@@ -37,6 +37,7 @@ from hfsa.cosim.scenes._machine import (
     Platform,
     Rods,
     Shafts,
+    reference_level,
 )
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
@@ -57,7 +58,7 @@ def sdelta_accelerometer(
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
-    robot: Literal["rigid", "cartesian", "generalized", "nonlinear"] = "cartesian",
+    robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     robot_damping: float = 0.01,
     damping_model: Literal["modal", "rayleigh"] = "modal",
     design: Design = "mems",
@@ -78,7 +79,7 @@ def sdelta_accelerometer(
         posture: posture of the robot; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
         payload: payload of the platform beside the sensor; with a mass alone, a steel cube of that mass.
-        robot: level of the robot; for `nonlinear` the reference is at its level `exact`, else `linear`.
+        robot: level of the robot; for `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         robot_damping: damping ratio of its modes.
         damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         design: published dimensions and material of the sensor.
@@ -100,7 +101,7 @@ def sdelta_accelerometer(
         Component(
             "reference",
             "sdelta_reference",
-            "exact" if robot == "nonlinear" else "linear",
+            reference_level(robot),
             {**posture.arguments, **machine.kinematic},
         ),
         Component(

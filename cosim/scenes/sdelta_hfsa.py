@@ -70,7 +70,7 @@ def sdelta_hfsa(
     gravity: float = 0.0,
     encoder_resolution: float = 0.0,
     encoder_noise: float = 0.0,
-    robot: Literal["cartesian", "generalized"] = "cartesian",
+    robot: Literal["cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     drive: Literal["rigid_shaft", "compliant_shaft"] = "rigid_shaft",
     geometry: Geometry = GEOMETRY,
     rods: Rods = RODS,
@@ -102,7 +102,8 @@ def sdelta_hfsa(
         gravity: gravitational acceleration along -Z [m/s2]; the controller feeds the holding torque forward.
         encoder_resolution: resolution of the motor encoders [rad], 0 for none.
         encoder_noise: standard deviation of the encoder noise [rad], a new value at each tick.
-        robot: level of the robot; `generalized` has the screws, tubes and shafts itself, and the drives are rotors.
+        robot: level of the robot; `generalized` has the screws, tubes and shafts itself, and the drives are rotors; for
+            `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         drive: level of the drives of a robot at level `cartesian`; `compliant_shaft` with a preset without shafts.
         geometry: circumradii of the triangles of base and platform [m].
         rods: dimensions and material of the rods.
@@ -128,6 +129,7 @@ def sdelta_hfsa(
         torque_limit=torque_limit,
         gravity=gravity,
         machine=machine,
+        robot=robot,
     )
     drive_level = "rotor" if robot == "generalized" else drive
     noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}

@@ -12,7 +12,7 @@ the motion takes, the deflections of shafts and rods, and the command:
 Acceleration and wrench are outputs of one FMU at one instant, so that the equations of the body hold at every row,
 whatever the communication step, also before the free vibration has decayed.
 
-The reference is `linear` or `exact`. The robot is linear about its posture in either case.
+The reference is `linear` or `exact`, the robot linear about its posture (`cartesian`) or in finite motion (`nonlinear`).
 """
 
 from typing import Literal
@@ -49,6 +49,7 @@ def sdelta_manoeuvre(
     rotation_frequency: Triple = (7.0, 9.0, 11.0),
     position_frequency: Triple = (13.0, 15.0, 17.0),
     reference: Literal["linear", "exact"] = "linear",
+    robot: Literal["cartesian", "nonlinear"] = "cartesian",
     posture: Posture = SYMMETRIC,
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
@@ -70,7 +71,9 @@ def sdelta_manoeuvre(
         position: amplitudes of the commanded displacement along X, Y and Z [m].
         rotation_frequency: frequencies of the rotation [Hz].
         position_frequency: frequencies of the displacement [Hz].
-        reference: level of the reference, `linear` about the posture or `exact` inverse kinematics.
+        reference: level of the reference, `linear` about the posture or `exact` inverse kinematics; `exact` for a
+            robot at level `nonlinear`.
+        robot: level of the robot.
         posture: posture of the robot; rotation in degrees, position of S in metres.
         stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
@@ -104,15 +107,16 @@ def sdelta_manoeuvre(
     ]
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
-    moved = Component("reference", "sdelta_reference", reference, {**posture.arguments, **machine.kinematic})
-    robot = Component("robot", "sdelta", "cartesian", carrying, {"damping_ratio": damping, "gravity": gravity})
+    level = "exact" if robot == "nonlinear" else reference
+    moved = Component("reference", "sdelta_reference", level, {**posture.arguments, **machine.kinematic})
+    shaken = Component("robot", "sdelta", robot, carrying, {"damping_ratio": damping, "gravity": gravity})
     drives = [Component(f"drive[{j}]", "c_drive", "ideal", machine.drive) for j in (1, 2, 3)]
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"drive[1..3].command.{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
     scale = robot_manoeuvre()
     return Scene(
-        System([*tones, moved, *drives, robot], [*commands, *tubes]),
+        System([*tones, moved, *drives, shaken], [*commands, *tubes]),
         inputs=[],
         outputs=list(scale),
         step_size=0.2e-3,

@@ -28,6 +28,7 @@ from hfsa.cosim.scenes._machine import (
     Platform,
     Rods,
     Shafts,
+    reference_level,
 )
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
@@ -45,7 +46,7 @@ def sdelta_shaker(
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
     damping_model: Literal["modal", "rayleigh"] = "modal",
-    robot: Literal["rigid", "cartesian", "generalized", "nonlinear"] = "cartesian",
+    robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     geometry: Geometry = GEOMETRY,
     rods: Rods = RODS,
     shafts: Shafts = SHAFTS,
@@ -62,7 +63,7 @@ def sdelta_shaker(
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
         damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
-        robot: level of the robot; for `nonlinear` the reference is at its level `exact`, else `linear`.
+        robot: level of the robot; for `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         geometry: circumradii of the triangles of base and platform [m].
         rods: dimensions and material of the rods.
         shafts: dimensions and material of the shafts.
@@ -75,7 +76,7 @@ def sdelta_shaker(
     reference = Component(
         "reference",
         "sdelta_reference",
-        "exact" if robot == "nonlinear" else "linear",
+        reference_level(robot),
         {**posture.arguments, **machine.kinematic},
     )
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
