@@ -52,13 +52,14 @@ def test_sweep_records_mean_harmonics_and_cross_coupling(tmp_path):
 @pytest.mark.parametrize(
     ("scene", "arguments", "expected"),
     [
-        ("sdelta_shaker", {}, "cartesian"),
+        ("sdelta_shaker", {}, "nonlinear"),
+        ("sdelta_shaker", {"reference.level": "linear"}, "cartesian"),
         ("sdelta_shaker", {"reference.level": "exact"}, "nonlinear"),
         ("sdelta_shaker", {"reference.level": "auto"}, "nonlinear"),
         ("sdelta_hfsa", {}, "nonlinear"),
         ("sdelta_hfsa", {f"drive[{j}].level": "rotor" for j in (1, 2, 3)}, "generalized"),
     ],
-    ids=["linear reference", "exact reference", "reference auto", "drives", "rotors"],
+    ids=["reference follows", "linear reference", "exact reference", "reference auto", "drives", "rotors"],
 )
 def test_the_reference_of_auto_is_the_last_level_that_fits(scene, arguments, expected):
     highest = at_highest(load_scene(scene, {"robot.level": "auto", **arguments}))
