@@ -52,12 +52,23 @@ Before = frozenset[tuple[str, str]]
 
 @dataclass(frozen=True)
 class OrderProblem:
-    """A system to be stepped by an algorithm at a `step_size` [s]; `instances` by component."""
+    """A system to be stepped by an algorithm at a `step_size` [s], and its observed outputs; `instances` by component.
+
+    A component that feeds no other and of which nothing is observed keeps its place, which has no effect.
+    """
 
     system: System
     instances: Mapping[str, Instance]
     algorithm: str
     step_size: float
+    observed: Sequence[str]
+
+    @property
+    def without_effect(self) -> set[str]:
+        """Components whose place has no effect on what is observed."""
+        split = self.system.split
+        needed = {split(name)[0] for name in (*self.observed, *(c.start for c in self.system.connections))}
+        return {component.name for component in self.system.components} - needed
 
 
 @dataclass(frozen=True)
@@ -149,7 +160,8 @@ class ModeCriterion:
 def best_order(problem: OrderProblem, criterion: Criterion) -> OrderChoice:
     """Return the order with the smallest error; raises `StructureError` as `linearize`."""
     descriptions = {c.name: problem.instances[c.name].fmu.description for c in problem.system.components}
-    names = [name for name, description in descriptions.items() if not description.is_sampled]
+    idle = problem.without_effect
+    names = [name for name, description in descriptions.items() if not description.is_sampled and name not in idle]
     fixed = {name for name in names if descriptions[name].has_sample_time}
     coupled = CoupledStep(problem.system, problem.instances, problem.algorithm)
     kind = coupled.counting

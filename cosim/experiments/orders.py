@@ -68,7 +68,7 @@ def with_computed_order(scene: Scene, words: str | None, **measured: Any) -> tup
         variants = Variants(scene)
         system, instances = variants.plain.system, stack.enter_context(variants.plain.open())
         algorithm = candidates(words)[0] if scene.algorithm == AUTO else scene.algorithm
-        case = OrderProblem(system, instances, algorithm, scene.step_size)
+        case = OrderProblem(system, instances, algorithm, scene.step_size, target.outputs)
         excitations = [_excitation(Variants(target, variants.parts), name, stack) for name in target.inputs]
         try:
             if excitations:

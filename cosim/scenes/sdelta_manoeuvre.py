@@ -12,7 +12,7 @@ the motion takes, the deflections of shafts and rods, and the command:
 Acceleration and wrench are outputs of one FMU at one instant, so that the equations of the body hold at every row,
 whatever the communication step, also before the free vibration has decayed.
 
-The reference is `linear` or `exact`, the robot linear about its posture (`cartesian`) or in finite motion (`nonlinear`).
+The reference is `linear` or `exact`, the robot linear about its posture, `cartesian`, or in finite motion, `nonlinear`.
 """
 
 from typing import Literal

@@ -14,14 +14,14 @@ def test_list_names_every_part_and_scene(hfsa):
         "components",
         "controllers",
         "scenes",
-        "sdelta (rigid, cartesian, generalized)",
+        "sdelta (rigid, cartesian, generalized, nonlinear)",
         "drive[1..3].slide",
         "sdelta_shaker",
     ):
         assert word in out
     code, out, _ = hfsa("list", "--json")
     parts = {entry["name"]: entry for entry in strict_json(out)["components"]}
-    assert parts["sdelta"]["levels"] == ["rigid", "cartesian", "generalized"]
+    assert parts["sdelta"]["levels"] == ["rigid", "cartesian", "generalized", "nonlinear"]
     assert parts["sdelta"]["has_analysis"]
     assert {"name": "base.position", "unit": "m"}.items() <= parts["mass_on_spring"]["inputs"][0].items()
     assert {"mass_on_spring", "sdelta_shaker"} <= {scene["name"] for scene in strict_json(out)["scenes"]}

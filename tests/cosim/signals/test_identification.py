@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from random_postures import numbers_in, postures
 from scipy.linalg import expm
 
-from hfsa.components._mechanics.modes import modal_damping
+from hfsa.components._mechanics.modes import damping_matrix
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_inertia import Payload
 from hfsa.components._modelling.linearize import linearize
@@ -63,7 +63,7 @@ def elastic() -> np.ndarray:
     """Steady response of the pose of S to the commanded one, (6, 6), column i at tone i: the closed form of L1."""
     numbers = analyze()
     M, K = numbers["mass_C"], numbers["stiffness_C"]
-    D, X = modal_damping(M, K) * 0.01, shift(np.array([0.0, 0.0, TRUTH[3] / TRUTH[0]]))
+    D, X = damping_matrix(M, K) * 0.01, shift(np.array([0.0, 0.0, TRUTH[3] / TRUTH[0]]))
     columns = []
     for i, w in enumerate(TONES):
         s = 1j * w
