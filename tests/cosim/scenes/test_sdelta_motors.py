@@ -81,6 +81,21 @@ def test_zeros_from_torques_to_motor_angles_are_the_locked_modes(damped):
     np.testing.assert_allclose(upper, expected, rtol=1e-6)
 
 
+def test_a_flexible_mode_of_free_motors_moves_them_against_the_rigid_body():
+    """theta^T M_rb T^-1 x = -1 of every mass-normalised mode, by which a loop over the measured pose takes damping."""
+    M_th, M, T = numbers()
+    squares, shapes = np.linalg.eig(-second_order(free_motors("ch4")))
+    flexible = squares.real > (2 * np.pi) ** 2
+    assert flexible.sum() == 6
+    inertia = scipy.linalg.block_diag(M_th, M)
+    M_rb = M_th + T.T @ M @ T
+    modes = shapes[:, flexible].real
+    modes, _ = np.linalg.qr(scipy.linalg.sqrtm(inertia).real @ modes)  # within a double frequency any basis will do
+    modes = np.linalg.solve(scipy.linalg.sqrtm(inertia).real, modes)
+    found = np.sum(modes[:6] * (M_rb @ np.linalg.solve(T, modes[6:])), axis=0)
+    np.testing.assert_allclose(found, -1, rtol=1e-6)
+
+
 def test_motors_and_robot_are_passive(damped):
     """Torques on the motors never give energy back on the whole: the Hermitian part of torque to speed is positive."""
     for f in np.concatenate([np.geomspace(0.1, 1e4, 60), sdelta_free_motors("ch4", True)]):
