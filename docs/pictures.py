@@ -49,6 +49,13 @@ def stability(file: Path, work: Path) -> None:
     shutil.copyfile(work / "stability.png", file)
 
 
+def workspace(file: Path, work: Path) -> None:
+    """Frequency, indices and condition number of the robot over horizontal positions."""
+    plane = "posture.position[1]=-0.09:0.09,posture.position[2]=-0.09:0.09"
+    run(f"analyze sdelta --map {plane} -o {work}/workspace.h5")
+    shutil.copyfile(work / "workspace.png", file)
+
+
 def one_step(file: Path, _work: Path) -> None:
     """Growth of the worked example's mode, and error of its response, over the communication step."""
     page = (PAGES / "one-step-matrix.md").read_text(encoding="utf-8")
@@ -109,6 +116,7 @@ MADE = {
     "demo": demo,
     "compare": compare,
     "stability": stability,
+    "workspace": workspace,
     "one-step": one_step,
     "work-precision": work_precision,
 }
