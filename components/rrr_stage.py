@@ -34,11 +34,14 @@ stack) up to one resonance at 2225 Hz, 30 dB high; forces of sum zero produce a 
 904.7 Hz, 38 dB high. With `force` the resonances are at 1334.7 Hz, 26 dB, and at 529.05 Hz, 34 dB. Above the resonances
 -40 dB per decade.
 
+Links, hinges and masses are arguments, by default those of the source. A Jacobian, a stiffness or an inertia that is
+measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
+
 Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, for a damping ratio of 1 % of the translations; damping and
 mass of the stacks.
 """
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import casadi as ca
 import numpy as np
@@ -61,14 +64,17 @@ from hfsa.components._mechanics.rrr_kinematics import (
     AS_NAMED,
     Kinematics,
     LinkChanges,
+    LinkSet,
     forward,
     inverse,
     newton,
 )
 from hfsa.components._mechanics.rrr_limits import hinge_numbers
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
+from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
+from hfsa.components._modelling.study import Study
 
 Level = Literal["jacobian", "constant_jacobian", "exact"]
 Causality = Literal["source", "force"]
@@ -275,6 +281,43 @@ def analyze(
         "pose_at_voltage": pose_at_voltage,
         "saturated": (applied != voltage).astype(int),
     }
+
+
+def study(
+    *,
+    objective: Objective = "yaw_range",
+    kinematics: LinkSet = "nominal",
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    stack: Stack = TOKIN,
+    stroke: float = STROKE_IN_USE,
+    least_yaw: float | None = None,
+    least_frequency: float | None = None,
+    largest_stress: float | None = None,
+) -> Study:
+    """Return the design study of ranges, natural frequencies and peak stress at level `constant_jacobian`.
+
+    Args:
+        objective: response that an optimisation maximises; `safety` is the yield strength over the peak stress.
+        kinematics: parameter set of the links.
+        links: lengths [m] and angles [rad] of the links in place of those of the set.
+        hinge: dimensions [m] and material [Pa] of the hinges.
+        masses: masses [kg] and moments of inertia [kg.m2] of the links; an inertia varies with its mass.
+        stack: data sheet of the stacks.
+        stroke: elongations go from 0 to it, each of them [m].
+        least_yaw: least range of the yaw that an optimisation keeps [rad] (default: none).
+        least_frequency: least natural frequency without stacks that it keeps [Hz] (default: none).
+        largest_stress: largest peak stress that it keeps [Pa] (default: none).
+
+    Raises:
+        ModelError: an unknown objective or parameter set; dimensions that cannot be built; a stroke or goal that
+            is not above 0.
+    """
+    one_of(objective, get_args(Objective), "rrr_stage: objective")
+    design = Design(kinematics, links, hinge, masses)
+    goals = Goals(stroke, least_yaw, least_frequency, largest_stress)
+    return design_study(design, stack, goals, objective, f"rrr_stage, kinematics {kinematics}")
 
 
 def _check(level: str, causality: str) -> None:

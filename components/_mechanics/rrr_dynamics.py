@@ -26,7 +26,14 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import Links, coupler_motion, coupler_turns, elongations, rotated
+from hfsa.components._mechanics.rrr_kinematics import (
+    Links,
+    columns,
+    coupler_motion,
+    coupler_turns,
+    elongations,
+    rotated,
+)
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 
 
@@ -141,7 +148,7 @@ def constant_jacobian(
     J is `jacobian`, shape (3, 3), by default that of the links.
     """
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
-    J0, crank = ca.DM(geometry.jacobian if jacobian is None else jacobian), -z[3:] / geometry.arm
+    J0, crank = ca.SX(geometry.jacobian if jacobian is None else jacobian), -z[3:] / geometry.arm
     change = coupler_motion(geometry, z[:3], crank)
     across = ca.vertcat(*[_cross(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
     crank_sine, coupler_sine = ca.sin(crank), across / geometry.coupler**2
@@ -153,7 +160,7 @@ def constant_jacobian(
         ca.vertcat(J0 @ elongation, elongation),
         ca.vertcat(J0 @ rates, rates),
         ca.vertcat(crank, crank_sine - coupler_sine, coupler_sine - ca.sin(z[2])),
-        *_inertial(geometry, masses, z_rate, _turned(geometry.cranks, crank), ca.SX(geometry.corners.T)),
+        *_inertial(geometry, masses, z_rate, _turned(geometry.cranks, crank), ca.SX(columns(geometry.corners))),
         hinge.stiffness,
     )
 

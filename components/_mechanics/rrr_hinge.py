@@ -8,8 +8,19 @@ is kept.
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from hfsa.components._modelling.errors import ModelError
+
+
+def bending_stiffness(modulus: Any, width: Any, thickness: Any, radius: Any) -> Any:
+    """Return K_b [N.m/rad], a number or an expression."""
+    return 2 * modulus * width * thickness**2.5 / (9 * math.pi * radius**0.5)
+
+
+def stress_per_angle(stiffness: Any, width: Any, thickness: Any) -> Any:
+    """Return the bending stress per angle [Pa/rad], a number or an expression."""
+    return 6 * stiffness / (width * thickness**2)
 
 
 @dataclass(frozen=True)
@@ -46,13 +57,12 @@ class Hinge:
     @property
     def stiffness(self) -> float:
         """K_b, bending stiffness [N.m/rad]."""
-        section = self.width * self.thickness**2.5
-        return 2 * self.elastic_modulus * section / (9 * math.pi * math.sqrt(self.radius))
+        return bending_stiffness(self.elastic_modulus, self.width, self.thickness, self.radius)
 
     @property
     def stress_per_angle(self) -> float:
         """Bending stress per angle [Pa/rad]."""
-        return 6 * self.stiffness / (self.width * self.thickness**2)
+        return stress_per_angle(self.stiffness, self.width, self.thickness)
 
     @property
     def allowed_stress(self) -> float:

@@ -16,7 +16,7 @@ because its expansion in (2.14) to (2.16) is wrong.
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -70,11 +70,10 @@ class Links:
             raise ModelError(f"links.psi1 is {self.psi1:g} rad, expected a finite angle")
         if not 0 < self.psi2 < np.pi:
             raise ModelError(f"links.psi2 is {self.psi2:g} rad, the angle at C, expected between 0 and pi")
-        height, obtuse = self.coupler * np.sin(self.psi2), self.psi2 >= np.pi / 2
-        if not self.crank > (self.coupler if obtuse else height):
+        if not self.closure > 0:
             raise ModelError(
                 f"the links do not close: a coupler of {self.coupler:g} m at {self.psi2:g} rad from A C (links.psi2) "
-                f"takes a crank longer than {self.coupler if obtuse else height:.6g} m, links.crank is {self.crank:g} m"
+                f"takes a crank longer than {self.crank * (1 - self.closure):.6g} m, links.crank is {self.crank:g} m"
             )
         if abs(np.sin(self.psi)) < _ALIGNED or abs(np.sin(self.psi3)) < _ALIGNED:
             raise ModelError(
@@ -82,6 +81,12 @@ class Links:
                 f"{self.psi3:.6g} rad; a multiple of pi puts the couplers through the centre of the platform, or in "
                 "line with their cranks"
             )
+
+    @property
+    def closure(self) -> float:
+        """1 - shortest crank that closes the triangle A B C / crank, above 0 where it is one."""
+        is_obtuse = self.psi2 >= np.pi / 2
+        return 1 - self.coupler * (1.0 if is_obtuse else np.sin(self.psi2)) / self.crank
 
     @property
     def psi(self) -> float:
@@ -216,7 +221,7 @@ def corner_motion(geometry: Links, pose: ca.SX) -> ca.SX:
     """Return the displacements of the corners C_i from rest at a pose (3, 1), columns of shape (2, 3) [m]."""
     sine, less_one = ca.sin(pose[2]), _cosine_less_one(pose[2])
     turn = ca.vertcat(ca.horzcat(less_one, -sine), ca.horzcat(sine, less_one))
-    return ca.repmat(pose[:2], 1, 3) + turn @ ca.DM(geometry.corners.T)
+    return ca.repmat(pose[:2], 1, 3) + turn @ columns(geometry.corners)
 
 
 def legs(geometry: Links, pose: ca.SX) -> Legs:
@@ -287,12 +292,17 @@ def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) ->
 
 def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Return a constant vector (2,) rotated by an angle, shape (2, 1); exactly the vector at angle zero."""
-    return ca.DM(vector) + _swing(vector, angle)
+    return ca.vertcat(*vector) + _swing(vector, angle)
+
+
+def columns(vectors: Any) -> Any:
+    """Return vectors of the plane (n, 2), numbers or expressions, as columns (2, n)."""
+    return ca.horzcat(*[ca.vertcat(*vector) for vector in vectors])
 
 
 def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Return the change of a constant vector (2,) rotated by an angle, shape (2, 1); exactly zero at angle zero."""
-    return _cosine_less_one(angle) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+    return _cosine_less_one(angle) * ca.vertcat(*vector) + ca.sin(angle) * ca.vertcat(-vector[1], vector[0])
 
 
 def _cosine_less_one(angle: ca.SX) -> ca.SX:

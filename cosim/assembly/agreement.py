@@ -370,7 +370,9 @@ def _sentence(conflict: Conflict, owners: Sequence[str]) -> str:
 def _shown(values: Mapping[str, Any], fact: Fact, digits: int) -> str:
     """Return the values of a fact as words."""
     unit = f" {fact.unit}" if fact.unit not in ("", "1") else ""
-    return ", ".join(f"{field} {_number(v, digits)}".lstrip() + unit for field, v in values.items())
+    return ", ".join(
+        f"{field} {_number(v, digits)}".lstrip() + ("" if v is None else unit) for field, v in values.items()
+    )
 
 
 def _number(value: Any, digits: int) -> str:
