@@ -211,7 +211,7 @@ def analyze(
         pose: x, y [m], yaw [rad], (3,).
         elongation: elongations at that pose, (3,) [m].
         range: ranges of x, y, yaw over elongations from 0 to 12 um, (3,).
-        step: least steps of x, y [m] and yaw [rad] by one stack, at the smallest step of its elongation, (3,).
+        step: least steps of x, y [m] and yaw [rad] by a stack that moves them, at its smallest step, (3,).
         hinge_stiffness: stiffness of each hinge [N.m/rad] (eq 2.3).
         hinge_angle, hinge_stress: angle from rest [rad] and bending stress [Pa] by hinge, A1 to C3 (eqs 2.4, 2.6).
         allowed_angle, allowed_stress: largest angle of a hinge [rad], and its stress [Pa] (eqs 2.6, 3.6).
@@ -252,7 +252,7 @@ def analyze(
             "pose": J @ np.array(elongation),
             "elongation": np.array(elongation),
             "range": np.ptp(box @ J.T, axis=0),
-            "step": resolution * np.abs(J).min(axis=1),
+            "step": _steps(J, resolution),
         }
     mechanism = design.mechanism(level, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
     numbers = _on_stacks(mechanism)
@@ -267,7 +267,7 @@ def analyze(
         "pose": found,
         "elongation": np.array(elongation),
         "range": np.ptp(poses, axis=0),
-        "step": resolution * np.abs(J).min(axis=1),
+        "step": _steps(J, resolution),
         **hinge_numbers(hinge, angles, np.array(elongation)),
         "inertia": inertia,
         "stiffness": elastic,
@@ -410,6 +410,11 @@ def _outputs(m: Model, motion: _Motion) -> None:
     m.output("platform.angular_velocity", v[2], "rad/s", "Angular velocity", nominal=_TURN[1])
     m.output("platform.acceleration[1..2]", a[:2], "m/s2", "Acceleration of the centre", nominal=_MOVE[2])
     m.output("platform.angular_acceleration", a[2], "rad/s2", "Angular acceleration", nominal=_TURN[2])
+
+
+def _steps(jacobian: np.ndarray, resolution: float) -> np.ndarray:
+    """Return the least steps of the pose by a stack that moves it, (3,) [m, m, rad]; infinite where none does."""
+    return resolution * np.abs(np.where(jacobian == 0, np.inf, jacobian)).min(axis=1)
 
 
 def _on_stacks(mechanism: Mechanism) -> ca.Function:

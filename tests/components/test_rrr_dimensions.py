@@ -189,6 +189,8 @@ def test_the_smallest_steps_are_the_sources():
     step = analyze()["step"]
     assert [f"{step[0] * 1e9:.1f}", f"{step[1] * 1e9:.1f}", f"{step[2] * 1e6:.1f}"] == ["13.2", "3.4", "0.6"]
     assert analyze(level="jacobian", resolution=5e-9)["step"] == pytest.approx(step / 2, rel=1e-12)
+    decoupled = analyze(level="jacobian", jacobian=rows(np.diag([2.0, 3.0, 50.0])))["step"]
+    assert decoupled == pytest.approx([20e-9, 30e-9, 500e-9], rel=1e-12)
 
 
 # Matrices in place of the parts ---------------------------------------------------------------------------------------
