@@ -97,6 +97,7 @@ def pzt_stack(
     *,
     level: Literal["static", "linear", "hysteretic"] = "linear",
     causality: Literal["source", "force"] = "source",
+    stack: Stack = TOKIN,
 ) -> Model:
     """Return one stack with its amplifier, at rest at the start, with hysteresis and creep at 0.
 
@@ -104,9 +105,10 @@ def pzt_stack(
         level: `static` (force-elongation line), `linear` (adds amplifier and capacitance) or `hysteretic` (adds
             Bouc-Wen hysteresis and creep).
         causality: `source` (outputs the blocking force) or `force` (has the elongation as an input).
+        stack: data sheet of the stack; the defaults of the parameters `maximum.`, `clamped_capacitance`, `damping`.
 
     Raises:
-        ModelError: an unknown level or causality.
+        ModelError: an unknown level or causality; an invalid data sheet, see `_mechanics/pzt.py`.
     """
     levels = {"static": _static, "linear": _linear, "hysteretic": _hysteretic}
     causalities = {"source": _source, "force": _force}
@@ -115,16 +117,16 @@ def pzt_stack(
     m = Model("PztStack", "PZT stack with its voltage amplifier")
     full = "at the maximum voltage"
     line = _Line(
-        m.parameter("maximum.force", TOKIN.blocking_force, "N", f"Force of the blocked stack {full}", min=1e-9),
-        m.parameter("maximum.elongation", TOKIN.stroke, "m", f"Elongation of the free stack {full}", min=1e-12),
-        m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Maximum voltage; the minimum is 0", min=1e-9),
-        m.parameter("clamped_capacitance", TOKIN.clamped_capacitance, "F", "Capacitance at held elongation", min=1e-15),
+        m.parameter("maximum.force", stack.blocking_force, "N", f"Force of the blocked stack {full}", min=1e-9),
+        m.parameter("maximum.elongation", stack.stroke, "m", f"Elongation of the free stack {full}", min=1e-12),
+        m.parameter("maximum.voltage", stack.full_voltage, "V", "Maximum voltage; the minimum is 0", min=1e-9),
+        m.parameter("clamped_capacitance", stack.clamped_capacitance, "F", "Capacitance at held elongation", min=1e-15),
     )
     command = m.input("command.voltage", "V", "Commanded voltage", nominal=FULL_VOLTAGE)
     rate = m.input("stack.elongation_rate", "m/s", "Rate of the elongation", nominal=_RATE)
     above, below = command > line.voltage, command < 0
     electrical = levels[level](m, line, ca.if_else(below, 0, ca.if_else(above, line.voltage, command)), rate)
-    causalities[causality](m, line, electrical, None if level == "static" else rate)
+    causalities[causality](m, line, electrical, None if level == "static" else rate, stack)
     m.output("stack.voltage", electrical.voltage, "V", "Voltage across the stack", nominal=FULL_VOLTAGE)
     m.output("stack.current", electrical.current, "A", "Current into the stack", nominal=0.1)
     m.output("stack.free_elongation", electrical.free_elongation, "m", "Elongation without a load", nominal=_STROKE)
@@ -246,19 +248,19 @@ def _electrical(m: Model, line: _Line, target: ca.SX, rate: ca.SX) -> tuple[ca.S
     return voltage, current, limited, slope
 
 
-def _source(m: Model, line: _Line, electrical: _ElectricalSide, _rate: ca.SX | None) -> None:
+def _source(m: Model, line: _Line, electrical: _ElectricalSide, _rate: ca.SX | None, _stack: Stack) -> None:
     """Declare the output of causality `source`: the load models stiffness, damping and mass."""
     force = line.stiffness * electrical.free_elongation
     m.output("stack.blocking_force", force, "N", "Force of the blocked stack", nominal=BLOCKING_FORCE)
 
 
-def _force(m: Model, line: _Line, electrical: _ElectricalSide, rate: ca.SX | None) -> None:
+def _force(m: Model, line: _Line, electrical: _ElectricalSide, rate: ca.SX | None, stack: Stack) -> None:
     """Declare input and outputs of causality `force`: the stack models stiffness and, if `rate` is given, damping."""
     elongation = m.input("stack.elongation", "m", "Elongation of the stack", nominal=_STROKE)
     preload = m.parameter("preload", 0.0, "N", "Force that presses the load on the stack", min=0, nominal=100.0)
     force = line.stiffness * (electrical.free_elongation - elongation)
     if rate is not None:
-        force -= m.parameter("damping", TOKIN.damping, "N.s/m", "Damping along the stack", min=0) * rate
+        force -= m.parameter("damping", stack.damping, "N.s/m", "Damping along the stack", min=0) * rate
     charge = line.clamped_capacitance * electrical.voltage + line.coupling * elongation
     m.output("stack.force", force, "N", "Force on the load, positive in compression", nominal=BLOCKING_FORCE)
     m.output("stack.charge", charge, "C", "Charge of the stack", nominal=1e-4)

@@ -34,42 +34,58 @@ stack) up to one resonance at 2225 Hz, 30 dB high; forces of sum zero produce a 
 904.7 Hz, 38 dB high. With `force` the resonances are at 1334.7 Hz, 26 dB, and at 529.05 Hz, 34 dB. Above the resonances
 -40 dB per decade.
 
+Links, hinges and masses are arguments, by default those of the source. A Jacobian, a stiffness or an inertia that is
+measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
+
 Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, for a damping ratio of 1 % of the translations; damping and
 mass of the stacks.
 """
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import rrr_dynamics as dynamics
-from hfsa.components._mechanics import rrr_hinge as hinge
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.pzt import PULL_FROM_ROUNDING, STROKE_IN_USE, TOKIN, Stack
+from hfsa.components._mechanics.rrr_design import Design, Matrix
 from hfsa.components._mechanics.rrr_dynamics import Mechanism
 from hfsa.components._mechanics.rrr_facts import (
     DAMPING_TIME,
-    KINEMATICS,
     STACK_COUPLING,
     STACK_STIFFNESS,
     STACK_VOLTAGE,
+    STAGE,
 )
-from hfsa.components._mechanics.rrr_kinematics import Kinematics, Links, forward, jacobian, links, newton
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
+from hfsa.components._mechanics.rrr_kinematics import (
+    AS_NAMED,
+    Kinematics,
+    LinkChanges,
+    LinkSet,
+    forward,
+    inverse,
+    newton,
+)
+from hfsa.components._mechanics.rrr_limits import hinge_numbers
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
+from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
+from hfsa.components._modelling.study import Study
 
 Level = Literal["jacobian", "constant_jacobian", "exact"]
 Causality = Literal["source", "force"]
 Triple = tuple[float, float, float]
 
 FACTS = {
-    KINEMATICS: Known("kinematics"),
+    **STAGE,
     DAMPING_TIME: Known("damping_time"),
-    STACK_STIFFNESS: Known("stack.stiffness"),
-    STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage"),  # of the analysis only
-    STACK_VOLTAGE: Known("stack.full_voltage"),
+    STACK_STIFFNESS: Known("stack.stiffness", when=("causality", "source")),
+    STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage", of_analysis=True),
+    STACK_VOLTAGE: Known("stack.full_voltage", of_analysis=True),
 }
 
 # Nominal values of micrometre motion at hundreds of hertz: position, rotation, and their first and second derivatives.
@@ -91,6 +107,13 @@ def rrr_stage(
     level: Level = "constant_jacobian",
     kinematics: Kinematics = "nominal",
     causality: Causality = "source",
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    jacobian: Matrix | None = None,
+    stiffness: Matrix | None = None,
+    mass: Matrix | None = None,
+    stack: Stack = TOKIN,
 ) -> Model:
     """Return the stage about rest.
 
@@ -99,24 +122,37 @@ def rrr_stage(
         kinematics: parameter set of the links; `measured` is a Jacobian only, for level `jacobian`.
         causality: whether the stage includes the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
             without effect at level `jacobian`.
+        links: lengths [m] and angles [rad] of the links in place of those of the set.
+        hinge: dimensions [m] and material [Pa] of the hinges; without effect at level `jacobian`, as `masses`,
+            `stiffness`, `mass` and `stack`.
+        masses: masses [kg] and moments of inertia [kg.m2] of the links.
+        jacobian: Jacobian from elongations to pose in place of that of the links, nine numbers row by row
+            [m/m; m/m; rad/m]; not at level `exact`.
+        stiffness: stiffness on the elongations at rest in place of that of hinges and links, nine numbers row by row
+            [N/m]; the difference is added as constant springs between the stacks.
+        mass: inertia on the elongations at rest in place of that of the links, nine numbers row by row [kg]; the
+            difference is added as constant masses. What an acceleration of the base acts on is not changed.
+        stack: data sheet of the stacks; the defaults of the parameters `stack.stiffness`, `.damping`, `.tip_mass`.
 
     Raises:
-        ModelError: an unknown level, parameter set or causality; `measured` at a dynamic level.
+        ModelError: an unknown level, parameter set or causality; `measured` at a dynamic level; dimensions that cannot
+            be built; a singular Jacobian; a stiffness or mass that is not symmetric and positive definite.
     """
     _check(level, causality)
+    design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     m = Model("RrrStage", "3-RRR piezo stage")
     if level == "jacobian":
-        _outputs(m, _kinematic(m, jacobian(kinematics)))
+        _outputs(m, _kinematic(m, design.jacobian))
         return m
-    geometry = links(kinematics)
-    mechanism = _over_states(m, level, geometry)
-    _outputs(m, _dynamic(m, mechanism, _rest_stiffness(geometry), causality))
+    mechanism = _over_states(m, level, design)
+    _outputs(m, _dynamic(m, mechanism, ca.DM(design.rest_stiffness), causality, stack))
     angle = ca.mmax(ca.fabs(mechanism.hinges))
-    stress = hinge.STRESS_PER_ANGLE * angle
+    stress = hinge.stress_per_angle * angle
+    allowed = hinge.allowed_stress
     m.output("hinge.angle", angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
     m.output("hinge.stress", stress, "Pa", "Bending stress in that hinge", nominal=1e8)
     m.output(
-        "hinge.overload", ca.if_else(stress > hinge.ALLOWED_STRESS, 1, 0), "1", "1 while the stress exceeds 233 MPa"
+        "hinge.overload", ca.if_else(stress > allowed, 1, 0), "1", f"1 while the stress exceeds {allowed / 1e6:.0f} MPa"
     )
     return m
 
@@ -125,7 +161,14 @@ UNITS = {
     "jacobian": "1; 1; rad/m",
     "pose": "m; m; rad",
     "range": "m; m; rad",
+    "step": "m; m; rad",
     "hinge_stiffness": "N.m/rad",
+    "hinge_angle": "rad",
+    "hinge_stress": "Pa",
+    "allowed_angle": "rad",
+    "allowed_stress": "Pa",
+    "hinge_limit": "1",
+    "elongation": "m",
     "inertia": "kg",
     "stiffness": "N/m",
     "natural_frequencies_hz": "Hz",
@@ -144,25 +187,35 @@ def analyze(
     level: Level = "constant_jacobian",
     kinematics: Kinematics = "nominal",
     causality: Causality = "source",
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    jacobian: Matrix | None = None,
+    stiffness: Matrix | None = None,
+    mass: Matrix | None = None,
     stack: Stack = TOKIN,
     elongation: Triple = (0.0, 0.0, 0.0),
+    pose: Triple | None = None,
     voltage: Triple = (0.0, 0.0, 0.0),
+    resolution: float = 10e-9,
 ) -> dict[str, Any]:
     """Return kinematic, static and dynamic properties of the stage, in SI units, in the coordinates of the stacks.
 
-    Args:
-        level: level of the stage; at `jacobian` only `jacobian`, `pose` and `range` are returned.
-        kinematics: parameter set of the links, as in `rrr_stage`.
-        causality: without effect.
-        stack: data sheet of the stacks, as in `pzt_stack`.
-        elongation: elongations of the stacks [m].
-        voltage: voltages of the stacks for the results `..._at_voltage` [V]; limited to 0 and the full voltage, 150 V.
+    The arguments are those of `rrr_stage`, with further ones; at level `jacobian` only the first five results are
+    returned. `elongation` are the elongations of the stacks [m], or `pose` x, y [m] and yaw [rad]; `voltage` the
+    voltages of the stacks for the results `..._at_voltage` [V], limited to 0 and the full voltage, 150 V; `resolution`
+    the smallest step of an elongation [m]. `causality` has no effect.
 
     Returns:
         jacobian: Jacobian from elongations to pose, (3, 3) [m/m, m/m, rad/m].
         pose: x, y [m], yaw [rad], (3,).
+        elongation: elongations at that pose, (3,) [m].
         range: ranges of x, y, yaw over elongations from 0 to 12 um, (3,).
-        hinge_stiffness: stiffness of each hinge [N.m/rad].
+        step: least steps of x, y [m] and yaw [rad] by a stack that moves them, at its smallest step, (3,).
+        hinge_stiffness: stiffness of each hinge [N.m/rad] (eq 2.3).
+        hinge_angle, hinge_stress: angle from rest [rad] and bending stress [Pa] by hinge, A1 to C3 (eqs 2.4, 2.6).
+        allowed_angle, allowed_stress: largest angle of a hinge [rad], and its stress [Pa] (eqs 2.6, 3.6).
+        hinge_limit: the hinge that bends most, and the elongations from which on it exceeds the allowable angle.
         inertia, stiffness: inertia and stiffness of the stage without stacks, (3, 3) [kg], [N/m].
         natural_frequencies_hz, natural_frequencies_bonded_hz: natural frequencies without and with stacks, ascending,
             (3,) [Hz].
@@ -173,36 +226,54 @@ def analyze(
         saturated: 1 for a `voltage` outside 0 to the full voltage, (3,).
 
     Raises:
-        ModelError: as `rrr_stage`; an invalid data sheet; elongations without a pose; elongations or voltages that are
-            not finite.
+        ModelError: as `rrr_stage`; an invalid data sheet; elongations without a pose, a pose out of reach, or both
+            given; elongations, a pose or voltages that are not finite.
     """
     _check(level, causality)
-    for name, values, unit in (("elongation", elongation, "m"), ("voltage", voltage, "V")):
+    design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
+    for name, values, unit in (
+        ("elongation", elongation, "m"),
+        ("pose", pose or (), "m, rad"),
+        ("voltage", voltage, "V"),
+    ):
         if not np.all(np.isfinite(values)):
             raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
+    if not (np.isfinite(resolution) and resolution > 0):
+        raise ModelError(f"rrr_stage: resolution is {resolution:g} m, expected a finite length above 0")
+    if pose is not None:
+        if any(elongation):
+            raise ModelError("rrr_stage: elongation and pose are given; each follows from the other, leave one out")
+        elongation = _elongations(level, design, pose)
     box = STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     if level == "jacobian":
-        J = jacobian(kinematics)
-        return {"jacobian": J, "pose": J @ np.array(elongation), "range": np.ptp(box @ J.T, axis=0)}
-    geometry = links(kinematics)
-    mechanism = _mechanism(level, geometry, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
+        J = design.jacobian
+        return {
+            "jacobian": J,
+            "pose": J @ np.array(elongation),
+            "elongation": np.array(elongation),
+            "range": np.ptp(box @ J.T, axis=0),
+            "step": _steps(J, resolution),
+        }
+    mechanism = design.mechanism(level, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
     numbers = _on_stacks(mechanism)
-    reached = forward(geometry, elongation)
+    reached = forward(design.links, elongation)
     at = reached if level == "exact" else np.array(elongation)
-    J, pose, inertia, stiffness, force = (np.array(value).squeeze() for value in numbers(at))
-    poses = np.array([np.array(numbers(_coordinates(level, geometry, corner))[1]).ravel() for corner in box.tolist()])
+    J, found, inertia, elastic, force, angles = (np.array(value).squeeze() for value in numbers(at))
+    poses = np.array([np.array(numbers(_coordinates(level, design, corner))[1]).ravel() for corner in box.tolist()])
     applied = np.clip(voltage, 0, stack.full_voltage)
     elongation_at_voltage, pose_at_voltage = _at_voltage(mechanism, stack, applied)
     return {
         "jacobian": J,
-        "pose": pose,
+        "pose": found,
+        "elongation": np.array(elongation),
         "range": np.ptp(poses, axis=0),
-        "hinge_stiffness": hinge.STIFFNESS,
+        "step": _steps(J, resolution),
+        **hinge_numbers(hinge, angles, np.array(elongation)),
         "inertia": inertia,
-        "stiffness": stiffness,
-        "natural_frequencies_hz": _frequencies(inertia, stiffness),
+        "stiffness": elastic,
+        "natural_frequencies_hz": _frequencies(inertia, elastic),
         "natural_frequencies_bonded_hz": _frequencies(
-            inertia + stack.tip_mass * np.eye(3), stiffness + stack.stiffness * np.eye(3)
+            inertia + stack.tip_mass * np.eye(3), elastic + stack.stiffness * np.eye(3)
         ),
         "force": force,
         "voltage": (force + stack.stiffness * np.array(elongation)) / stack.coupling,
@@ -212,36 +283,60 @@ def analyze(
     }
 
 
+def study(
+    *,
+    objective: Objective = "yaw_range",
+    kinematics: LinkSet = "nominal",
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    stack: Stack = TOKIN,
+    stroke: float = STROKE_IN_USE,
+    least_yaw: float | None = None,
+    least_frequency: float | None = None,
+    largest_stress: float | None = None,
+) -> Study:
+    """Return the design study of ranges, natural frequencies and peak stress at level `constant_jacobian`.
+
+    Args:
+        objective: response that an optimisation maximises; `safety` is the yield strength over the peak stress.
+        kinematics: parameter set of the links.
+        links: lengths [m] and angles [rad] of the links in place of those of the set.
+        hinge: dimensions [m] and material [Pa] of the hinges.
+        masses: masses [kg] and moments of inertia [kg.m2] of the links; an inertia varies with its mass.
+        stack: data sheet of the stacks.
+        stroke: elongations go from 0 to it, each of them [m].
+        least_yaw: least range of the yaw that an optimisation keeps [rad] (default: none).
+        least_frequency: least natural frequency without stacks that it keeps [Hz] (default: none).
+        largest_stress: largest peak stress that it keeps [Pa] (default: none).
+
+    Raises:
+        ModelError: an unknown objective or parameter set; dimensions that cannot be built; a stroke or goal that
+            is not above 0.
+    """
+    one_of(objective, get_args(Objective), "rrr_stage: objective")
+    design = Design(kinematics, links, hinge, masses)
+    goals = Goals(stroke, least_yaw, least_frequency, largest_stress)
+    return design_study(design, stack, goals, objective, f"rrr_stage, kinematics {kinematics}")
+
+
 def _check(level: str, causality: str) -> None:
     """Raise `ModelError` for an unknown level or causality."""
     one_of(level, ("jacobian", "constant_jacobian", "exact"), "rrr_stage: level")
     one_of(causality, ("source", "force"), "rrr_stage: causality")
 
 
-def _mechanism(level: str, geometry: Links, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
-    """Return the mechanism at a level as a function of coordinates and their rates."""
-    levels = {"constant_jacobian": dynamics.constant_jacobian, "exact": dynamics.exact}
-    return levels[level](geometry, coordinates, rates)
-
-
-def _over_states(m: Model, level: str, geometry: Links) -> Mechanism:
+def _over_states(m: Model, level: str, design: Design) -> Mechanism:
     """Declare the states of a level, the elongations or the pose and their rates; return the mechanism."""
     if level == "constant_jacobian":
         coordinates = m.state("leg[1..3].elongation", "m", "Elongation of the stack", nominal=_MOVE[0])
         rates = m.state("leg[1..3].elongation_rate", "m/s", "Rate of the elongation", nominal=_MOVE[1])
-        return _mechanism(level, geometry, coordinates, rates)
+        return design.mechanism(level, coordinates, rates)
     position = m.state("center.position[1..2]", "m", "Position of the platform's centre from rest", nominal=_MOVE[0])
     rotation = m.state("center.rotation", "rad", "Rotation of the platform from rest", nominal=_TURN[0])
     velocity = m.state("center.velocity[1..2]", "m/s", "Velocity of the platform's centre", nominal=_MOVE[1])
     turning = m.state("center.angular_velocity", "rad/s", "Angular velocity of the platform", nominal=_TURN[1])
-    return _mechanism(level, geometry, ca.vertcat(position, rotation), ca.vertcat(velocity, turning))
-
-
-def _rest_stiffness(geometry: Links) -> ca.DM:
-    """Return K0 = d2P/dl2 at rest, the same at both dynamic levels, shape (3, 3) [N/m]."""
-    elongation = ca.SX.sym("l", 3)
-    elastic = dynamics.terms(dynamics.constant_jacobian(geometry, elongation, ca.SX.sym("v", 3))).elastic
-    return ca.Function("K", [elongation], [ca.jacobian(elastic, elongation)])(0)
+    return design.mechanism(level, ca.vertcat(position, rotation), ca.vertcat(velocity, turning))
 
 
 def _kinematic(m: Model, J: np.ndarray) -> _Motion:
@@ -259,7 +354,7 @@ def _kinematic(m: Model, J: np.ndarray) -> _Motion:
     )
 
 
-def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: str) -> _Motion:
+def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: str, stack: Stack) -> _Motion:
     """Add the equations of motion and the outputs of the stacks; return the motion of the platform."""
     beta = m.parameter("damping_time", 6.02e-6, "s", "Damping / stiffness of the hinges, beta", min=0)
     source = causality == "source"
@@ -277,7 +372,7 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
     (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
     rate = to_stacks @ v
-    k, c, tip = _stack_parameters(m) if source else (0, 0, 0)
+    k, c, tip = _stack_parameters(m, stack) if source else (0, 0, 0)
     on_cranks = drive - k * mechanism.elongation - c * rate - tip * stack_bias
     force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
     force -= terms.velocity + terms.elastic + terms.base @ base
@@ -297,12 +392,12 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias)
 
 
-def _stack_parameters(m: Model) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _stack_parameters(m: Model, stack: Stack) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Declare stiffness, damping and tip mass of the stacks and return their symbols."""
     return (
-        m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness of each stack", min=0),
-        m.parameter("stack.damping", TOKIN.damping, "N.s/m", "Damping of each stack", min=0),
-        m.parameter("stack.tip_mass", TOKIN.tip_mass, "kg", "Mass of each stack that moves with its tip", min=0),
+        m.parameter("stack.stiffness", stack.stiffness, "N/m", "Stiffness of each stack", min=0),
+        m.parameter("stack.damping", stack.damping, "N.s/m", "Damping of each stack", min=0),
+        m.parameter("stack.tip_mass", stack.tip_mass, "kg", "Mass of each stack that moves with its tip", min=0),
     )
 
 
@@ -317,8 +412,13 @@ def _outputs(m: Model, motion: _Motion) -> None:
     m.output("platform.angular_acceleration", a[2], "rad/s2", "Angular acceleration", nominal=_TURN[2])
 
 
+def _steps(jacobian: np.ndarray, resolution: float) -> np.ndarray:
+    """Return the least steps of the pose by a stack that moves it, (3,) [m, m, rad]; infinite where none does."""
+    return resolution * np.abs(np.where(jacobian == 0, np.inf, jacobian)).min(axis=1)
+
+
 def _on_stacks(mechanism: Mechanism) -> ca.Function:
-    """Return the function from coordinates to Jacobian, pose, inertia, stiffness and holding force of the stacks."""
+    """Return the function from coordinates to Jacobian, pose, inertia, stiffness, holding force and hinge angles."""
     p, terms = mechanism.coordinates, dynamics.terms(mechanism)
     to_pose, to_stacks = ca.vertsplit(terms.slope, 3)
     from_stacks = ca.inv(to_stacks)
@@ -332,13 +432,21 @@ def _on_stacks(mechanism: Mechanism) -> ca.Function:
             from_stacks.T @ terms.mass @ from_stacks,
             ca.jacobian(force, p) @ from_stacks,
             force,
+            mechanism.hinges,
         ],
     )
 
 
-def _coordinates(level: str, geometry: Links, elongation: Triple | list[float]) -> np.ndarray:
+def _coordinates(level: str, design: Design, elongation: Triple | list[float]) -> np.ndarray:
     """Return the mechanism's coordinates at elongations [m], (3,)."""
-    return forward(geometry, elongation) if level == "exact" else np.array(elongation)
+    return forward(design.links, elongation) if level == "exact" else np.array(elongation)
+
+
+def _elongations(level: str, design: Design, pose: Triple) -> Triple:
+    """Return the elongations of a pose: of the links at level `exact`, else by the Jacobian."""
+    if level == "exact":
+        return tuple(inverse(design.links, pose, "rrr_stage").tolist())
+    return tuple(np.linalg.solve(design.jacobian, pose).tolist())
 
 
 def _at_voltage(mechanism: Mechanism, stack: Stack, voltage: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -23,12 +23,13 @@ import numpy as np
 
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.pzt import TOKIN
-from hfsa.components._mechanics.rrr_facts import KINEMATICS, STACK_STROKE
-from hfsa.components._mechanics.rrr_kinematics import LinkSet, elongations, links
+from hfsa.components._mechanics.rrr_design import Design, Matrix
+from hfsa.components._mechanics.rrr_facts import GEOMETRY, STACK_STROKE
+from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, Kinematics, LinkChanges, inverse
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
-FACTS = {KINEMATICS: Known("kinematics"), STACK_STROKE: Known("stroke")}  # of the analysis only
+FACTS = {**GEOMETRY, STACK_STROKE: Known("stroke")}  # of the analysis only
 
 _ROUNDING = 1e-9
 """Tolerance at the ends of the stroke [m], for poses given with a few digits."""
@@ -74,27 +75,33 @@ UNITS = {
 def analyze(
     *,
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    kinematics: LinkSet = "nominal",
+    kinematics: Kinematics = "nominal",
+    links: LinkChanges = AS_NAMED,
+    jacobian: Matrix | None = None,
     stroke: float = TOKIN.stroke,
 ) -> dict[str, Any]:
     """Return the elongations of the stacks at a pose of the platform: inverse kinematics.
 
     Args:
         pose: x, y [m] and yaw [rad] of the platform from rest.
-        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
+        kinematics: parameter set of the stage's links; `measured` is a Jacobian.
+        links: lengths [m] and angles [rad] of the links in place of those of the set.
+        jacobian: Jacobian from elongations to pose in place of the links, nine numbers row by row [m/m; m/m; rad/m].
         stroke: free stroke of the stacks [m].
 
     Returns:
         elongation: elongations of the stacks, (3,) [m].
 
     Raises:
-        ModelError: a pose out of reach of the legs; elongations outside the free stroke; an unknown parameter set.
+        ModelError: a pose out of reach of the legs; elongations outside the free stroke; an unknown parameter set;
+            as `rrr_stage`.
     """
-    symbol = ca.SX.sym("pose", 3)
-    wanted = np.array(ca.Function("elongation", [symbol], [elongations(links(kinematics), symbol)])(pose)).ravel()
+    design = Design(kinematics, links, given_jacobian=jacobian)
+    if jacobian is None and kinematics != "measured":
+        wanted = inverse(design.links, pose, "stage_reference")
+    else:
+        wanted = np.linalg.solve(design.jacobian, pose)
     label = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
-    if not np.all(np.isfinite(wanted)):
-        raise ModelError(f"{label} is out of the legs' reach; the stage moves by some 1e-5 m and 1e-3 rad")
     if not np.all((wanted >= -_ROUNDING) & (wanted <= stroke + _ROUNDING)):
         found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)
         raise ModelError(f"{label} needs elongations of {found} um, expected 0 to {stroke * 1e6:g} um, the free stroke")

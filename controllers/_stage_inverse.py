@@ -6,12 +6,13 @@ with the coordinates p of a level: the elongations themselves for `constant_jaco
 computed from the elongations by Newton's method. The stiffness of the stacks is not included.
 """
 
-from typing import Literal
+from typing import Literal, get_args
 
 import casadi as ca
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
-from hfsa.components._mechanics.rrr_kinematics import Links, elongations, links
+from hfsa.components._mechanics.rrr_design import Design
+from hfsa.components._mechanics.rrr_kinematics import Links, elongations
 from hfsa.components._modelling.model import one_of
 
 StageModel = Literal["exact", "constant_jacobian"]
@@ -20,18 +21,16 @@ _NEWTON_STEPS = 3
 """Newton steps from J0 l; the convergence is quadratic: 0.2 um, 5e-12 m, then far below rounding error."""
 
 
-def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
+def stack_forces(model: str, design: Design) -> ca.Function:
     """Return the function (elongation, rate, acceleration) -> forces of the undamped stage.
 
     All columns are (3, 1), in [m], [m/s], [m/s2] and [N].
 
     Raises:
-        ModelError: an unknown model or parameter set of the links; a parameter set without link dimensions.
+        ModelError: an unknown model; a design without link dimensions, or with a Jacobian for `exact`.
     """
-    geometry = links(kinematics)
-    levels = {"exact": dynamics.exact, "constant_jacobian": dynamics.constant_jacobian}
-    one_of(model, levels, "model of the stage")
-    mechanism = levels[model](geometry, ca.SX.sym("p", 3), ca.SX.sym("p_rate", 3))
+    one_of(model, get_args(StageModel), "model of the stage")
+    mechanism = design.mechanism(model, ca.SX.sym("p", 3), ca.SX.sym("p_rate", 3))
     elongation, rate, acceleration = (ca.SX.sym(name, 3) for name in ("l", "l_rate", "l_acceleration"))
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
     from_stacks = ca.inv(terms.slope[3:, :])
@@ -39,7 +38,7 @@ def stack_forces(model: str, kinematics: str = "nominal") -> ca.Function:
     forces = from_stacks.T @ (terms.mass @ demanded + terms.velocity + terms.elastic)
     at = ca.Function("at", [p, v, acceleration], [forces])
     speed = ca.Function("speed", [p, elongation], [from_stacks @ elongation])
-    coordinates = _pose(geometry, elongation) if model == "exact" else elongation
+    coordinates = _pose(design.links, elongation) if model == "exact" else elongation
     result = at(coordinates, speed(coordinates, rate), acceleration)
     return ca.Function("stack_forces", [elongation, rate, acceleration], ca.cse([result]))
 

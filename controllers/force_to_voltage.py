@@ -16,7 +16,7 @@ Source: thesis of 2000 on the 3-RRR stage, eq (5.9).
 """
 
 from hfsa.components import Model, ModelError
-from hfsa.components._mechanics.pzt import TOKIN
+from hfsa.components._mechanics.pzt import TOKIN, Stack
 from hfsa.components._mechanics.rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STACK_VOLTAGE
 from hfsa.components._modelling.facts import Known
 from hfsa.controllers._command import clipped
@@ -28,16 +28,24 @@ FACTS = {
 }
 
 
-def force_to_voltage(*, axes: int = 3) -> Model:
-    """Return the conversion for a number of stacks; `ModelError` for fewer than one."""
+def force_to_voltage(*, axes: int = 3, stack: Stack = TOKIN) -> Model:
+    """Return the conversion for a number of stacks.
+
+    Args:
+        axes: number of stacks.
+        stack: data sheet of the stacks; the defaults of `stack.stiffness`, `stack.coupling` and `maximum.voltage`.
+
+    Raises:
+        ModelError: fewer than one stack; an invalid data sheet.
+    """
     if axes < 1:
         raise ModelError(f"force_to_voltage: axes is {axes}, expected 1 or more")
     m = Model("ForceToVoltage", "Voltages for commanded forces of piezo stacks")
     sample_time = m.sample_time(50e-6)
     each = f"axis[1..{axes}]"
-    stiffness = m.parameter("stack.stiffness", TOKIN.stiffness, "N/m", "Stiffness k of each stack", min=0)
-    coupling = m.parameter("stack.coupling", TOKIN.coupling, "N/V", "Force per volt of each stack", min=1e-9)
-    highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
+    stiffness = m.parameter("stack.stiffness", stack.stiffness, "N/m", "Stiffness k of each stack", min=0)
+    coupling = m.parameter("stack.coupling", stack.coupling, "N/V", "Force per volt of each stack", min=1e-9)
+    highest = m.parameter("maximum.voltage", stack.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
     force = m.input(f"{each}.force", "N", "Commanded force of the stack", nominal=100.0)
     elongation = m.input(f"{each}.elongation", "m", "Elongation of the stack", nominal=1e-6)
     rate = m.input(f"{each}.elongation_rate", "m/s", "Rate of the elongation", nominal=1e-3)

@@ -30,12 +30,16 @@ table 5.1; the thesis reports that its PD gains do not converge.
 
 from collections.abc import Callable
 from enum import StrEnum
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from hfsa.components import ModelError
-from hfsa.components._mechanics.rrr_kinematics import LinkSet
+from hfsa.components._mechanics.rrr_design import Matrix
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
+from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, LinkChanges, LinkSet
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 from hfsa.components._modelling.model import one_of
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
@@ -105,6 +109,12 @@ def analyze(
     elongation: Triple = (12e-6, 12e-6, 12e-6),
     damping_time: float = 0.0,
     solver_steps: int = 74,
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    jacobian: Matrix | None = None,
+    stiffness: Matrix | None = None,
+    mass: Matrix | None = None,
 ) -> dict[str, Any]:
     """Return the behaviour of the error under a ramp of all elongations, in SI units; arrays are per stack or per pole.
 
@@ -118,6 +128,12 @@ def analyze(
         elongation: reference at the end of the motion [m].
         damping_time: D / K0 of the stage [s]; 0 in the source.
         solver_steps: number of equal solver steps from 0 to `elongation`.
+        links: lengths and angles of the stage's links in place of those of the set, as in `rrr_stage`.
+        hinge: hinges of the stage, as in `rrr_stage`.
+        masses: masses of the stage, as in `rrr_stage`.
+        jacobian: Jacobian of the stage in place of that of the links, as in `rrr_stage`.
+        stiffness: stiffness of the stage in place of that of its hinges, as in `rrr_stage`.
+        mass: inertia of the stage in place of that of its links, as in `rrr_stage`.
 
     Returns:
         verdict: one or two of the identifiers above.
@@ -137,8 +153,8 @@ def analyze(
         trapezoidal_factor: largest factor per step over all poles [1].
 
     Raises:
-        ModelError: an unknown law, level or parameter set; a gain or damping time below 0; a rate or number of steps
-            that is not above 0; elongations without a pose.
+        ModelError: as `rrr_stage`; an unknown law, level or parameter set; a gain or damping time below 0; a rate or
+            number of steps that is not above 0; elongations without a pose.
     """
     one_of(law, ("pd", "ctc"), "stage_closed_loop: law")
     one_of(level, ("constant_jacobian", "exact"), "stage_closed_loop: level")
@@ -150,12 +166,24 @@ def analyze(
         if not (np.isfinite(value) and value > 0):
             raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected more than 0")
 
+    stage_of = partial(
+        analyze_stage,
+        level=level,
+        kinematics=kinematics,
+        links=links,
+        hinge=hinge,
+        masses=masses,
+        jacobian=jacobian,
+        stiffness=stiffness,
+        mass=mass,
+    )
+
     def stage_at(point: np.ndarray) -> _Stage:
         """Return the linearised stage at elongations [m]."""
-        found = analyze_stage(level=level, kinematics=kinematics, elongation=tuple(point.tolist()))
+        found = stage_of(elongation=tuple(point.tolist()))
         return _Stage(found["inertia"], damping, found["stiffness"], found["force"])
 
-    damping = damping_time * analyze_stage(level=level, kinematics=kinematics)["stiffness"]
+    damping = damping_time * stage_of()["stiffness"]
     reference, duration = np.array(elongation), max(map(abs, elongation)) / rate
     start = _loop(law, stage_at(np.zeros(3)), proportional_gain, derivative_gain)
     if law == "pd":

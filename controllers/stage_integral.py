@@ -17,7 +17,7 @@ per decade and +90 degrees where w T is small.
 """
 
 from hfsa.components import Model
-from hfsa.components._mechanics.pzt import TOKIN
+from hfsa.components._mechanics.pzt import TOKIN, Stack
 from hfsa.components._mechanics.rrr_facts import STACK_VOLTAGE
 from hfsa.components._modelling.facts import Known
 from hfsa.controllers._command import clipped
@@ -25,13 +25,20 @@ from hfsa.controllers._command import clipped
 FACTS = {STACK_VOLTAGE: Known("maximum.voltage")}
 
 
-def stage_integral() -> Model:
-    """Return one controller for the three stacks."""
+def stage_integral(*, stack: Stack = TOKIN) -> Model:
+    """Return one controller for the three stacks.
+
+    Args:
+        stack: data sheet of the stacks; its full voltage is the default of `maximum.voltage`.
+
+    Raises:
+        ModelError: an invalid data sheet.
+    """
     m = Model("StageIntegral", "Sampled integral controller of the 3-RRR stage")
     sample_time = m.sample_time(50e-6)
     each = "axis[1..3]"
     gain = m.parameter(f"{each}.integral_gain", 4.3e8, "V/(m.s)", "Integral gain", min=0, nominal=1e8)
-    highest = m.parameter("maximum.voltage", TOKIN.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
+    highest = m.parameter("maximum.voltage", stack.full_voltage, "V", "Largest voltage; the smallest is 0", min=1e-9)
     reference = m.input(f"{each}.reference", "m", "Reference elongation", nominal=1e-6)
     measured = m.input(f"{each}.measured", "m", "Measured elongation", nominal=1e-6)
     feed_forward = m.input(f"{each}.feed_forward", "V", "Feed-forward voltage", nominal=100.0)

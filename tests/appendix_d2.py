@@ -13,19 +13,19 @@ has the sign of H's even terms reversed, so it is no level of the part.
 
 from collections.abc import Mapping
 from typing import NamedTuple
-from unittest.mock import patch
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL
+from hfsa.components._mechanics.rrr_masses import Masses
 
 MASSES = {
-    "PLATFORM_MASS": 0.13227224996,
-    "PLATFORM_INERTIA": 9.622432692e-6,
-    "CRANK_INERTIA": 1.4825356067e-6,
-    "COUPLER_MASS": 7.627785e-3,
+    "platform": 0.13227224996,
+    "platform_inertia": 9.622432692e-6,
+    "crank_inertia": 1.4825356067e-6,
+    "coupler": 7.627785e-3,
 }
 """What D.2 was made with, told from its numbers with I_e = M_e R^2 / 12; the source's tables round them."""
 
@@ -83,8 +83,7 @@ def values(expression: ca.SX) -> np.ndarray:
 
 def with_its_masses() -> dynamics.Mechanism:
     """Return our mechanism over `length` and `rate` with the masses of D.2."""
-    with patch.multiple(dynamics, **MASSES):
-        return dynamics.constant_jacobian(NOMINAL, length, rate)
+    return dynamics.constant_jacobian(NOMINAL, length, rate, masses=Masses(**MASSES))
 
 
 def without_yaw(mechanism: dynamics.Mechanism) -> dynamics.Mechanism:

@@ -25,19 +25,16 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from hfsa.components._mechanics import rrr_hinge as hinge
-from hfsa.components._mechanics.rrr_kinematics import Links, coupler_motion, coupler_turns, elongations, rotated
-
-PLATFORM_MASS = 0.1323
-"""M_e, mass of the platform [kg] (table D.2)."""
-PLATFORM_INERTIA = 9.622e-6
-"""I_e, inertia of the platform about its centre [kg.m2] (table D.2)."""
-CRANK_MASS = 0.01416
-"""M_ab, mass of a crank, with its centre halfway between A and B [kg] (table D.2)."""
-CRANK_INERTIA = 1.483e-6
-"""I_ab, inertia of a crank about A [kg.m2] (table D.2)."""
-COUPLER_MASS = 7.628e-3
-"""M_bc, mass of a coupler [kg] (table D.2)."""
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
+from hfsa.components._mechanics.rrr_kinematics import (
+    Links,
+    columns,
+    coupler_motion,
+    coupler_turns,
+    elongations,
+    rotated,
+)
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 
 
 class Mechanism(NamedTuple):
@@ -53,6 +50,8 @@ class Mechanism(NamedTuple):
         bends: angles of the hinges A_i, B_i, C_i from rest as functions of z, shape (9, 1) [rad].
         kinetic: T(z, z') [J].
         momentum: I_b(z, z'), shape (2, 1) [kg.m/s].
+        hinge_stiffness: K_b [N.m/rad].
+        springs: energy of further springs as a function of z [J].
     """
 
     coordinates: ca.SX
@@ -64,6 +63,8 @@ class Mechanism(NamedTuple):
     bends: ca.SX
     kinetic: ca.SX
     momentum: ca.SX
+    hinge_stiffness: float
+    springs: ca.SX | float = 0.0
 
     @property
     def pose(self) -> ca.SX:
@@ -110,7 +111,9 @@ class Terms(NamedTuple):
     bias: ca.SX
 
 
-def exact(geometry: Links, pose: ca.SX, rates: ca.SX) -> Mechanism:
+def exact(
+    geometry: Links, pose: ca.SX, rates: ca.SX, hinge: Hinge = THESIS_HINGE, masses: Masses = THESIS_MASSES
+) -> Mechanism:
     """Return the mechanism with rigid links, as functions of the symbols of its pose and the rates of the pose."""
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     crank, corners = -z[3:] / geometry.arm, _turned(geometry.corners, z[[2, 2, 2]])
@@ -127,14 +130,25 @@ def exact(geometry: Links, pose: ca.SX, rates: ca.SX) -> Mechanism:
         ca.vertcat(pose, elongations(geometry, pose)),
         ca.vertcat(rates, -geometry.arm * cranking),
         ca.vertcat(crank, crank - coupler, coupler - z[2]),
-        *_inertial(geometry, z_rate, arms, corners),
+        *_inertial(geometry, masses, z_rate, arms, corners),
+        hinge.stiffness,
     )
 
 
-def constant_jacobian(geometry: Links, elongation: ca.SX, rates: ca.SX) -> Mechanism:
-    """Return the mechanism with pose = J0 elongations, as functions of the symbols of these and of their rates."""
+def constant_jacobian(
+    geometry: Links,
+    elongation: ca.SX,
+    rates: ca.SX,
+    hinge: Hinge = THESIS_HINGE,
+    masses: Masses = THESIS_MASSES,
+    jacobian: np.ndarray | None = None,
+) -> Mechanism:
+    """Return the mechanism with pose = J elongations, as functions of the symbols of these and of their rates.
+
+    J is `jacobian`, shape (3, 3), by default that of the links.
+    """
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
-    J0, crank = ca.DM(geometry.jacobian), -z[3:] / geometry.arm
+    J0, crank = ca.SX(geometry.jacobian if jacobian is None else jacobian), -z[3:] / geometry.arm
     change = coupler_motion(geometry, z[:3], crank)
     across = ca.vertcat(*[_cross(rest, change[:, i]) for i, rest in enumerate(geometry.couplers)])
     crank_sine, coupler_sine = ca.sin(crank), across / geometry.coupler**2
@@ -146,7 +160,8 @@ def constant_jacobian(geometry: Links, elongation: ca.SX, rates: ca.SX) -> Mecha
         ca.vertcat(J0 @ elongation, elongation),
         ca.vertcat(J0 @ rates, rates),
         ca.vertcat(crank, crank_sine - coupler_sine, coupler_sine - ca.sin(z[2])),
-        *_inertial(geometry, z_rate, _turned(geometry.cranks, crank), ca.SX(geometry.corners.T)),
+        *_inertial(geometry, masses, z_rate, _turned(geometry.cranks, crank), ca.SX(columns(geometry.corners))),
+        hinge.stiffness,
     )
 
 
@@ -156,7 +171,7 @@ def terms(mechanism: Mechanism) -> Terms:
     momenta = ca.gradient(mechanism.kinetic, z_rate)
     mass = ca.jacobian(momenta, z_rate)
     velocity = ca.jtimes(momenta, z, z_rate) - ca.gradient(mechanism.kinetic, z)
-    elastic = ca.gradient(_energy(mechanism.bends), z)
+    elastic = ca.gradient(_energy(mechanism), z)
     slope = ca.jacobian(mechanism.motion, mechanism.rates)
     bias = ca.jtimes(mechanism.motion, z, z_rate)
     return Terms(
@@ -172,16 +187,16 @@ def terms(mechanism: Mechanism) -> Terms:
 
 
 def potential(mechanism: Mechanism) -> ca.SX:
-    """Return the energy P of the nine hinges as a function of p [J]."""
-    return _energy(mechanism.hinges)
+    """Return the energy P of hinges and further springs as a function of p [J]."""
+    return mechanism.over_coordinates(_energy(mechanism))[0]
 
 
-def _energy(bends: ca.SX) -> ca.SX:
-    """Return the energy of hinges at angles from rest [J]."""
-    return hinge.STIFFNESS / 2 * ca.sumsqr(bends)
+def _energy(mechanism: Mechanism) -> ca.SX:
+    """Return the energy of hinges and further springs as a function of z [J]."""
+    return mechanism.hinge_stiffness / 2 * ca.sumsqr(mechanism.bends) + mechanism.springs
 
 
-def _inertial(geometry: Links, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _inertial(geometry: Links, masses: Masses, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return T and I_b as functions of the rates of pose and elongations.
 
     `arms` are the A_i B_i, `corners` the C_i from the centre of the platform, shape (2, 3) each.
@@ -189,11 +204,11 @@ def _inertial(geometry: Links, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tu
     velocity, spin, cranking = z_rate[:2], z_rate[2], -z_rate[3:] / geometry.arm
     at_B = _across(arms) * ca.repmat(cranking.T, 2, 1)
     at_C = _corner_velocities(corners, z_rate[:3])
-    energy = (PLATFORM_MASS + COUPLER_MASS) * ca.sumsqr(velocity)
-    energy += (PLATFORM_INERTIA + COUPLER_MASS * geometry.radius**2) * spin**2
-    energy += (CRANK_INERTIA + COUPLER_MASS * geometry.crank**2 / 3) * ca.sumsqr(cranking)
-    energy += COUPLER_MASS / 3 * ca.dot(at_B, at_C)
-    momentum = (PLATFORM_MASS + 1.5 * COUPLER_MASS) * velocity + (CRANK_MASS + COUPLER_MASS) / 2 * ca.sum2(at_B)
+    energy = (masses.platform + masses.coupler) * ca.sumsqr(velocity)
+    energy += (masses.platform_inertia + masses.coupler * geometry.radius**2) * spin**2
+    energy += (masses.crank_inertia + masses.coupler * geometry.crank**2 / 3) * ca.sumsqr(cranking)
+    energy += masses.coupler / 3 * ca.dot(at_B, at_C)
+    momentum = (masses.platform + 1.5 * masses.coupler) * velocity + (masses.crank + masses.coupler) / 2 * ca.sum2(at_B)
     return energy / 2, momentum
 
 

@@ -14,9 +14,9 @@ because its expansion in (2.14) to (2.16) is wrong.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -30,6 +30,8 @@ LinkSet = Literal["nominal", "calibrated"]
 OFFSETS = 2 * np.pi * np.array([1, 0, -1]) / 3
 """o_i: polar angles of the legs, shape (3,) [rad]."""
 
+_ALIGNED = 1e-6
+"""Sine of an angle below which two directions are in line."""
 _ITERATIONS = 20
 _CONVERGED = 1e-14
 """Largest last step of Newton's method, relative to the largest coordinate [m, rad]."""
@@ -46,6 +48,10 @@ class Links:
         psi1: direction from A2 to C2 [rad].
         psi2: angle of triangle A B C at C [rad].
         arm: R0, arm of the stack on the crank [m].
+
+    Raises:
+        ModelError: a value that is not finite; a length that is not above 0; an angle at C that is not between 0 and
+            pi; links that do not close, or whose cranks and couplers are in line; couplers that meet in one point.
     """
 
     crank: float
@@ -54,6 +60,33 @@ class Links:
     psi1: float
     psi2: float
     arm: float = 3.5e-3
+
+    def __post_init__(self):
+        for name in ("crank", "coupler", "radius", "arm"):
+            length = getattr(self, name)
+            if not (np.isfinite(length) and length > 0):
+                raise ModelError(f"links.{name} is {length:g} m, expected a finite length above 0")
+        if not np.isfinite(self.psi1):
+            raise ModelError(f"links.psi1 is {self.psi1:g} rad, expected a finite angle")
+        if not 0 < self.psi2 < np.pi:
+            raise ModelError(f"links.psi2 is {self.psi2:g} rad, the angle at C, expected between 0 and pi")
+        if not self.closure > 0:
+            raise ModelError(
+                f"the links do not close: a coupler of {self.coupler:g} m at {self.psi2:g} rad from A C (links.psi2) "
+                f"takes a crank longer than {self.crank * (1 - self.closure):.6g} m, links.crank is {self.crank:g} m"
+            )
+        if abs(np.sin(self.psi)) < _ALIGNED or abs(np.sin(self.psi3)) < _ALIGNED:
+            raise ModelError(
+                f"the links are singular at rest: psi1 + psi2 = {self.psi:g} rad, crank and coupler at "
+                f"{self.psi3:.6g} rad; a multiple of pi puts the couplers through the centre of the platform, or in "
+                "line with their cranks"
+            )
+
+    @property
+    def closure(self) -> float:
+        """1 - shortest crank that closes the triangle A B C / crank, above 0 where it is one."""
+        is_obtuse = self.psi2 >= np.pi / 2
+        return 1 - self.coupler * (1.0 if is_obtuse else np.sin(self.psi2)) / self.crank
 
     @property
     def psi(self) -> float:
@@ -121,21 +154,63 @@ class Legs(NamedTuple):
     coupler: ca.SX
 
 
-def links(kinematics: str) -> Links:
-    """Return the links of a parameter set; `ModelError` for `measured`, which has no link dimensions."""
+@dataclass(frozen=True)
+class LinkChanges:
+    """Dimensions in place of those of a parameter set of the links, with the names and units of `Links`.
+
+    Attributes:
+        crank: L_AB [m].
+        coupler: L_BC [m].
+        radius: R, from the centre of the platform to a corner [m].
+        psi1: direction from A2 to C2 [rad].
+        psi2: angle of triangle A B C at C [rad].
+        arm: R0, arm of the stack on the crank [m].
+    """
+
+    crank: float | None = None
+    coupler: float | None = None
+    radius: float | None = None
+    psi1: float | None = None
+    psi2: float | None = None
+    arm: float | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """Dimensions that are given, by name."""
+        return {field.name: value for field in fields(self) if (value := getattr(self, field.name)) is not None}
+
+
+AS_NAMED = LinkChanges()
+"""The dimensions of the parameter set itself."""
+
+
+def links(kinematics: str, changes: LinkChanges = AS_NAMED) -> Links:
+    """Return the links of a parameter set with changes.
+
+    Raises:
+        ModelError: an unknown set; `measured`, which has no link dimensions; dimensions that cannot be built.
+    """
     if kinematics == "measured":
         raise ModelError(
             "rrr_stage: kinematics 'measured' is a Jacobian without link dimensions and valid at level jacobian only; "
-            "the other levels take nominal or calibrated"
+            "the other levels take nominal or calibrated, and a jacobian beside them"
         )
     sets = {"nominal": NOMINAL, "calibrated": CALIBRATED}
-    return sets[one_of(kinematics, sets, "rrr_stage: kinematics")]
+    return replace(sets[one_of(kinematics, sets, "rrr_stage: kinematics")], **changes.given)
 
 
-def jacobian(kinematics: str) -> np.ndarray:
-    """Return J0 of a parameter set, shape (3, 3); the measured one is rotated by psi - 60 deg into the stage's axes."""
+def jacobian(kinematics: str, changes: LinkChanges = AS_NAMED) -> np.ndarray:
+    """Return J0 of a parameter set with changes, shape (3, 3).
+
+    The measured one is rotated by psi - 60 deg into the stage's axes; `ModelError` for changes of its links.
+    """
     if kinematics != "measured":
-        return links(kinematics).jacobian
+        return links(kinematics, changes).jacobian
+    if changes.given:
+        raise ModelError(
+            f"rrr_stage: links.{next(iter(changes.given))} is given, but kinematics 'measured' is a Jacobian without "
+            "link dimensions; take nominal or calibrated"
+        )
     turn = NOMINAL.psi - np.pi / 3
     to_stage = np.eye(3)
     to_stage[:2, :2] = _rotation(turn)
@@ -146,7 +221,7 @@ def corner_motion(geometry: Links, pose: ca.SX) -> ca.SX:
     """Return the displacements of the corners C_i from rest at a pose (3, 1), columns of shape (2, 3) [m]."""
     sine, less_one = ca.sin(pose[2]), _cosine_less_one(pose[2])
     turn = ca.vertcat(ca.horzcat(less_one, -sine), ca.horzcat(sine, less_one))
-    return ca.repmat(pose[:2], 1, 3) + turn @ ca.DM(geometry.corners.T)
+    return ca.repmat(pose[:2], 1, 3) + turn @ columns(geometry.corners)
 
 
 def legs(geometry: Links, pose: ca.SX) -> Legs:
@@ -185,6 +260,19 @@ def forward(geometry: Links, elongation: Sequence[float]) -> np.ndarray:
     return newton(pose, residual, geometry.jacobian @ wanted, failure)
 
 
+def inverse(geometry: Links, pose: Sequence[float], part: str) -> np.ndarray:
+    """Return the elongations, shape (3,) [m], at a pose [m, m, rad]; `ModelError` of a part if it is out of reach."""
+    symbol = ca.SX.sym("pose", 3)
+    found = np.array(ca.Function("elongation", [symbol], [elongations(geometry, symbol)])(pose)).ravel()
+    if not np.all(np.isfinite(found)):
+        x, y, yaw = pose
+        raise ModelError(
+            f"{part}: pose {x:g} m, {y:g} m, {yaw:g} rad is out of the legs' reach; the stage moves by some 1e-5 m and "
+            "1e-3 rad"
+        )
+    return found
+
+
 def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) -> np.ndarray:
     """Return the root of `residual` (n, 1) in `unknowns` (n, 1) near `start` (n,), shape (n,), by Newton's method.
 
@@ -204,12 +292,17 @@ def newton(unknowns: ca.SX, residual: ca.SX, start: np.ndarray, failure: str) ->
 
 def rotated(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Return a constant vector (2,) rotated by an angle, shape (2, 1); exactly the vector at angle zero."""
-    return ca.DM(vector) + _swing(vector, angle)
+    return ca.vertcat(*vector) + _swing(vector, angle)
+
+
+def columns(vectors: Any) -> Any:
+    """Return vectors of the plane (n, 2), numbers or expressions, as columns (2, n)."""
+    return ca.horzcat(*[ca.vertcat(*vector) for vector in vectors])
 
 
 def _swing(vector: np.ndarray, angle: ca.SX) -> ca.SX:
     """Return the change of a constant vector (2,) rotated by an angle, shape (2, 1); exactly zero at angle zero."""
-    return _cosine_less_one(angle) * ca.DM(vector) + ca.sin(angle) * ca.DM([-vector[1], vector[0]])
+    return _cosine_less_one(angle) * ca.vertcat(*vector) + ca.sin(angle) * ca.vertcat(-vector[1], vector[0])
 
 
 def _cosine_less_one(angle: ca.SX) -> ca.SX:

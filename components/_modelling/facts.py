@@ -37,6 +37,8 @@ class Known:
         levels: levels at which the part uses the fact; empty for all.
         results: results of the analysis that depend on the fact; empty for all.
         unfed: input that replaces the fact when it is connected.
+        when: argument and the value of it with which the model uses the fact; empty for all.
+        of_analysis: whether the analysis alone uses the fact, not the model.
     """
 
     name: str
@@ -45,3 +47,5 @@ class Known:
     levels: tuple[str, ...] = ()
     results: tuple[str, ...] = ()
     unfed: str = ""
+    when: tuple[str, str] = ("", "")
+    of_analysis: bool = False

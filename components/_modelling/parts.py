@@ -133,7 +133,7 @@ class Part:
                 known = [*self.arguments, *parameters, SOLVER]
                 raise ModelError(f"{self.name} has no argument {name!r}{nearest(name, known)}")
             model.set_start(name, read_value(f"{self.name}: {name}", float, value))
-        model.information = _information(self, structural, taken=set(parameters))
+        model.information = _information(self, structural, taken={quantity.name for quantity in model})
         return model
 
     def analysis(self, level: str | None = None, /, **arguments: Any) -> dict[str, Any]:

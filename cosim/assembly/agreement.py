@@ -128,13 +128,17 @@ def _of_part(component: Component, fed: set[str]) -> Iterator[tuple[Fact, Holder
     relevant = {
         fact: known
         for fact, known in part.facts.items()
-        if not (known.unfed and f"{component.name}.{known.unfed}" in fed)
+        if not known.of_analysis
+        and not (known.unfed and f"{component.name}.{known.unfed}" in fed)
         and (not known.levels or level in (*known.levels, AUTO))
     }
     if not relevant:
         return
     values = _Values(part, component)
     for fact, known in relevant.items():
+        argument, wanted = known.when
+        if argument and values.get(argument) != wanted:
+            continue
         if found := _fact(values, known):
             yield fact, Holder(component.name, (part.name, False), _label(component.name, known), found)
 
@@ -173,9 +177,8 @@ def _fact(values: Mapping[str, Any], known: Known) -> dict[str, Any] | None:
             return None
         with np.errstate(divide="ignore", invalid="ignore"):
             return {"": (a / b if known.per else a + b).tolist()}
-    whole = values.get(known.name)
-    if whole is not None:
-        return {"": whole}
+    if known.name in values:
+        return {"": values[known.name]}
     within = f"{known.name}."
     fields = {name.removeprefix(within): value for name, value in values.items() if name.startswith(within)}
     return fields or None
@@ -200,7 +203,7 @@ class _Values(Mapping[str, Any]):
         return len(self._arguments)
 
     def __getitem__(self, name: str) -> Any:
-        for known in (self._arguments, self._set):
+        for known in (self._set, self._arguments):
             if name in known:
                 value = known[name]
                 return analysis_value(value) if isinstance(value, Analysis) else value
@@ -367,11 +370,15 @@ def _sentence(conflict: Conflict, owners: Sequence[str]) -> str:
 def _shown(values: Mapping[str, Any], fact: Fact, digits: int) -> str:
     """Return the values of a fact as words."""
     unit = f" {fact.unit}" if fact.unit not in ("", "1") else ""
-    return ", ".join(f"{field} {_number(v, digits)}".lstrip() + unit for field, v in values.items())
+    return ", ".join(
+        f"{field} {_number(v, digits)}".lstrip() + ("" if v is None else unit) for field, v in values.items()
+    )
 
 
 def _number(value: Any, digits: int) -> str:
     """Return a value as it would be typed."""
     if isinstance(value, list | tuple):
         return ",".join(_number(item, digits) for item in value)
+    if value is None:
+        return "none"
     return f"{value:.{digits}g}" if isinstance(value, int | float) else str(value)

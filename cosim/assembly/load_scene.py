@@ -207,16 +207,49 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     part = None if component.part.endswith(".fmu") else named_part(component)
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
+    elif argument in component.start:
+        changed = _with_start(component, part, argument, value)
     elif part is not None and (part.has_argument(argument) or argument == SOLVER):
-        changed = dataclasses.replace(component, arguments={**component.arguments, argument: value})
+        changed = _without_replaced(component, part, {**component.arguments, argument: value})
     else:
-        start = {**component.start, argument: _start_value(component, part, argument, value)}
-        computed = {member: of for member, of in component.computed.items() if member not in expand(argument)}
-        changed = dataclasses.replace(component, start=start, computed=computed)
+        changed = _with_start(component, part, argument, value)
     if component is scene.source:
         return dataclasses.replace(scene, source=changed)
     components = [changed if c is component else c for c in scene.system.components]
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+
+
+def _with_start(component: Component, part: Part | None, argument: str, value: Any) -> Component:
+    """Return a component with another start value."""
+    start = {**component.start, argument: _start_value(component, part, argument, value)}
+    computed = {member: of for member, of in component.computed.items() if member not in expand(argument)}
+    return dataclasses.replace(component, start=start, computed=computed)
+
+
+def _without_replaced(component: Component, part: Part, arguments: Mapping[str, Any]) -> Component:
+    """Return a component with other structural arguments.
+
+    They replace start values that the scene has computed, where the model's own follow from them.
+    """
+    changed = dataclasses.replace(component, arguments=arguments)
+    if not component.computed:
+        return changed
+    before, after = (_own_starts(part, component, values) for values in (component.arguments, arguments))
+    replaced = {name for name in component.computed if before.get(name) != after.get(name)}
+    return dataclasses.replace(
+        changed,
+        start={name: value for name, value in component.start.items() if name not in replaced},
+        computed={name: of for name, of in component.computed.items() if name not in replaced},
+    )
+
+
+def _own_starts(part: Part, component: Component, arguments: Mapping[str, Any]) -> dict[str, float]:
+    """Return the start values of a component's model itself; none where it cannot be built, as the build will tell."""
+    try:
+        level = None if component.level == AUTO else component.level
+        return {quantity.name: quantity.start for quantity in part.model(level, **arguments).of(Kind.PARAMETER)}
+    except ModelError:
+        return {}
 
 
 def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> float:

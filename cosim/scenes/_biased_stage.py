@@ -3,25 +3,25 @@
 from typing import Literal
 
 from hfsa.cosim.scenes._pzt import Pzt
+from hfsa.cosim.scenes._stage import Stage
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
 Level = Literal["constant_jacobian", "exact"]
-Kinematics = Literal["nominal", "calibrated"]
 
 FULL_VOLTAGE = 150.0
 """Full voltage of a stack by default [V]."""
 
 
 def biased_stage(
-    scene: str, stage: Level, kinematics: Kinematics, pzt: Pzt, bias: float, damping_time: float, resistance: float
+    scene: str, level: Level, design: Stage, pzt: Pzt, bias: float, damping_time: float, resistance: float
 ) -> System:
     """Return the stage and its three stacks, in this order of steps, whose error is of second order in the step.
 
     Args:
         scene: name of the scene, for messages.
-        stage: level of the stage.
-        kinematics: parameter set of the stage's links.
+        level: level of the stage.
+        design: design of the stage.
         pzt: the stacks.
         bias: voltage of all stacks [V]; 0 to their full voltage.
         damping_time: damping time of the hinges, beta [s].
@@ -36,9 +36,9 @@ def biased_stage(
     driven = Component(
         "stage",
         "rrr_stage",
-        stage,
-        {"kinematics": kinematics},
-        {"damping_time": damping_time, **pzt.on_stage, **_rest(stage, kinematics, pzt, bias)},
+        level,
+        design.dynamic,
+        {"damping_time": damping_time, **pzt.on_stage, **_rest(level, design, pzt, bias)},
     )
     at_bias = {"command.voltage": bias, "voltage": bias, "amplifier.resistance": resistance}
     stacks = pzt.stacks("linear", at_bias)
@@ -49,9 +49,9 @@ def biased_stage(
     return System([driven, *stacks], connections)
 
 
-def _rest(level: str, kinematics: str, pzt: Pzt, bias: float) -> dict[str, Analysis]:
+def _rest(level: str, design: Stage, pzt: Pzt, bias: float) -> dict[str, Analysis]:
     """Return the states of the stage at equilibrium under the bias."""
-    arguments = {"level": level, "kinematics": kinematics, **pzt.arguments, "voltage": [bias] * 3}
+    arguments = {"level": level, **design.dynamic, **pzt.arguments, "voltage": [bias] * 3}
     if level == "exact":
         return {
             "center.position[1..2]": Analysis("rrr_stage", "pose_at_voltage[1..2]", arguments),

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
-from hfsa.components._mechanics import rrr_hinge as hinge
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, Links, corner_motion, elongations, legs
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES
 
 SETS = pytest.mark.parametrize("geometry", [NOMINAL, CALIBRATED], ids=["nominal", "calibrated"])
 LEVEL = pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
@@ -23,15 +24,15 @@ def bodies(geometry: Links) -> dynamics.Terms:
     B = ca.horzcat(*[_turned(arm, turns.crank[i]) for i, arm in enumerate(geometry.cranks)]) + geometry.base_hinges.T
     middles, cranks = (B + C) / 2, (B + geometry.base_hinges.T) / 2
     rate = {name: ca.jtimes(ca.vec(x), p, v) for name, x in (("middle", middles), ("crank", cranks))}
-    coupler_inertia = dynamics.COUPLER_MASS * geometry.coupler**2 / 12
-    kinetic = dynamics.PLATFORM_MASS * ca.sumsqr(v[:2]) + dynamics.PLATFORM_INERTIA * v[2] ** 2
-    kinetic += dynamics.CRANK_INERTIA * ca.sumsqr(ca.jtimes(turns.crank, p, v))
-    kinetic += dynamics.COUPLER_MASS * ca.sumsqr(rate["middle"])
+    coupler_inertia = THESIS_MASSES.coupler * geometry.coupler**2 / 12
+    kinetic = THESIS_MASSES.platform * ca.sumsqr(v[:2]) + THESIS_MASSES.platform_inertia * v[2] ** 2
+    kinetic += THESIS_MASSES.crank_inertia * ca.sumsqr(ca.jtimes(turns.crank, p, v))
+    kinetic += THESIS_MASSES.coupler * ca.sumsqr(rate["middle"])
     kinetic += coupler_inertia * ca.sumsqr(ca.jtimes(turns.coupler, p, v))
     kinetic /= 2
     bends = ca.vertcat(turns.crank, turns.crank - turns.coupler, turns.coupler - p[2])
-    momentum = dynamics.PLATFORM_MASS * v[:2]
-    for mass, name in ((dynamics.COUPLER_MASS, "middle"), (dynamics.CRANK_MASS, "crank")):
+    momentum = THESIS_MASSES.platform * v[:2]
+    for mass, name in ((THESIS_MASSES.coupler, "middle"), (THESIS_MASSES.crank, "crank")):
         momentum += mass * ca.sum2(ca.reshape(rate[name], 2, 3))
     mass = ca.hessian(kinetic, v)[0]
     z = ca.vertcat(p, elongations(geometry, p))
@@ -39,7 +40,7 @@ def bodies(geometry: Links) -> dynamics.Terms:
     return dynamics.Terms(
         mass,
         ca.jtimes(mass @ v, p, v) - ca.gradient(kinetic, p),
-        ca.gradient(hinge.STIFFNESS / 2 * ca.sumsqr(bends), p),
+        ca.gradient(THESIS_HINGE.stiffness / 2 * ca.sumsqr(bends), p),
         ca.jacobian(momentum, v).T,
         slope,
         ca.jtimes(slope @ v, p, v),

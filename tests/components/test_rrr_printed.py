@@ -11,7 +11,8 @@ from appendix_d2 import MASSES, bases, length, our_model, rate, values, with_its
 from published import entry, half_units, numbers
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
-from hfsa.components._mechanics import rrr_hinge as hinge
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES
 
 CLOSE = 3e-9
 """Of the largest number: D.2 prints ten digits and was made with masses that are told from them."""
@@ -33,7 +34,7 @@ def test_all_numbers_are_there():
 
 def test_the_masses_round_to_those_of_the_tables():
     for name, value in MASSES.items():
-        assert float(f"{value:.4g}") == getattr(dynamics, name)
+        assert float(f"{value:.4g}") == getattr(THESIS_MASSES, name)
 
 
 def test_the_velocity_matrix_follows_from_the_inertia(printed):
@@ -65,7 +66,9 @@ def follows(values: np.ndarray, quantity: str) -> None:
 def test_what_follows_from_the_printed_numbers(printed):
     """A yaw that is too soft."""
     # The source rounds K_b to 40.8963 first.
-    stiffness = 40.8963 / hinge.STIFFNESS * np.array(ca.Function("S", [length], [ca.jacobian(printed.H, length)])(0))
+    stiffness = (
+        40.8963 / THESIS_HINGE.stiffness * np.array(ca.Function("S", [length], [ca.jacobian(printed.H, length)])(0))
+    )
     K = np.array(ca.Function("K", [length], [printed.K])(0))
     frequencies = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(K, stiffness)).real)) / (2 * np.pi)
     force = np.array(ca.Function("H", [length], [printed.H])([12e-6] * 3)).ravel()

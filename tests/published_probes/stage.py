@@ -12,9 +12,10 @@ from scipy.optimize import brentq
 from hfsa.components import rrr_stage
 from hfsa.components._mechanics import pzt as stack
 from hfsa.components._mechanics import rrr_dynamics as dynamics
-from hfsa.components._mechanics import rrr_hinge as hinge
 from hfsa.components._mechanics.modes import modes
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES
 
 _PRINTED_HINGE = 40.8963
 """K_b of table D.3 [N.m/rad]."""
@@ -42,8 +43,8 @@ def stage_steps() -> dict[str, Any]:
 
 def stage_strength() -> dict[str, Any]:
     """Strength that the hinge at A needs, with a safety of 2, to turn as 12 um of elongation ask; stress allowed."""
-    needed = 2 * hinge.STRESS_PER_ANGLE * stack.STROKE_IN_USE / NOMINAL.arm
-    return {"needed": needed, "allowed": hinge.ALLOWED_STRESS}
+    needed = 2 * THESIS_HINGE.stress_per_angle * stack.STROKE_IN_USE / NOMINAL.arm
+    return {"needed": needed, "allowed": THESIS_HINGE.allowed_stress}
 
 
 def stage_calibration() -> dict[str, Any]:
@@ -76,9 +77,9 @@ def stage_calibration() -> dict[str, Any]:
 def stage_link_inertias() -> dict[str, Any]:
     """I_ab of a rod about its end, I_bc of a rod about its middle, I_e by which D.2 was made."""
     return {
-        "platform": dynamics.PLATFORM_MASS * NOMINAL.radius**2 / 12,
-        "crank": dynamics.CRANK_MASS * NOMINAL.crank**2 / 3,
-        "coupler": dynamics.COUPLER_MASS * NOMINAL.coupler**2 / 12,
+        "platform": THESIS_MASSES.platform * NOMINAL.radius**2 / 12,
+        "crank": THESIS_MASSES.crank * NOMINAL.crank**2 / 3,
+        "coupler": THESIS_MASSES.coupler * NOMINAL.coupler**2 / 12,
     }
 
 
@@ -103,7 +104,7 @@ def stage_without_yaw() -> dict[str, Any]:
     ours, length = appendix_d2.our_model(), appendix_d2.length
     evaluate = ca.Function("D2", [length], [ours.K, ca.jacobian(ours.H, length), ours.H])
     mass, stiffness, _ = (np.array(matrix) for matrix in evaluate(0))
-    stiffness *= _PRINTED_HINGE / hinge.STIFFNESS
+    stiffness *= _PRINTED_HINGE / THESIS_HINGE.stiffness
     return {
         "stiffness": stiffness[0, :2],
         "natural_frequencies_hz": modes(mass, stiffness).omega / (2 * np.pi),
@@ -136,7 +137,7 @@ def stage_stress(elongation: list[float]) -> float:
     """Largest bending stress in a hinge."""
     built = dynamics.exact(NOMINAL, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
     angles = ca.Function("angles", [built.coordinates], [built.hinges])(forward(NOMINAL, elongation))
-    return hinge.STRESS_PER_ANGLE * np.abs(np.array(angles)).max()
+    return THESIS_HINGE.stress_per_angle * np.abs(np.array(angles)).max()
 
 
 def stage_linear_statics() -> dict[str, Any]:

@@ -5,6 +5,7 @@ import random
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -60,6 +61,17 @@ OWNERS = {
     },
     "platform of the SDelta": {"platform.mass", "platform.inertia"},
     "kinematics of the stage": {"kinematics"},
+    "links of the stage": {f"links.{name}" for name in ("crank", "coupler", "radius", "psi1", "psi2", "arm")},
+    "hinges of the stage": {
+        f"hinge.{name}"
+        for name in ("elastic_modulus", "width", "thickness", "radius", "yield_strength", "safety_factor")
+    },
+    "masses of the stage": {
+        f"masses.{name}" for name in ("platform", "platform_inertia", "crank", "crank_inertia", "coupler")
+    },
+    "Jacobian of the stage": {"jacobian"},
+    "stiffness of the stage": {"stiffness"},
+    "inertia of the stage": {"mass"},
     "damping time of the stage": {"damping_time"},
     "stiffness of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.stroke"},
     "force per volt of the stacks": {"pzt.blocking_force", "pzt.stiffness", "pzt.full_voltage"},
@@ -109,7 +121,8 @@ def other(component: Component, name: str, value: Any, factor: float) -> Any:
     if isinstance(value, list | tuple):
         return tuple(factor * item + 1e-4 for item in value)
     if value is None:
-        return 1e5 * factor
+        is_matrix = argument is not None and "tuple" in str(argument.annotation)
+        return tuple(1e5 * factor * np.eye(3).ravel()) if is_matrix else 1e5 * factor
     return factor * float(value) + (1e-4 if value == 0 else 0)
 
 

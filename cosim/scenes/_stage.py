@@ -1,0 +1,90 @@
+"""Design of the 3-RRR stage, as arguments of scenes that are passed on to parts; by default that of the source.
+
+A scene owns it once: `Stage` hands each part what it uses.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from hfsa.cosim.scenes._given import given
+
+Kinematics = Literal["nominal", "calibrated"]
+Matrix = tuple[float, float, float, float, float, float, float, float, float]
+"""A matrix of shape (3, 3), row by row."""
+
+
+@dataclass(frozen=True)
+class Links:
+    """Links: crank L_AB, coupler L_BC, radius R, arm R0 [m], angles psi1, psi2 [rad] (those of the set)."""
+
+    crank: float | None = None
+    coupler: float | None = None
+    radius: float | None = None
+    psi1: float | None = None
+    psi2: float | None = None
+    arm: float | None = None
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """Hinges: elastic modulus, yield strength [Pa], width, thickness of the neck, radius of the notches [m]."""
+
+    elastic_modulus: float | None = None
+    width: float | None = None
+    thickness: float | None = None
+    radius: float | None = None
+    yield_strength: float | None = None
+    safety_factor: float | None = None
+
+
+@dataclass(frozen=True)
+class Masses:
+    """Masses of the platform, a crank, a coupler [kg], inertia of the platform, of a crank about A [kg.m2]."""
+
+    platform: float | None = None
+    platform_inertia: float | None = None
+    crank: float | None = None
+    crank_inertia: float | None = None
+    coupler: float | None = None
+
+
+LINKS, HINGE, MASSES = Links(), Hinge(), Masses()
+"""Those of the source."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Design of the stage; each property is arguments of a component.
+
+    Attributes:
+        kinematics: parameter set of the links.
+        links, hinge, masses: dimensions, material and masses of its parts.
+        jacobian, stiffness, mass: matrices on the elongations in place of those of its parts.
+    """
+
+    kinematics: str = "nominal"
+    links: Links = LINKS
+    hinge: Hinge = HINGE
+    masses: Masses = MASSES
+    jacobian: Matrix | None = None
+    stiffness: Matrix | None = None
+    mass: Matrix | None = None
+
+    @property
+    def kinematic(self) -> dict[str, Any]:
+        """Of a part that converts poses and elongations."""
+        known = {"kinematics": self.kinematics, **given(self.links, "links")}
+        return known if self.jacobian is None else {**known, "jacobian": self.jacobian}
+
+    @property
+    def dynamic(self) -> dict[str, Any]:
+        """Of a part that has a model of the stage."""
+        known = {**self.kinematic, **given(self.hinge, "hinge"), **given(self.masses, "masses")}
+        matrices = {"stiffness": self.stiffness, "mass": self.mass}
+        return known | {name: matrix for name, matrix in matrices.items() if matrix is not None}
+
+    @property
+    def has_published_inertia(self) -> bool:
+        """Whether its inertia on the elongations is that of a parameter set."""
+        has_links = self.links == LINKS and self.jacobian is None
+        return has_links and self.masses == MASSES and self.mass is None
