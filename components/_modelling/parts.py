@@ -168,7 +168,7 @@ class Part:
         """Return the part's design study; errors as in `model`."""
         if self.study is None:
             raise ModelError(f"{self.name} has no design study")
-        arguments = _with_level(level, arguments)
+        arguments = _of_study(self.study, f"{self.name}: a design study", _with_level(level, arguments))
         found = self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
         return returned(self.study, Study, found)
 
@@ -176,7 +176,7 @@ class Part:
         """Return the study whose dimensions are the columns of a path; errors as in `model`."""
         if self.trajectory is None:
             raise ModelError(f"{self.name} follows no path")
-        arguments = _with_level(level, arguments)
+        arguments = _of_study(self.trajectory, f"{self.name}: a path", _with_level(level, arguments))
         found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
         return returned(self.trajectory, Study, found)
 
@@ -273,6 +273,13 @@ def _with_level(level: str | None, arguments: Mapping[str, Any]) -> dict[str, An
     """Return arguments with the level, given by place or by name, where there is one."""
     named = {"level": level, **arguments}
     return {name: value for name, value in named.items() if name != "level" or value is not None}
+
+
+def _of_study(study: Callable[..., Study], owner: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a study; `ModelError` for a level that it does not take."""
+    if "level" in arguments and "level" not in arguments_of(study):
+        raise ModelError(f"{owner} is of one level of the part and takes none: leave out level {arguments['level']}")
+    return arguments
 
 
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:

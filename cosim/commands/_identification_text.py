@@ -16,11 +16,14 @@ def identification_text(found: Identification) -> str:
     for (name, unit), value, deviation, model in zip(found.parameters.items(), *columns, strict=True):
         whole.add_row(name, _number(value, ".6g"), _number(deviation, ".2g"), _number(model, ".6g"), unit)
     center = ", ".join(_number(1e3 * c, ".5g") for c in found.center)
+    unknown = "mass centre not known, as no mass is found"
     of = f"the payload of {found.body}" if found.of == "payload" else found.body
     lines = [
         f"{found.path}: inertia of {of}; {found.motion} motion, {found.regressor} equations",
         rendered(whole),
-        f"mass centre {center} mm from the reference point, body axes",
+        f"mass centre {center} mm from the reference point, body axes"
+        if np.all(np.isfinite(found.center))
+        else unknown,
         f"rank {found.rank} of {len(found.parameters)}, condition number {found.condition_number:.5g}",
         f"residuals {found.torque_residual:.3g} N.m, {found.force_residual:.3g} N; standard deviations are for noise "
         f"of {found.torque_noise:.3g} N.m, {found.force_noise:.3g} N",

@@ -43,6 +43,9 @@ def path_answer(study: Study, source: Path, file: Path, words: str, force: bool)
     for name, values in path.columns.items():
         points[list(study.variables).index(name)] = values
     found, fails = study.at(points), ~(study.margins(points) > 0)
+    if fails.any(axis=0).all():
+        lacking = [text for text, row in zip(study.conditions, fails, strict=True) if row.any()]
+        raise StructureError(f"--path {source}: none of its {rows} rows can be taken; they lack {' or '.join(lacking)}")
     record = PathTable(
         study.title,
         path.time,
@@ -131,10 +134,13 @@ def _quantity(values: np.ndarray, of: Any) -> PathQuantity:
 def _lines(study: Study, rows: int, found: Mapping[str, np.ndarray], failing: Mapping[str, list[int]]) -> list[str]:
     """Return the lines of the answer: which rows cannot be, and the range of every response."""
     possible = np.isfinite(next(iter(found.values())))
-    lines = [f"{study.title}: {rows} rows" + ("" if possible.all() else f", {rows - possible.sum()} of them empty")]
+    lines = [
+        f"{study.title}: {rows} row{'' if rows == 1 else 's'}"
+        + ("" if possible.all() else f", {rows - possible.sum()} of them empty")
+    ]
     for text, numbers in failing.items():
         some = ", ".join(map(str, numbers[:8])) + (", ..." if len(numbers) > 8 else "")
-        lines.append(f"  without {text}: {len(numbers)} of {rows} rows: {some}")
+        lines.append(f"  {len(numbers)} of {rows} rows lack {text}: {some}")
     if not possible.any():
         return lines
     summary = table("", "", ">first", ">last", ">lowest", ">row", ">highest", ">row")

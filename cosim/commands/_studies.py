@@ -199,7 +199,7 @@ def _map(
     rest = f", of which {100 * blank:.3g} % cannot be built" if blank else ""
     lines = [f"{study.title}: {', '.join(spans)}{rest}"]
     points = found.responses[study.objective].size
-    lines += [f"  empty at {count} of {points} points, without {text}" for text, count in found.failing.items()]
+    lines += [f"  empty at {count} of {points} points, which lack {text}" for text, count in found.failing.items()]
     for name, ends in extremes.items():
         unit = study.responses[name].unit
         places = [

@@ -148,7 +148,11 @@ def identify(
     file = Path(file)
     target = Path(path) if path is not None else file.with_name(f"{file.stem}_inertia.h5")
     if alone is not None and of == "body":
-        raise StructureError("alone is the file of a platform without payload, expected of payload beside it")
+        raise StructureError("--alone FILE is a platform without payload; expected --of payload beside it")
+    if alone is not None and Path(alone).resolve() == file.resolve():
+        raise StructureError(
+            f"--alone {alone} is the file of the manoeuvre itself, expected that of the platform alone"
+        )
     for source in (file, alone):
         if source is not None and target.resolve() == Path(source).resolve():
             raise StructureError(f"-o {target} is the file of the manoeuvre, expected another")
@@ -175,7 +179,9 @@ def identify(
     if of == "payload":
         _check_reference(component)
         if alone is not None:
-            other = fitted(read_recording(Path(alone), low, high))
+            second = read_recording(Path(alone), low, high)
+            _warn_of_another(component, second.component(name), Path(alone), warn)
+            other = fitted(second)
             without, covariance = other.solution.values, covariance + other.solution.covariance
             unseen += [group for g in other.solution.unseen if (group := [_NAMES[i] for i in g]) not in unseen]
             rank = min(rank, other.solution.rank)
@@ -331,6 +337,16 @@ def _known(component: Component | None, *, is_alone: bool = False) -> NDArray[np
     found = _analyzed(component, is_alone=is_alone).get("inertia_parameters_S")
     is_about_s = component is None or component.arguments.get("reference_point", "S") == "S"
     return np.full(len(_NAMES), np.nan) if found is None or not is_about_s else np.asarray(found, dtype=float)
+
+
+def _warn_of_another(with_payload: Component | None, alone: Component | None, file: Path, warn: Warn) -> None:
+    """Warn where the model of a file is not that of the platform alone of the manoeuvre."""
+    expected, found = _known(with_payload, is_alone=True), _known(alone)
+    if np.all(np.isfinite([expected, found])) and not np.allclose(found, expected, rtol=1e-9, atol=1e-12):
+        warn(
+            f"{file} is of a platform of {found[0]:.6g} kg by its model, but that of the manoeuvre has "
+            f"{expected[0]:.6g} kg without its payload: the difference is not the payload"
+        )
 
 
 def _analyzed(component: Component | None, *, is_alone: bool = False) -> dict[str, Any]:

@@ -59,6 +59,9 @@ from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
+_WITHOUT_AMPLITUDE = 1e-6
+"""Factor of the amplitude at which levels are judged for the linear method."""
+
 _AT_REST = "points start at rest, which takes longer: their steady state is not known, as {}"
 
 
@@ -303,7 +306,9 @@ def _subject(setup: Setup, request: SweepRequest, warn: Warn) -> _Subject:
     is_linear = request.method == "linear" and not levels.automatic(setup.scene)
     library = None if is_linear else chosen_loop(request.backend, warn)
     scene, inputs, outputs = _selected(setup, request)
-    override = {"inputs": inputs, "outputs": outputs, "band": request.judged_band(scene)}
+    override: dict[str, Any] = {"inputs": inputs, "outputs": outputs, "band": request.judged_band(scene)}
+    if request.method == "linear":  # the response at rest, whose levels no amplitude sets apart
+        override["amplitude"] = {unit: _WITHOUT_AMPLITUDE * amplitude for unit, amplitude in scene.amplitude.items()}
     scene, choices = with_levels(scene, library, **override)
     for name, choice in choices.items():
         warn(choice.sentence(name))

@@ -97,6 +97,9 @@ _LEFT = 0.05
 _LONGEST = 4
 """Largest number of windows after which the state is sampled."""
 
+_OWN = 1e-2
+"""Share of an output's own harmonics below which its fundamental is judged by them: zero by symmetry, or nearly."""
+
 _WAITED = "waited for the transient:"
 
 _RAMP = "ramp"
@@ -216,7 +219,7 @@ class Rig:
         self._advance(k * steps - self.master.statistics["steps"])
         if settling is not None:
             gain = self._gain(k)
-            settling.floor = noise_floor(gain, self.units, self.nominal)
+            settling.floor = np.maximum(noise_floor(gain, self.units, self.nominal), _OWN * self._harmonics)
             settling.add(gain)
 
     def _corrected(self, task: Task, steps: int, settling: Settling) -> tuple[Settling | None, str]:
@@ -284,6 +287,12 @@ class Rig:
             self.master.initialize(starts={**starts, **task.start.values, f"{source}.{_RAMP}": 0.0})
             self.master.remember(task.start.earlier)
 
+    @property
+    def _harmonics(self) -> np.ndarray:
+        """Amplitude of the second and third harmonic together of each output, in the window read last."""
+        _, _, _, second, third = self._results.values.reshape(5, -1)
+        return np.hypot(second, third)
+
     def _gain(self, window: int) -> np.ndarray:
         """Return the complex amplitudes of the outputs over the last window."""
         done = self._lock_in.get(self._windows)[0]
@@ -297,6 +306,7 @@ class Rig:
         _, _, mean, second, third = self._results.values.reshape(5, -1)
         distortion = harmonic_distortion(settling.gain, second, third)
         remaining = settling.remaining / settling.scale
+        floor = noise_floor(settling.gain, self.units, self.nominal)
         status, message = Status.DONE, ""
         if not settling.settled:
             worst = int(np.argmax(remaining))
@@ -315,7 +325,7 @@ class Rig:
             task.place,
             status,
             response=settling.gain / task.amplitude,
-            harmonic_distortion=np.where(np.abs(settling.gain) < settling.floor, np.nan, distortion),
+            harmonic_distortion=np.where(np.abs(settling.gain) < floor, np.nan, distortion),
             harmonics=np.array([mean, np.abs(settling.gain), second, third]) / task.amplitude,
             remaining_transient=remaining,
             message=message,

@@ -108,8 +108,9 @@ class Identification:
 
     @property
     def center(self) -> NDArray[np.float64]:
-        """Mass centre from the reference point, body axes, (3,) [m]."""
-        return self.value[1:4] / self.value[0]
+        """Mass centre from the reference point, body axes, (3,) [m]; NaN without a mass above its uncertainty."""
+        mass, deviation = self.value[0], self.standard_deviation[0]
+        return self.value[1:4] / mass if abs(mass) > 3 * deviation else np.full(3, np.nan)
 
     @property
     def is_complete(self) -> bool:

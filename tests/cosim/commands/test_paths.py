@@ -48,7 +48,7 @@ def test_a_path_says_in_words_what_it_found(hfsa):
     code, out, _ = hfsa("analyze", "sdelta", "--path", written(ROWS), "-o", "along.h5")
     assert code == 0
     assert out.startswith("sdelta, stiffness ch4: 4 rows, 1 of them empty\n")
-    assert "without the present assembly (no singularity between): 1 of 4 rows: 3" in out
+    assert "1 of 4 rows lack the present assembly (no singularity between): 3" in out
     assert out.splitlines()[-2:] == ["along.h5", "along.png"]
     code, _, err = hfsa("analyze", "sdelta", "--path", "path.csv", "-o", "along.h5")
     assert code == 2
@@ -111,7 +111,7 @@ def test_a_map_over_the_workspace_counts_its_empty_points(hfsa):
     words = ["--map", "posture.position[1]=-0.1:0.1,posture.rotation[1]=-30:30", "-o", "map.h5"]
     code, out, _ = hfsa("analyze", "sdelta", *words)
     assert code == 0
-    assert "points, without the present assembly (no singularity between)" in out
+    assert "points, which lack the present assembly (no singularity between)" in out
     with xarray.open_dataset("map.h5", group="map", engine="h5netcdf") as read:
         assert read.f1.dims == ("posture.position[1]", "posture.rotation[1]")
         assert f"empty at {int(read.f1.isnull().sum())} of {read.f1.size} points" in out

@@ -268,7 +268,7 @@ def test_the_default_file_is_beside_the_manoeuvre(loaded):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"alone": "x.h5"}, "expected of payload beside it"),
+        ({"alone": "x.h5"}, "expected --of payload beside it"),
         ({"body": "robt"}, "has no platform of a component 'robt'; did you mean robot?"),
         ({"motion": "guessed"}, "expected one of measured, pose, commanded"),
         ({"force_noise": 0.0}, "force_noise is 0.0, expected a positive number"),
