@@ -125,7 +125,10 @@ def test_an_optimum_that_did_not_converge_is_a_problem(hfsa, monkeypatch):
 WRONG = {
     "part": (["analyze", "mass_on_spring", "--sensitivity"], "mass_on_spring offers no design study; these do: "),
     "argument": ([*PART, "--sensitivity", "-p", "mass=1,1,1"], "a design study has no argument 'mass'"),
-    "level": ([*PART, "--sensitivity", "--level", "planar"], "a design study is of one level of the part and takes none"),
+    "level": (
+        [*PART, "--sensitivity", "--level", "planar"],
+        "a design study is of one level of the part and takes none",
+    ),
     "design": ([*PART, "--optimize", "-p", "design=memes"], "design is 'memes', expected one of mems"),
     "impossible": ([*PART, "--optimize", "-p", "dimensions.s=1e-3"], "the frame must be larger than the proof mass"),
     "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize are different studies"),

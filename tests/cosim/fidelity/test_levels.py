@@ -220,7 +220,9 @@ def test_scenes_without_an_answer_to_compare_with(foreign, library):
 # On the command line --------------------------------------------------------------------------------------------------
 
 
-CHOICE = ["-p", "robot.level=auto", "--input", "command.position[3]", "--tolerance", "0.01"]
+LINEAR = ["-p", "reference.level=linear"]
+"""Tubes that follow a linear reference, at which the robot's level `nonlinear` is no candidate."""
+CHOICE = ["-p", "robot.level=auto", *LINEAR, "--input", "command.position[3]", "--tolerance", "0.01"]
 
 
 def test_a_sweep_reports_and_stores_its_choice(tmp_path, capsys):
@@ -252,7 +254,17 @@ def test_a_run_reports_and_stores_its_choice(tmp_path, capsys):
 
 
 def test_a_comparison_beside_a_named_level(tmp_path, capsys):
-    words = ["--over", "robot.level=auto,cartesian", "--stop", "0.01", "-o", str(tmp_path / "c.png"), "-j", "1"]
+    words = [
+        *LINEAR,
+        "--over",
+        "robot.level=auto,cartesian",
+        "--stop",
+        "0.01",
+        "-o",
+        str(tmp_path / "c.png"),
+        "-j",
+        "1",
+    ]
     assert main(["compare", "sdelta_shaker", *words]) == 0
     assert "robot.level=auto: robot: level cartesian (the reference" in capsys.readouterr().err
 
