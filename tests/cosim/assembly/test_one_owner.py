@@ -56,7 +56,7 @@ def test_computed_torque_knows_the_damping_of_the_stage(ran, damping_time):
 # Links of the stage ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stage", ["constant_jacobian", "exact"])
+@pytest.mark.parametrize("stage", ["constant_jacobian", pytest.param("exact", marks=pytest.mark.slow)])
 def test_computed_torque_tracks_with_the_calibrated_links(ran, stage):
     """0.20 nm with a stage of 0.23 kg in the yaw, in place of 0.13 nm of 0.41 kg; the nominal ones lose control."""
     motion = {"law": "ctc", "actuator": "force", "motion": "three_axis", "stage": stage, "model": stage}

@@ -99,6 +99,7 @@ def test_a_rigid_robot_will_do_far_below_its_resonance(library):
     assert levels.with_chosen(scene, {"robot": low}).system["robot"].level == "rigid"
 
 
+@pytest.mark.slow
 def test_a_level_that_does_not_fit_its_neighbours_takes_no_part(library):
     choice = levels.choose(load_scene("sdelta_hfsa", {"robot.level": "auto"}), library)["robot"]
     assert choice.level == "cartesian"
