@@ -69,7 +69,7 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.modes import Damping, damping_matrix, damping_rates
+from hfsa.components._mechanics.modes import Damping, DampingOf, damping_matrix, damping_rates
 from hfsa.components._mechanics.rodrigues import parameter_rate, rotation_vector, turn
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
@@ -173,13 +173,6 @@ class _Tubes(NamedTuple):
     acceleration: ca.SX
 
 
-class _Damping(NamedTuple):
-    """Kind of damping and damping ratio."""
-
-    kind: Damping
-    ratio: ca.SX
-
-
 class _Motion(NamedTuple):
     """Result of a level.
 
@@ -271,7 +264,7 @@ def sdelta(
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
     wrench = _Wrench(torque, force, ca.vertcat(0, 0, -robot.mass[5, 5] * gravity))
-    damped = _Damping(damping_model, damping_ratio)
+    damped = DampingOf(damping_model, damping_ratio)
     if level == "nonlinear":
         motion = _nonlinear(m, robot, tubes, wrench, damped, reference_point)
     else:
@@ -463,7 +456,7 @@ def _tubes(m: Model) -> _Tubes:
     )
 
 
-def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: _Damping) -> _Motion:
+def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: DampingOf) -> _Motion:
     """Return the motion of a platform that follows the tubes exactly, with the static forces of the limbs."""
     follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
     yielding = ca.DM(_yielding(robot) @ np.linalg.inv(robot.rows).T)
@@ -471,7 +464,7 @@ def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: _Dam
     return _Motion(x, v, a, follow.T @ wrench, yielding @ wrench, _by_limbs(robot, a, wrench))
 
 
-def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
+def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: DampingOf) -> _Motion:
     """Add the equations of a rigid platform on the springs at its joints, six degrees of freedom; return its motion."""
     rotation = m.state("center.rotation[1..3]", "rad", "Rotation of the platform from the posture", nominal=_TURN[0])
     position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
@@ -482,7 +475,7 @@ def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _D
     x, v = ca.vertcat(rotation, position), ca.vertcat(angular_velocity, velocity)
 
     inverse = np.linalg.inv(robot.rows)
-    B = damping.ratio * sparse(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.kind) @ inverse)
+    B = damping.ratio * sparse(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.model) @ inverse)
     N, L = sparse(robot.rows), ca.DM(robot.kinematics.lever)
     elastic = ca.DM(robot.limb_stiffness) * (N @ x - L * tubes.deviation)
     forces = elastic + B @ (N @ v - L * tubes.rate)
@@ -503,7 +496,7 @@ def _by_limbs(robot: Robot, acceleration: ca.SX, wrench: ca.SX) -> ca.SX:
     return ca.DM(robot.mass) @ acceleration - wrench
 
 
-def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: _Damping) -> _Motion:
+def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: DampingOf) -> _Motion:
     """Add the equations of the modes of shafts and rods with the inertia of the limbs; return the platform's motion."""
     if robot.machine.extra_inertia == 0:
         return _cartesian(m, robot, tubes, wrench, damping)
@@ -519,7 +512,7 @@ def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: 
     from_tubes = shapes.T @ M_E[:, :6] @ np.linalg.inv(robot.machine.mechanism.drives_matrix)
     G, W = ca.DM(from_tubes), ca.DM(robot.of_limbs @ shapes)
     elastic = ca.DM(omega**2) * (eta - G @ tubes.deviation)
-    forces = elastic + damping.ratio * ca.DM(damping_rates(omega, damping.kind)) * (rate - G @ tubes.rate)
+    forces = elastic + damping.ratio * ca.DM(damping_rates(omega, damping.model)) * (rate - G @ tubes.rate)
     acceleration = W.T @ wrench - forces
     m.der[eta] = rate
     m.der[rate] = acceleration
@@ -529,7 +522,7 @@ def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: 
 
 
 def _nonlinear(
-    m: Model, robot: Robot, tubes: _Tubes, wrench: _Wrench, damping: _Damping, reference_point: str
+    m: Model, robot: Robot, tubes: _Tubes, wrench: _Wrench, damping: DampingOf, reference_point: str
 ) -> _Motion:
     """Add the equations of a rigid platform in finite motion on the springs of its limbs; return its motion."""
     s = m.state("center.attitude[1..3]", "rad", "4 tan(angle / 4) along the axis of rotation", nominal=_TURN[0])
@@ -540,7 +533,7 @@ def _nonlinear(
     slide, angle = tubes.deviation[0::2], tubes.deviation[1::2]
     loads = platform.loads(slide, angle)
 
-    D = sparse(damping_matrix(robot.mass, robot.stiffness, damping.kind))
+    D = sparse(damping_matrix(robot.mass, robot.stiffness, damping.model))
     follow = sparse(robot.kinematics.tubes_to_pose(robot.offset))
     damped = damping.ratio * (D @ (ca.vertcat(omega, velocity) - follow @ tubes.rate))
     arm = platform.center if reference_point == "S" else ca.SX.zeros(3)

@@ -23,13 +23,13 @@ inverse of the robot's response: 0 dB at low frequency, antiresonances at the re
 its antiresonances; vertical position -34 dB at 24.5 Hz and 20 dB per decade at high frequency.
 """
 
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.modes import Damping, damping_rates, modes
+from hfsa.components._mechanics.modes import Damping, DampingOf, damping_rates, modes
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
     DAMPING_MODEL,
@@ -137,8 +137,8 @@ def sdelta_feed_forward(
     x = [to_C @ column for column in command]
     M, T = robot.mass, robot.kinematics.jacobian(offset)
     weight = ca.vertcat(0, 0, 0, 0, 0, -robot.body.mass * gravity)
-    rates = _Rates(damping_model, damping_ratio)
-    deflections = levels[level](m, M, robot.stiffness, x, weight, rates)
+    damping = DampingOf(damping_model, damping_ratio)
+    deflections = levels[level](m, M, robot.stiffness, x, weight, damping)
     nominal = [motion + deflection for motion, deflection in zip(x, deflections, strict=False)]
     motors = [ca.DM(np.linalg.inv(T)) @ column for column in nominal]
     for order, ((suffix, per, _), column) in enumerate(zip(_DERIVATIVES, motors, strict=False)):
@@ -165,19 +165,14 @@ def _command(m: Model) -> list[ca.SX]:
     return command
 
 
-class _Rates(NamedTuple):
-    """Damping model, and damping ratio of the modes that have it."""
-
-    model: Damping
-    ratio: ca.SX
-
-
-def _rigid(_m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _rates: _Rates) -> list[ca.SX]:
+def _rigid(
+    _m: Model, _M: np.ndarray, _K: np.ndarray, _x: list[ca.SX], _weight: ca.SX, _damping: DampingOf
+) -> list[ca.SX]:
     """Return the deflection of the springs and its derivatives, columns of six: zero for rigid springs."""
     return [ca.SX.zeros(6)] * 3
 
 
-def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, rates: _Rates) -> list[ca.SX]:
+def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.SX, damping: DampingOf) -> list[ca.SX]:
     """Return the deflection of the springs and its derivatives, columns of six about C.
 
     The state is the lag of the deflection e behind its static value K^-1 (M x'' - w_g), e = static + lag, so that
@@ -189,7 +184,7 @@ def _elastic(m: Model, M: np.ndarray, K: np.ndarray, x: list[ca.SX], weight: ca.
     position = m.state("lag.position[1..3]", "m", "Deflection of the springs at C minus its static value", nominal=1e-7)
     lag = ca.vertcat(rotation, position)
     omega, H = modes(M, K)
-    decay = ca.DM(H * (omega**2 / damping_rates(omega, rates.model)) @ np.linalg.inv(H)) / rates.ratio
+    decay = ca.DM(H * (omega**2 / damping_rates(omega, damping.model)) @ np.linalg.inv(H)) / damping.ratio
     compliance = ca.DM(np.linalg.inv(K))
     rate = -decay @ lag
     growth = rate - compliance @ ca.DM(M) @ x[3]

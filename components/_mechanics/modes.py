@@ -2,11 +2,24 @@
 
 from typing import Literal, NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from hfsa.components._mechanics.elastostatics import roots
 
 Damping = Literal["modal", "rayleigh"]
+
+
+class DampingOf(NamedTuple):
+    """Damping of the modes of a part.
+
+    Attributes:
+        model: which modes have the ratio.
+        ratio: damping ratio, a parameter of the part.
+    """
+
+    model: Damping
+    ratio: ca.SX
 
 
 class Modes(NamedTuple):
