@@ -8,14 +8,15 @@ The end of the lever on which a stack pushes has three coordinates: l along the 
     ball      s, phi free         a ball tip
     stack     s, phi elastic      a bonded or flat preloaded stack, a beam that is clamped at its back end
 
-The drive hinge sits above the pivot of the lever, so that a lever that turns moves its end sideways: what holds it there
-takes up to half the motion. The beam has the bending stiffness that follows from the stack's axial one, and gives in
-shear (Timoshenko),
+The drive hinge sits above the pivot of the lever, so that a lever that turns moves its end sideways: what holds it
+there takes up to half the motion. The beam has the bending stiffness that follows from the stack's axial one, and gives
+in shear (Timoshenko),
 
     E = k L / A,   Phi = 12 E I / (kappa G A L^2),   f = E I / (L^3 (1 + Phi))
     K_ss = 12 f,   K_s,phi = -6 L f,   K_phi,phi = (4 + Phi) L^2 f
 
-A stack of another size is the Tokin with its cross-section in proportion to the blocking force, its length to the stroke.
+A stack of another size is the Tokin with its cross-section in proportion to the blocking force, its length in
+proportion to the stroke.
 """
 
 from typing import Literal
