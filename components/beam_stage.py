@@ -29,8 +29,11 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
+from hfsa.components._mechanics.beam_arguments import NORMALISED, Dimensions
 from hfsa.components._mechanics.beam_kinds import KindName
-from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
+from hfsa.components._mechanics.beam_list import Beams
+from hfsa.components._mechanics.beam_module import without_rounding
+from hfsa.components._mechanics.beam_section import ALUMINIUM, Material
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
 from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
@@ -54,6 +57,7 @@ def beam_stage(
     length_error: tuple[float, ...] | None = None,
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
+    beams: Beams | None = None,
     platform: Body = DISC,
 ) -> Model:
     """Return the platform on its module.
@@ -66,12 +70,13 @@ def beam_stage(
         material: material of the beams; default aluminium.
         dimensions: dimensions of the module [m]; by default round beams 50 mm long and 2 mm thick, the rest as in
             `beam_module`, relative to the length.
+        beams: with kind `assembly`, the .toml file that lists its beams, see `_mechanics/beam_list.py`.
         platform: mass, inertia and mass centre of the platform.
 
     Raises:
         ModelError: as `beam_module`; a platform without mass or inertia.
     """
-    module = spring("beam_stage", kind, tilt, count, length_error, material, dimensions)
+    module = spring("beam_stage", kind, tilt, count, length_error, material, dimensions, beams)
     M, K = mass_matrix(platform, "beam_stage: platform"), module.dimensional_stiffness()
     m = Model("BeamStage", "Platform on compliant beams")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode", min=0)
@@ -107,6 +112,7 @@ def analyze(
     length_error: tuple[float, ...] | None = None,
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
+    beams: Beams | None = None,
     platform: Body = DISC,
 ) -> dict[str, Any]:
     """Return stiffness, mass matrix and modes of the stage; arguments and errors as `beam_stage`.
@@ -117,7 +123,7 @@ def analyze(
         natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
         shapes: mode shapes as columns, their largest entry 1, metres and radians, (6, 6).
     """
-    K = spring("beam_stage", kind, tilt, count, length_error, material, dimensions).dimensional_stiffness()
+    K = spring("beam_stage", kind, tilt, count, length_error, material, dimensions, beams).dimensional_stiffness()
     M = mass_matrix(platform, "beam_stage: platform")
     found = modes(M, K)
     largest = found.shapes[np.argmax(np.abs(found.shapes), axis=0), range(6)]

@@ -34,9 +34,12 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model, ModelError
+from hfsa.components._mechanics.beam_arguments import NORMALISED, Dimensions
 from hfsa.components._mechanics.beam_assembly import at_point
 from hfsa.components._mechanics.beam_kinds import KindName
-from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
+from hfsa.components._mechanics.beam_list import Beams
+from hfsa.components._mechanics.beam_module import without_rounding
+from hfsa.components._mechanics.beam_section import ALUMINIUM, Material
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
 from hfsa.components._mechanics.body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
 from hfsa.components._mechanics.modes import damping_matrix, modes
@@ -70,6 +73,7 @@ def beam_suspension(
     length_error: tuple[float, ...] | None = None,
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
+    beams: Beams | None = None,
     platform: Body = DISC,
     from_base: Triple = _HERE,
     from_platform: Triple = _HERE,
@@ -83,6 +87,7 @@ def beam_suspension(
         length_error: relative length error of each beam, as in `beam_module`.
         material: material of the beams; default aluminium.
         dimensions: dimensions of the module [m], as in `beam_stage`.
+        beams: with kind `assembly`, the .toml file that lists its beams, see `_mechanics/beam_list.py`.
         platform: body whose modes have the damping ratio; the suspension does not include its mass. Its mass centre is
             given from the stage's reference point.
         from_base: b, the stage's reference point from the base's origin at rest [m].
@@ -91,7 +96,7 @@ def beam_suspension(
     Raises:
         ModelError: as `beam_module`; a platform without mass or inertia; a point that is not finite.
     """
-    module = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions)
+    module = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions, beams)
     K, M = module.dimensional_stiffness(), mass_matrix(platform, "beam_suspension: platform")
     m = Model("BeamSuspension", "Compliant beams without mass between two bodies")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode of the platform", min=0)
@@ -126,6 +131,7 @@ def analyze(
     length_error: tuple[float, ...] | None = None,
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
+    beams: Beams | None = None,
     platform: Body = DISC,
     damping_ratio: float = DAMPING_RATIO,
 ) -> dict[str, Any]:
@@ -143,7 +149,7 @@ def analyze(
     """
     if not 0 <= damping_ratio < math.inf:
         raise ModelError(f"beam_suspension: damping_ratio is {damping_ratio:g}, expected 0 or more")
-    K = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions).dimensional_stiffness()
+    K = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions, beams).dimensional_stiffness()
     M = mass_matrix(platform, "beam_suspension: platform")
     omega = modes(M, K).omega
     return {

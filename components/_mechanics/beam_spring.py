@@ -8,8 +8,11 @@ from dataclasses import replace
 
 import casadi as ca
 
-from hfsa.components._mechanics.beam_kinds import KINDS
-from hfsa.components._mechanics.beam_module import Dimensions, Material, Module, Normalised, compliant_module
+from hfsa.components._mechanics.beam_arguments import Dimensions, Normalised
+from hfsa.components._mechanics.beam_kinds import ASSEMBLY, KINDS
+from hfsa.components._mechanics.beam_list import Beams
+from hfsa.components._mechanics.beam_module import Module, compliant_module
+from hfsa.components._mechanics.beam_section import Material
 from hfsa.components._modelling.model import Model, one_of
 
 LENGTH, DIAMETER = 0.05, 2e-3
@@ -28,18 +31,21 @@ def spring(
     length_error: tuple[float, ...] | None,
     material: Material,
     dimensions: Dimensions,
+    beams: Beams | None,
 ) -> Module:
     """Return a module with dimensions, by default with beams of length `LENGTH` and diameter `DIAMETER`.
 
     Raises `ModelError` as `compliant_module`; the message for an unknown kind begins with `label`.
     """
-    one_of(kind, KINDS, f"{label}: kind")
+    one_of(kind, [*KINDS, ASSEMBLY], f"{label}: kind")
+    given = Normalised(tilt=tilt, count=count, length_error=length_error)
+    if kind == ASSEMBLY:
+        return compliant_module(kind, given, material, dimensions, beams)
     if dimensions.length is None:
         dimensions = replace(dimensions, length=LENGTH)
     if KINDS[kind].element == "beam" and dimensions.diameter is None and dimensions.side is None:
         dimensions = replace(dimensions, diameter=DIAMETER)
-    given = Normalised(tilt=tilt, count=count, length_error=length_error)
-    return compliant_module(kind, given, material, dimensions)
+    return compliant_module(kind, given, material, dimensions, beams)
 
 
 def displacement_outputs(m: Model, module: Module, q: ca.SX) -> None:

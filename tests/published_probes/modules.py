@@ -6,8 +6,9 @@ import numpy as np
 
 from hfsa.components import beam_module
 from hfsa.components._mechanics.beam import LENGTH_POWERS, beam
-from hfsa.components._mechanics.beam_assembly import one_on_another, ring, side_by_side
-from hfsa.components._mechanics.beam_module import Dimensions, Material
+from hfsa.components._mechanics.beam_arguments import Dimensions
+from hfsa.components._mechanics.beam_assembly import at_point, compliance, ring
+from hfsa.components._mechanics.beam_section import Material
 
 _RADIUS, _TILT = 0.6, np.pi / 4
 _E, _G = 69e9, 26e9
@@ -18,13 +19,14 @@ def beams_to_first_order() -> np.ndarray:
     """Compliance of three beams, the one at (0, 0, -r) 5 % short, with its stiffness to first order in that."""
     K = beam(1e4, 2 * _G / _E)
     short = K * (1 + 0.05 * LENGTH_POWERS)
-    return side_by_side([K, short, K], ring(_RADIUS, 0.0, 3))
+    return compliance(ring(_RADIUS, 0.0, 3), [K, short, K])
 
 
 def beams_of_rounded_halves() -> np.ndarray:
     """Compliance of a double tilted module of halves that are rounded to the digits printed of them."""
     inner, outer = (_rounded(beam_module.analyze(kind=kind)["compliance"]) for kind in ("tilted", "inverted"))
-    return one_on_another(inner, outer, -(2 * _RADIUS / np.tan(_TILT) + np.cos(_TILT)))
+    J = at_point((-(2 * _RADIUS / np.tan(_TILT) + np.cos(_TILT)), 0.0, 0.0))
+    return inner + J @ outer @ J.T
 
 
 def beams_screws() -> dict[str, Any]:
