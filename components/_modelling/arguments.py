@@ -1,7 +1,8 @@
 """Arguments of a part: the keyword-only arguments of its function, values read by annotation.
 
 A dotted name is a field of an argument that is a dataclass; `posture.rotation[3]` is one element of it, and leaves the
-others as they are. A value may be text, as typed on a command line; the annotation gives its type.
+others as they are. A value may be text, as typed on a command line; the annotation gives its type. The value of a
+`documents.Document` is the path of its file, or its table.
 
     @dataclass(frozen=True)
     class Machine(ArgumentGroup):
@@ -23,6 +24,7 @@ from functools import cache, reduce
 from types import NoneType, UnionType
 from typing import Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
+from hfsa.components._modelling.documents import is_content, is_document, read_document
 from hfsa.components._modelling.follows import changed
 from hfsa.components._modelling.model import ModelError, nearest
 
@@ -90,7 +92,7 @@ def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
 
 def _leaves(path: tuple[str, ...], annotation: Any, default: Any) -> Iterator[Argument]:
     """Yield the arguments that a keyword, or a field of a group, stands for."""
-    if not dataclasses.is_dataclass(annotation):
+    if not dataclasses.is_dataclass(annotation) or is_document(annotation):
         yield Argument(path[-1], annotation, default, path)
         return
     is_group, kinds = getattr(annotation, "is_argument_group", False), get_type_hints(annotation)
@@ -208,6 +210,8 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
         return value
     if origin in (Union, UnionType):
         return _read_union(where, members, value)
+    if is_document(annotation):
+        return read_document(where, annotation, value, read_value)
     if origin in (tuple, list):
         if not isinstance(value, Iterable) or isinstance(value, Mapping):
             raise ModelError(f"{where} is {value!r}, expected a list of values")
@@ -234,9 +238,14 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
 
 
 def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
-    """Return a value as the first of the types that takes it; the error is that of the first."""
+    """Return a value as the first of the types that takes it; the error is that of the first.
+
+    Documents come before others for what may be the content of one.
+    """
     if value is None and NoneType in members:
         return None
+    if is_content(value):
+        members = tuple(sorted(members, key=lambda member: not is_document(member)))
     errors = []
     for member in members:
         if member is NoneType:
