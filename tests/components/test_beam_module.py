@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from parts_by_name import part
 from scipy.spatial.transform import Rotation
 
-import hfsa.components
 from hfsa.components import ModelError
 from hfsa.components._mechanics.beam import LENGTH_POWERS, beam, of_length
 from hfsa.components._mechanics.beam_arguments import Dimensions, Normalised
@@ -17,10 +17,9 @@ from hfsa.components._mechanics.beam_reading import LOADS
 from hfsa.components._mechanics.beam_section import Material
 from hfsa.components._mechanics.elastostatics import eigenscrews
 from hfsa.components._mechanics.screws import GAMMA, skew
-from hfsa.components._modelling.catalogue import find
-from hfsa.components.beam_module import analyze
 
-PART = find([hfsa.components])["beam_module"]
+PART = part("beam_module")
+analyze = PART.analysis
 KIND = pytest.mark.parametrize("kind", KINDS)
 E, G, NU = 69e9, 26e9, 0.33
 few = settings(max_examples=30)
