@@ -23,8 +23,12 @@ from typing import Any
 import numpy as np
 
 from hfsa.components._mechanics.beam_module import PUBLISHED, Design
+from hfsa.components._mechanics.beam_picture import module_drawing
 from hfsa.components._mechanics.beam_reading import Screw, as_read, motions, screws
+from hfsa.components._mechanics.beam_study import design_study
 from hfsa.components._mechanics.mobility import Freedom, mobility
+from hfsa.components._modelling.drawing import Drawing
+from hfsa.components._modelling.study import Study
 
 NO_CLEAR_SEPARATION = "no clear separation"
 """Result in place of the number of freedoms if the separation is below 10."""
@@ -87,6 +91,16 @@ def analyze(
         "motions_as_read": motions(reading),
         "screws": [_shown_screw(screw) for screw in screws(reading)],
     }
+
+
+def study(*, design: Design = PUBLISHED) -> Study:
+    """Return the design study over the numbers that define the module; arguments and errors as `analyze`."""
+    return design_study(design)
+
+
+def picture(*, design: Design = PUBLISHED) -> Drawing:
+    """Return the module at rest with the axes of its freedoms, and displaced along each; errors as `analyze`."""
+    return module_drawing(design.module, f"Beam module {design.kind}")
 
 
 def _shown(freedom: Freedom) -> dict[str, Any]:
