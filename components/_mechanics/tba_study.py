@@ -29,10 +29,10 @@ _DESCRIPTIONS = {
     "w": "Thickness of the sensor",
 }
 _FIGURE_4 = (
-    "What the source says of these sensitivities (sec. 5.2, figure 4) does not follow from its formulas. The influence "
-    "of l is 0.14 (mems), 0.16 (optimum) and 0.75 (rapid_prototype) of that of tm, in words one third; that of c is 0.18, "
-    "0.40 and 1.02 of it, in words below 15 %; and d raises f3/f1, in words it lowers it. w, which the source holds, has "
-    "the largest influence."
+    "What the source says of these sensitivities (sec. 5.2, figure 4) does not follow from its formulas. The "
+    "influence of l is 0.14 (mems), 0.16 (optimum) and 0.75 (rapid_prototype) of that of tm, in words one third; that "
+    "of c is 0.18, 0.40 and 1.02 of it, in words below 15 %; and d raises f3/f1, in words it lowers it. w, which the "
+    "source holds, has the largest influence."
 )
 _OTHER_FEET = {"tm": 15.2e-6, "l": 59.5e-6}
 """Dimensions of feet for which the formulas reproduce the finite-element stiffness of table 2 [m]."""
