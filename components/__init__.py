@@ -4,9 +4,10 @@ Read `mass_on_spring.py` first. `_modelling/` contains the modelling framework, 
 parts share. No module in this package imports `controllers`, `fmus` or `cosim`.
 """
 
+from hfsa.components._modelling.documents import Document
 from hfsa.components._modelling.errors import ModelError
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import Model
 
-__all__ = ["Fact", "Join", "Known", "Model", "ModelError"]
+__all__ = ["Document", "Fact", "Join", "Known", "Model", "ModelError"]

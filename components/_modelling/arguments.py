@@ -1,7 +1,8 @@
 """Arguments of a part: the keyword-only arguments of its function, values read by annotation.
 
 A dotted name is a field of an argument that is a dataclass; `posture.rotation[3]` is one element of it, and leaves the
-others as they are. A value may be text, as typed on a command line; the annotation gives its type.
+others as they are. A value may be text, as typed on a command line; the annotation gives its type. The value of a
+`documents.Document` is the path of its file, or its table.
 """
 
 import dataclasses
@@ -14,6 +15,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from hfsa.components._modelling.documents import is_content, is_document, read_document
 from hfsa.components._modelling.follows import changed
 from hfsa.components._modelling.model import ModelError, nearest
 
@@ -56,7 +58,7 @@ def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
                 f"{name}: float, or another type"
             )
         annotation, default = hints[name], parameter.default
-        if dataclasses.is_dataclass(annotation):
+        if dataclasses.is_dataclass(annotation) and not is_document(annotation):
             fields = get_type_hints(annotation)
             for field in dataclasses.fields(annotation):  # type: ignore[arg-type]
                 full = f"{name}.{field.name}"
@@ -162,6 +164,8 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
         return value
     if origin in (Union, UnionType):
         return _read_union(where, members, value)
+    if is_document(annotation):
+        return read_document(where, annotation, value, read_value)
     if origin in (tuple, list):
         if not isinstance(value, Iterable) or isinstance(value, Mapping):
             raise ModelError(f"{where} is {value!r}, expected a list of values")
@@ -188,9 +192,14 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
 
 
 def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
-    """Return a value as the first of the types that takes it; the error is that of the first."""
+    """Return a value as the first of the types that takes it; the error is that of the first.
+
+    Documents come before others for what may be the content of one.
+    """
     if value is None and NoneType in members:
         return None
+    if is_content(value):
+        members = tuple(sorted(members, key=lambda member: not is_document(member)))
     errors = []
     for member in members:
         if member is NoneType:

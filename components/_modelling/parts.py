@@ -31,6 +31,7 @@ from hfsa.components._modelling.arguments import (
     read_value,
     takes,
 )
+from hfsa.components._modelling.documents import Document, plain, with_contents
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.loading import (
@@ -110,6 +111,14 @@ class Part:
     def units(self) -> Mapping[str, str]:
         """Units of the numbers that `analyze` returns, by key."""
         return getattr(self.module, "UNITS", {})
+
+    def with_contents(self, arguments: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
+        """Return arguments of the model or of the analysis with tables in place of the paths of documents.
+
+        Relative paths count from `folder`, by default from the working folder; `ModelError` for a file that is wrong.
+        """
+        known = {**self.analysis_arguments, **self.arguments}
+        return with_contents(self.name, known, arguments, read_value, folder)
 
     def has_argument(self, name: str) -> bool:
         """Whether a name is that of a structural argument, or of an element of one."""
@@ -283,17 +292,25 @@ def _of_study(study: Callable[..., Study], owner: str, arguments: dict[str, Any]
 
 
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
-    """Return the structural arguments as flat constants: numbers as numbers, sequences by member, the rest as text."""
+    """Return the structural arguments as flat constants: numbers, texts, and members of lists and tables."""
     assert part.build is not None
     flat: dict[str, float | str] = {}
     for name, value in argument_values(part.name, part.build, given).items():
-        if isinstance(value, tuple | list):
-            flat |= {f"{name}[{i}]": _constant(item) for i, item in enumerate(value, 1)}
-        elif value is not None:
-            flat[name] = _constant(value)
+        flat |= _constants(name, plain(value) if isinstance(value, Document) else value)
     return {name: value for name, value in flat.items() if name not in taken}
 
 
-def _constant(value: Any) -> float | str:
-    """Return a value as a constant of an FMU."""
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+def _constants(name: str, value: Any) -> dict[str, float | str]:
+    """Return a value as constants of an FMU by name."""
+    if value is None:
+        return {}
+    if isinstance(value, Mapping):
+        named = [(f"{name}.{key}", item) for key, item in value.items()]
+    elif isinstance(value, tuple | list):
+        # FMI has no name for a list within a list: its text
+        items = [str(item) if isinstance(item, tuple | list) else item for item in value]
+        named = [(f"{name}[{i}]", item) for i, item in enumerate(items, 1)]
+    else:
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return {name: float(value) if is_number else str(value)}
+    return {full: constant for inner, item in named for full, constant in _constants(inner, item).items()}
