@@ -29,8 +29,8 @@ from hfsa.cosim.results.files import (
     read_errors,
     read_order,
     read_run,
-    read_step_size,
     read_status,
+    read_step_size,
     read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError

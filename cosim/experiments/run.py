@@ -37,7 +37,6 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
-
 _MULTIPLE = 1e-6
 """Relative deviation of an interval from a multiple of the step that is rounding."""
 
@@ -246,8 +245,8 @@ def run_scene(
 ) -> Identity:
     """Run a scene in the time domain, write the file `path`, and return its identity.
 
-    `thinning` says which points are rows of the file; `backend` is one of `BACKENDS`; `verified` adds error estimates; `keep` is that of `run`; `force` replaces a results
-    file.
+    `thinning` says which points are rows of the file; `backend` is one of `BACKENDS`; `verified` adds error estimates;
+    `keep` is that of `run`; `force` replaces a results file.
     """
     for sentence in setup.disagreements:
         warn(sentence)

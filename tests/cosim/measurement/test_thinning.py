@@ -82,7 +82,7 @@ def test_no_limit_is_missed_between_two_rows(steps, every, calls, bits):
     recording = Recording(("a.value", "a.saturation"), steps + 1)
     kept = np.unique(np.append(np.arange(0, steps + 1, every), steps))
     rows, blocks = Rows(recording, kept), []
-    time, room = recording.room
+    _, room = recording.room
     room[:] = np.transpose([np.arange(steps + 1), flags])
     for reached in [*sorted(min(call, steps + 1) for call in calls), steps + 1]:
         recording.rows = reached
