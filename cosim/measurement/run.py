@@ -4,8 +4,9 @@
     summary = run(plan, path)
 
 The file contains all recorded values; the summary contains warnings and active limits. With `every` above 1 the file
-has every so many points, the first and the last one reached among them. A limit flag then holds its largest value since
-the row before, so that no limit is missed; flags and bounds are always judged at every point.
+has every so many points, the first and the last one reached among them. A limit flag then holds the fraction of the
+points since the row before at which it was active, so that no limit is missed; limits and bounds are judged at every
+point.
 """
 
 import contextlib
@@ -154,13 +155,13 @@ class Rows:
         return int(self._kept[self.written - 1]) + 1 if self.written else 0
 
     def _at(self, points: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
-        """Return the values at points; of a limit flag, the largest since the point before."""
+        """Return the values at points; of a limit flag, the mean since the point before."""
         values = {name: self._recording[name] for name in self._recording.names}
         if not len(points):
             return {name: of_all[:0] for name, of_all in values.items()}
         begins, end = np.append(self._next, points[:-1] + 1), points[-1] + 1
         return {
-            name: np.maximum.reduceat(of_all[:end], begins) if is_limit(name) else of_all[points]
+            name: np.add.reduceat(of_all[:end], begins) / (points + 1 - begins) if is_limit(name) else of_all[points]
             for name, of_all in values.items()
         }
 
