@@ -37,7 +37,7 @@ def displacement_sensor(*, axes: int = 1, unit: str = "m") -> Model:
     seed = m.parameter("seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**20)
     value = m.input(f"axis[1..{axes}].value", unit, "Displacement", nominal=1e-6)
     noise = ca.vertcat(*[white_noise(m.time, interval, axes * seed + i) for i in range(axes)])
-    added = ca.if_else(m.time < interval, 0, deviation * noise)
+    added = ca.if_else(m.time < (1 - 1e-6) * interval, 0, deviation * noise)
     reading = rounded(value + added, resolution)
     m.output(f"axis[1..{axes}].reading", reading, unit, "Reading of the displacement", nominal=1e-6)
     return m

@@ -12,9 +12,9 @@ The table is a CSV file whose first row names the columns: `time` [s], and `x`, 
 `elongation_1`, `elongation_2` and `elongation_3` [m]. Before its first row and after its last one the stage stands
 still. A circle begins at rest and is complete from the second turn on, with two continuous derivatives.
 
-The outputs are those of `stage_reference`, `stack[i].elongation` [m], `.elongation_rate` and `.elongation_acceleration`,
-and of a path of poses the commanded `platform.position` [m] and `.rotation` [rad] with their derivatives. There is no
-input and so no Bode plot.
+The outputs are those of `stage_reference`, `stack[i].elongation` [m] with `_rate` and `_acceleration`, and of a path of
+poses the commanded `platform.position` [m] and `.rotation` [rad] with their derivatives. There is no input and so no
+Bode plot.
 
 Source: thesis of 2000 on the 3-RRR stage, ch. 2, for the kinematics; the motions are not in it.
 """

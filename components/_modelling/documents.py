@@ -7,9 +7,9 @@
 
     def beam_stage(*, beams: Beams | None = None) -> Model: ...
 
-The value of such an argument is the path of a `.toml` file, the table that the file holds, or the object itself; a class
-of another `ENDING` reads its files itself, into the same kind of table. The object has no path: two files of the same
-content are equal, and a file that has changed is another value. A scene holds the table in place of the path
+The value of such an argument is the path of a `.toml` file, the table that the file holds, or the object itself; a
+class of another `ENDING` reads its files itself, into the same kind of table. The object has no path: two files of the
+same content are equal, and a file that has changed is another value. A scene holds the table in place of the path
 (`with_contents`), so that FMUs, results files and other machines do not need the file.
 
 A class checks its values in `__post_init__`; the message of its `ModelError` continues `FILE: beam[2]: `.

@@ -39,6 +39,7 @@ from hfsa.cosim.scenes._machine import (
     Shafts,
     reference_level,
 )
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -72,6 +73,7 @@ def sdelta_accelerometer(
     platform: Platform = PLATFORM,
     gear: float | None = None,
     pitch: float | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per command.
 
@@ -93,8 +95,11 @@ def sdelta_accelerometer(
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
+    command = commanded(motion, "sdelta_accelerometer", 2.0)
     components = [
         accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
         ideal(mounting.at(posture)),
@@ -119,8 +124,8 @@ def sdelta_accelerometer(
         for motion in _PLATFORM
     ]
     return Scene(
-        System(components, connections),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System([*command.components, *components], [*command.connections, *connections]),
+        inputs=command.inputs,
         outputs=[
             "sensor.acceleration_estimate[1..2]",
             "ideal.acceleration_estimate[1..2]",
@@ -130,6 +135,6 @@ def sdelta_accelerometer(
         band=(5.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=5e-6,
-        stop_time=2.0,
+        stop_time=command.stop_time,
         scale={**readings(), "robot.platform.acceleration[3]": ACCELERATION},
     )

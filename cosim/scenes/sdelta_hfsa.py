@@ -41,6 +41,7 @@ from hfsa.cosim.scenes._machine import (
     Rods,
     Shafts,
 )
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
@@ -79,6 +80,7 @@ def sdelta_hfsa(
     platform: Platform = PLATFORM,
     gear: float | None = None,
     pitch: float | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose under control.
 
@@ -112,6 +114,8 @@ def sdelta_hfsa(
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     control = Control(
@@ -131,6 +135,7 @@ def sdelta_hfsa(
         machine=machine,
         robot=robot,
     )
+    command = commanded(motion, "sdelta_hfsa", 5.0)
     drive_level = "rotor" if robot == "generalized" else drive
     noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}
     drives = [
@@ -166,13 +171,16 @@ def sdelta_hfsa(
         for start, end in (("reference", "reference"), ("robot", "measured"))
     ]
     return Scene(
-        System([*control.components, *drives, flexible, *errors], [*control.connections, *tubes, *loads, *compared]),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System(
+            [*command.components, *control.components, *drives, flexible, *errors],
+            [*command.connections, *control.connections, *tubes, *loads, *compared],
+        ),
+        inputs=command.inputs,
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
-        stop_time=5.0,
+        stop_time=command.stop_time,
         scale=robot_pose(),
         recorded=[
             "rotation_error.axis[1..3].error",

@@ -30,6 +30,7 @@ from hfsa.cosim.scenes._machine import (
     Rods,
     Shafts,
 )
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_manoeuvre
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -63,6 +64,7 @@ def sdelta_manoeuvre(
     platform: Platform = PLATFORM,
     gear: float | None = None,
     pitch: float | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: motion of the platform and wrench of the limbs on it.
 
@@ -87,7 +89,10 @@ def sdelta_manoeuvre(
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the tones (default: none).
     """
+    stop_time = 2.0
     amplitudes, frequencies = (*rotation, *position), (*rotation_frequency, *position_frequency)
     sides = [f"{kind}{{}}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]
     tones = [
@@ -105,6 +110,10 @@ def sdelta_manoeuvre(
         for i, side in enumerate(sides, 1)
         for output, order in _ORDERS.items()
     ]
+    command = ("tone[1..3].value", "tone[4..6].value")
+    if motion is not None:
+        tones, commands, _, stop_time = commanded(motion, "sdelta_manoeuvre", stop_time)
+        command = ("motion.rotation[1..3]", "motion.position[1..3]")
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
     level = "exact" if robot == "nonlinear" else reference
@@ -114,12 +123,12 @@ def sdelta_manoeuvre(
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"drive[1..3].command.{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
-    scale = robot_manoeuvre()
+    scale = robot_manoeuvre(*command)
     return Scene(
         System([*tones, moved, *drives, shaken], [*commands, *tubes]),
         inputs=[],
         outputs=list(scale),
         step_size=0.2e-3,
-        stop_time=2.0,
+        stop_time=stop_time,
         scale=scale,
     )

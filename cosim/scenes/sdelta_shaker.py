@@ -30,6 +30,7 @@ from hfsa.cosim.scenes._machine import (
     Shafts,
     reference_level,
 )
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -54,6 +55,7 @@ def sdelta_shaker(
     platform: Platform = PLATFORM,
     gear: float | None = None,
     pitch: float | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose.
 
@@ -71,8 +73,11 @@ def sdelta_shaker(
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
     machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
+    command = commanded(motion, "sdelta_shaker", 5.0)
     reference = Component(
         "reference",
         "sdelta_reference",
@@ -83,12 +88,12 @@ def sdelta_shaker(
     shaken = Component("robot", "sdelta", robot, carrying, {"damping_ratio": damping})
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     return Scene(
-        System([reference, shaken], tubes),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System([*command.components, reference, shaken], [*command.connections, *tubes]),
+        inputs=command.inputs,
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
-        stop_time=5.0,
+        stop_time=command.stop_time,
         scale=robot_pose(),
     )

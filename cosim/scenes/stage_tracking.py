@@ -7,8 +7,8 @@
     integral_ff   the same and the static voltage           lag due to the model
 
 With the actuator `pzt` the force of a law is converted to a voltage, 0 to 150 V, of three stacks; `force` is an ideal
-force. The ramp of 3 um/s ends at 12 um, but the stacks reach 10.265 um at 150 V, from 3.42 s on: with them every law ends
-1.735 um short (1.745 um on the exact stage; with linear hinges it would be 1.739 um). A circle of the platform and
+force. The ramp of 3 um/s ends at 12 um, but the stacks reach 10.265 um at 150 V, from 3.42 s on: with them every law
+ends 1.735 um short (1.745 um on the exact stage; with linear hinges it would be 1.739 um). A circle of the platform and
 poses from a file are converted by the exact inverse kinematics. Sensors with steps or noise stand between the
 elongations and all that is fed with them; `sensor.seed` is their seed.
 

@@ -77,7 +77,7 @@ def test_errors_of_a_thinned_run_are_those_at_its_rows(plan, every):
 
 @given(st.integers(1, 60), st.integers(1, 20), st.lists(st.integers(1, 60), max_size=6), st.integers(0, 2**60))
 def test_no_limit_is_missed_between_two_rows(steps, every, calls, bits):
-    """However the blocks fall, a flag is the fraction of active points since the row before; others are as they were."""
+    """However the blocks fall, a flag is the fraction of active points since the row before; others are as recorded."""
     flags = np.array([bits >> k & 1 for k in range(steps + 1)], dtype=float)
     recording = Recording(("a.value", "a.saturation"), steps + 1)
     kept = np.unique(np.append(np.arange(0, steps + 1, every), steps))
