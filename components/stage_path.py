@@ -140,13 +140,13 @@ def _function(pose: ca.SX, reached: ca.SX) -> ca.Function:
     return ca.Function("elongation", [pose], [reached])
 
 
-def _along(pose: ca.SX, reached: ca.SX, moved: Motion) -> tuple[ca.SX, ca.SX, ca.SX]:
+def _along(pose: ca.SX, reached: ca.SX, moved: Motion) -> Motion:
     """Return elongations, rates and accelerations of a motion, by the chain rule."""
     rate, acceleration = ca.SX.sym("rate", 3), ca.SX.sym("acceleration", 3)
     slope = ca.jtimes(reached, pose, rate)
     curve = ca.jtimes(reached, pose, acceleration) + ca.jtimes(slope, pose, rate)
-    at = ca.Function("along", [pose, rate, acceleration], [reached, slope, curve])
-    return at(*moved)
+    found = ca.Function("along", [pose, rate, acceleration], [reached, slope, curve])(*moved)
+    return Motion(*found)
 
 
 def _check(

@@ -84,6 +84,11 @@ class RunPlan:
         return regular if regular[-1] == self.steps else np.append(regular, self.steps)
 
     @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the points in the file, (rows,) [s]."""
+        return self.kept.astype(np.float64) * self.step_size
+
+    @property
     def end(self) -> float:
         """Time [s] of the last communication point, the multiple of the step nearest to the stop time."""
         return self.steps * self.step_size
@@ -186,7 +191,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         recording.watch.limit(plan.scales)
         failed = _initialize(master, max(plan.stop_time, plan.end))
         rows = Rows(recording, plan.kept)
-        file = RunFile(path, plan.kept * plan.step_size, units, plan.record, force, plan.step_size)
+        file = RunFile(path, plan.times, units, plan.record, force, plan.step_size)
         failure, is_interrupted = "stopped before the end", False
 
         def write() -> None:
