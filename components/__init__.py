@@ -5,9 +5,10 @@ parts share. No module in this package imports `controllers`, `fmus` or `cosim`.
 """
 
 from hfsa.components._modelling.documents import Document
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel
 from hfsa.components._modelling.errors import ModelError
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import Model
 
-__all__ = ["Document", "Fact", "Join", "Known", "Model", "ModelError"]
+__all__ = ["Document", "Drawing", "Fact", "Join", "Known", "Layer", "Model", "ModelError", "Panel"]

@@ -87,7 +87,7 @@ def stage_path(
     else:
         raise ModelError(f"stage_path: motion is {motion!r}, expected circle or the path of a .csv file")
     pose = ca.SX.sym("pose", 3)
-    reached = pose if is_direct else _inverse(Design(kinematics, links, given_jacobian=jacobian), pose)
+    reached = pose if is_direct else _inverse(Design(kinematics, links, jacobian=jacobian), pose)
     _check(points, np.array(_function(pose, reached)(points.T)).T, places, stroke, is_direct)
     if not is_direct:
         for (order, per, words, move, turn), column in zip(_ORDERS, moved, strict=True):
@@ -130,9 +130,9 @@ def _points(centre: tuple[float, float, float], radius: float) -> NDArray[np.flo
 
 def _inverse(design: Design, pose: ca.SX) -> ca.SX:
     """Return the elongations at a pose, both (3, 1): inverse kinematics of the links, or of a Jacobian."""
-    if design.given_jacobian is None and design.kinematics != "measured":
-        return elongations(design.links, pose)
-    return ca.DM(np.linalg.inv(design.jacobian)) @ pose
+    if design.jacobian is None and design.kinematics != "measured":
+        return elongations(design.links_at_rest, pose)
+    return ca.DM(np.linalg.inv(design.jacobian_at_rest)) @ pose
 
 
 def _function(pose: ca.SX, reached: ca.SX) -> ca.Function:

@@ -7,8 +7,9 @@ Arguments are the keyword-only arguments of the part's function (`arguments`). T
 model is accepted too and sets its start value; `solver` names the solver of any part's FMU.
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, `study`, which returns a
-design study (`study.Study`): its dimensions as symbols, and what follows from them, and `trajectory`, which returns the
-study whose dimensions are the columns of a path. Each takes arguments of its own.
+design study (`study.Study`): its dimensions as symbols, and what follows from them, `trajectory`, which returns the
+study whose dimensions are the columns of a path, and `picture`, which returns a drawing (`drawing.Drawing`). Each takes
+arguments of its own.
 `FACTS` there are facts that other parts of a system know as well (`facts`), `JOINS` the parts that alone may feed it
 (`joins`), `UNITS` the units of the numbers that `analyze` returns, by key: SI, `1` for a number without unit. Where the
 entries of a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns:
@@ -32,6 +33,7 @@ from hfsa.components._modelling.arguments import (
     takes,
 )
 from hfsa.components._modelling.documents import Document, with_contents
+from hfsa.components._modelling.drawing import Drawing
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.loading import (
@@ -60,7 +62,7 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path. `is_own` means that it does not come with hfsa.
+    `trajectory` returns the study of a path, `picture` a drawing. `is_own` means that it does not come with hfsa.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Part:
     analyze: Callable[..., dict[str, Any]] | None
     study: Callable[..., Study] | None = None
     trajectory: Callable[..., Study] | None = None
+    picture: Callable[..., Drawing] | None = None
     is_own: bool = False
 
     @property
@@ -189,6 +192,14 @@ class Part:
         found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
         return returned(self.trajectory, Study, found)
 
+    def drawing(self, level: str | None = None, **arguments: Any) -> Drawing:
+        """Return the part's drawing; errors as in `model`."""
+        if self.picture is None:
+            raise ModelError(f"{self.name} has no picture")
+        arguments = _of_study(self.picture, f"{self.name}: a picture", _with_level(level, arguments))
+        found = self.picture(**read_arguments(f"{self.name}: a picture", self.picture, arguments))
+        return returned(self.picture, Drawing, found)
+
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
     """Return in words what a file defines."""
@@ -210,6 +221,7 @@ def part_of(
         ("analyze", "a dict of numbers"),
         ("study", "a Study"),
         ("trajectory", "a Study"),
+        ("picture", "a Drawing"),
     ):
         function = getattr(module, word, None) if kind == "part" or word == name else None
         if function is not None and is_own:
@@ -284,9 +296,9 @@ def _with_level(level: str | None, arguments: Mapping[str, Any]) -> dict[str, An
     return {name: value for name, value in named.items() if name != "level" or value is not None}
 
 
-def _of_study(study: Callable[..., Study], owner: str, arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a study; `ModelError` for a level that it does not take."""
-    if "level" in arguments and "level" not in arguments_of(study):
+def _of_study(function: Callable[..., Any], owner: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a study or picture; `ModelError` for a level that it does not take."""
+    if "level" in arguments and "level" not in arguments_of(function):
         raise ModelError(f"{owner} is of one level of the part and takes none: leave out level {arguments['level']}")
     return arguments
 

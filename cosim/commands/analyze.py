@@ -21,6 +21,7 @@ def analyze(
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
     path: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
+    picture: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
     force: Force = False,
     json: Json = False,
@@ -44,20 +45,26 @@ def analyze(
     path
         FILE.csv: the numbers along a path, as HDF5 and as a picture. Its first row names the columns, dimensions of the
         path such as `x,y,z,rz,rx,ry` (m and degrees) and optionally `t`, the time; what it does not name stays.
+    picture
+        FILE.png, .pdf or .svg: a picture of the part instead of its numbers, with the arguments of the picture.
     output
         With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`).
     """
-    from hfsa.components._modelling.catalogue import following, part_named, studied
+    from hfsa.components._modelling.catalogue import drawn, following, part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
     from hfsa.cosim.commands._paths import path_answer
+    from hfsa.cosim.commands._pictures import picture_answer
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     refuse_scene(name, "`run`, `sweep` and `stability` examine it")
     values = _shell.part_arguments(level, parameter)
-    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path)
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path, picture)
     is_study = request.is_study()
+    if picture is not None:
+        _shell.answer(*picture_answer(drawn(name, available_parts()), values, picture), json)
+        return _shell.DONE
     if path is not None:
         part = following(name, available_parts())
         file = _shell.results_file(output, part.name, "path", force)
