@@ -3,9 +3,9 @@
     reading_i = rounded(value_i + noise_i),    noise_i white and normal, a new value in each `interval`
 
 `resolution` is the step of a digit, 0 for none, and `noise` the standard deviation. The noise is a function of time,
-axis and `seed`: equal seeds give equal runs, whatever the steps and the algorithm. It begins with the second interval,
-so that a loop can be linearised at rest. The sensor has no state, and its reading is that of the instant; no rate is
-derived from it.
+axis and `seed`: equal seeds give equal runs, whatever the steps and the algorithm. In the first interval the reading is
+the value, so that a loop has an equilibrium to be linearised about. The sensor has no state, and its reading is that of
+the instant; no rate is derived from it.
 
 Bode plot, value to reading: 1 at all frequencies, without phase. Steps act as noise of resolution / sqrt(12) where the
 value moves over many of them; the derivatives of the FMU are those of their mean slope, 1.
@@ -37,7 +37,6 @@ def displacement_sensor(*, axes: int = 1, unit: str = "m") -> Model:
     seed = m.parameter("seed", 1.0, "1", "Seed of the noise, a whole number", min=0, max=2**20)
     value = m.input(f"axis[1..{axes}].value", unit, "Displacement", nominal=1e-6)
     noise = ca.vertcat(*[white_noise(m.time, interval, axes * seed + i) for i in range(axes)])
-    added = ca.if_else(m.time < (1 - 1e-6) * interval, 0, deviation * noise)
-    reading = rounded(value + added, resolution)
+    reading = ca.if_else(m.time < (1 - 1e-6) * interval, value, rounded(value + deviation * noise, resolution))
     m.output(f"axis[1..{axes}].reading", reading, unit, "Reading of the displacement", nominal=1e-6)
     return m
