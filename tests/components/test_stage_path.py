@@ -77,7 +77,7 @@ def test_a_circle_is_round_from_the_second_turn_on_and_begins_at_rest():
         assert np.all(at(model, 0.0, f"stack.elongation{order}") == 0)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(st.lists(st.tuples(*[st.floats(0, 12e-6)] * 3), min_size=2, max_size=5))
 def test_a_path_of_poses_is_that_of_their_elongations_at_the_rows(rows):
     """Poses from forward kinematics; between the rows the two differ, as one spline is of poses, one of elongations."""
