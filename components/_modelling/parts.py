@@ -32,7 +32,7 @@ from hfsa.components._modelling.arguments import (
     read_value,
     takes,
 )
-from hfsa.components._modelling.documents import Document, plain, with_contents
+from hfsa.components._modelling.documents import Document, with_contents
 from hfsa.components._modelling.drawing import Drawing
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
@@ -309,7 +309,7 @@ def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[
     assert part.build is not None
     flat: dict[str, float | str] = {}
     for name, value in argument_values(part.name, part.build, given).items():
-        flat |= _constants(name, plain(value) if isinstance(value, Document) else value)
+        flat |= _constants(name, value.information if isinstance(value, Document) else value)
     return {name: value for name, value in flat.items() if name not in taken}
 
 
