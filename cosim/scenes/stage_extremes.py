@@ -100,7 +100,7 @@ def stage_extremes(
         "ctc": ("stage_computed_torque", {"model": stage, **machine.dynamic}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
-    impact = kv * abs(rate) * (_YAW_MASS[machine.kinematics] if law == "ctc" else 1.0)
+    impact = kv * abs(rate) * (_yaw_mass(machine) if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
         Component("reference", "stage_path", None, {"motion": motion, **machine.kinematic})
@@ -127,6 +127,11 @@ def stage_extremes(
     )
 
 
+def _yaw_mass(machine: Stage) -> float:
+    """Return the modal mass of the yaw by the parameter set of the links, of a set of one's own the nominal one."""
+    return _YAW_MASS[machine.kinematics if isinstance(machine.kinematics, str) else "nominal"]
+
+
 def _sample_time(law: str, kp: float, kv: float, machine: Stage) -> float:
     """Return a round sample time well below the limit; `StructureError` where it is too short or not known."""
     if law == "pd" and not machine.has_published_inertia:
@@ -134,7 +139,7 @@ def _sample_time(law: str, kp: float, kv: float, machine: Stage) -> float:
             "stage_extremes: the stable sample time of pd is known for the published links and masses only; give a "
             "sample_time below 2 m / Kv, m the least eigenvalue of inertia in `hfsa analyze rrr_stage`"
         )
-    mass = 1.0 if law == "ctc" else _YAW_MASS[machine.kinematics]
+    mass = 1.0 if law == "ctc" else _yaw_mass(machine)
     limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
     if kv == 0 or _SHARE * limit < _SHORTEST:
         reason = f"is stable below {limit:g} s only" if kv else "is undamped, and unstable at any sample time"
