@@ -56,6 +56,11 @@ def workspace(file: Path, work: Path) -> None:
     shutil.copyfile(work / "workspace.png", file)
 
 
+def beams(file: Path, _work: Path) -> None:
+    """Three tilted beams, the axes of their freedoms, and their motions."""
+    run(f"analyze beam_module -p kind=tilted --picture {file}")
+
+
 def one_step(file: Path, _work: Path) -> None:
     """Growth of the worked example's mode, and error of its response, over the communication step."""
     page = (PAGES / "one-step-matrix.md").read_text(encoding="utf-8")
@@ -117,6 +122,7 @@ MADE = {
     "compare": compare,
     "stability": stability,
     "workspace": workspace,
+    "beams": beams,
     "one-step": one_step,
     "work-precision": work_precision,
 }

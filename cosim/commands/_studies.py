@@ -164,6 +164,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
         "responses": present,
         "dimensions": {name: study.variables[name].value for name in order},
         "sensitivity": {response: {name: of[name] for name in order} for response, of in found.items()},
+        "remarks": list(study.slope_remarks),
     }
     rows = table("dimension", "", ">now", *(f">{response}" for response in found))
     for name in order:
@@ -174,6 +175,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
         rendered(rows),
         "relative sensitivity d ln(response) / d ln(dimension): growth in per cent for one per cent of a dimension",
         *([f"dimensions that are 0 have no relative sensitivity: {', '.join(zero)}"] if zero else []),
+        *(_paragraph(remark) for remark in study.slope_remarks),
     ]
     return data, "\n".join(lines)
 
