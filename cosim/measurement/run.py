@@ -106,15 +106,20 @@ class RunPlan:
         )
 
     @property
+    def _limits(self) -> list[str]:
+        """Full names of the limit flags."""
+        return [self.assembly.system.own_name(name) for name in limit_signals(self.assembly.connectors)]
+
+    @property
     def size_sentence(self) -> str:
         """Warning about the size of a file above `_LARGE`; else empty."""
-        rows = math.ceil(self.steps / self.every) + 1
-        size = 8 * (len(self.names) + 1) * rows
+        rows, count = math.ceil(self.steps / self.every) + 1, len({*self.names, *self._limits})
+        size = 8 * (count + 1) * rows
         if size <= _LARGE:
             return ""
         every = self.every * 10 ** math.ceil(math.log10(size / _LARGE))
         return (
-            f"the file will have {size / 1e6:.0f} MB, {len(self.names)} variables at {rows} points; --every "
+            f"the file will have {size / 1e6:.0f} MB, {count} variables at {rows} points; --every "
             f"{every} makes it {size * self.every / every / 1e6:.0f} MB"
         )
 
