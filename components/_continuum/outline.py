@@ -234,7 +234,12 @@ def _check(at: Centers, links: Links, hinge: Hinge, outline: Outline) -> None:
     for name, found, least, why in (
         ("outline.coupler_width", outline.coupler_width, t + 2 * r, "hinge.thickness + 2 hinge.radius, its necks"),
         ("links.coupler", links.coupler, 2 * r, "2 hinge.radius, the notches of necks B and C"),
-        ("outline.slot_face", face, cy + r + block, "the top of the end block, C + hinge.radius + outline.block_height"),
+        (
+            "outline.slot_face",
+            face,
+            cy + r + block,
+            "the top of the end block, C + hinge.radius + outline.block_height",
+        ),
         ("outline.slot_face", face, dy + r + outline.pad_height, "the top of the contact pad"),
         ("the x' of neck A", ax, r, "hinge.radius, as the body is on its left"),
         ("outline.foot", outline.foot, g, "hinge.thickness / 2 + hinge.radius, the notch of neck A"),

@@ -17,9 +17,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from hfsa.components._continuum.boundary import Point
 from hfsa.components._continuum.elements import Plate, matrices
 from hfsa.components._continuum.meshing import Mesh
-from hfsa.components._continuum.boundary import Point
 from hfsa.components._mechanics.rrr_kinematics import OFFSETS
 
 COORDINATES = ("l", "s", "phi", "u", "v", "theta")
@@ -93,7 +93,9 @@ def _constraints(mesh: Mesh, contact: Point, bolt: Point) -> tuple[sparse.csr_ma
     joined = ~np.isin(cut, fixed)
     cut, other = cut[joined], other[joined]
     same = sparse.kron(sparse.csr_matrix((np.ones(len(own)), (own, column[own])), (n, len(own))), np.eye(2))
-    next_one = sparse.kron(sparse.csr_matrix((np.ones(len(cut)), (other, column[cut])), (n, len(own))), turn(OFFSETS[0]))
+    next_one = sparse.kron(
+        sparse.csr_matrix((np.ones(len(cut)), (other, column[cut])), (n, len(own))), turn(OFFSETS[0])
+    )
     free = sparse.kron(np.eye(3), same) + sparse.kron(np.eye(3)[list(NEIGHBOUR)], next_one)
     leg = np.zeros((n, 2, 6))
     for nodes, center, first in ((edge, contact, 0), (disc, bolt, 3)):

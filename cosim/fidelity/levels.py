@@ -24,8 +24,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import ModelError
+from hfsa.components._modelling.cache import cache_folder, keep
 from hfsa.components._modelling.catalogue import part_named
-from hfsa.cosim.assembly.cache import cache_folder, keep
 from hfsa.cosim.assembly.fmu_cache import fmu_file, own_parts
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
@@ -103,7 +103,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     if not file.is_file():
         ladders = _ladders(scene)
         choices = choose_among(scene, ladders, library, REST)
-        keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}), file)
+        keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}).encode(), file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 
