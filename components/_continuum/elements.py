@@ -7,7 +7,7 @@ The displacement of node i has the places 2 i and 2 i + 1 of a vector. Source of
 `fem`.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -91,9 +91,13 @@ def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, p
 
 def von_mises(stress: np.ndarray, plate: Plate) -> np.ndarray:
     """Return the von Mises stress [Pa] of stresses xx, yy, xy along the last axis."""
-    xx, yy, xy = np.moveaxis(stress, -1, 0)
+    return np.sqrt(von_mises_squared(*np.moveaxis(stress, -1, 0), plate))
+
+
+def von_mises_squared(xx: Any, yy: Any, xy: Any, plate: Plate) -> Any:
+    """Return the square of the von Mises stress [Pa2], numbers or expressions."""
     zz = plate.poisson * (xx + yy) if plate.is_thick else 0.0
-    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+    return ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2
 
 
 def _slopes(at: np.ndarray) -> np.ndarray:

@@ -11,7 +11,12 @@ def library(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except (ImportError, OSError) as error:
-        raise ModelError(
-            f"level continuum needs scikit-fem and gmsh, and {name} cannot be imported ({error}); install them with "
-            "`pip install 'hfsa[fem]'`"
-        ) from error
+        raise missing(name, error) from error
+
+
+def missing(name: str | None, error: Exception) -> ModelError:
+    """Return the error for a library of the extra `fem` that is not there."""
+    return ModelError(
+        f"level continuum needs scikit-fem and gmsh, and {name} cannot be imported ({error}); install them with "
+        "`pip install 'hfsa[fem]'`"
+    )

@@ -55,7 +55,7 @@ class NeckStress(NamedTuple):
         return Peak(float(equivalent[corner, case]), float(np.ptp(there)) / 2, int(case))
 
 
-def neck_stresses(mesh: Mesh, plate: Plate, piece: Piece, interface: np.ndarray) -> Mapping[str, NeckStress]:
+def neck_stresses(mesh: Mesh, piece: Piece, plate: Plate, interface: np.ndarray) -> Mapping[str, NeckStress]:
     """Return the stresses of each neck A to D; `interface` (18, 6) are the interface coordinates by l and q."""
     legs = [interface[rows] for rows in map(_as_leg_2, range(3))]
     displacement = piece.shapes @ np.stack(legs, axis=1).reshape(3 * _SIZE, -1)
