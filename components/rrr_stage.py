@@ -47,9 +47,15 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model, ModelError
+from hfsa.components._continuum.design import Continuum
+from hfsa.components._continuum.dynamics import equations
+from hfsa.components._continuum.necks import largest_stress
+from hfsa.components._continuum.outline import THESIS_OUTLINE, Outline
+from hfsa.components._continuum.results import numbers
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.pzt import PULL_FROM_ROUNDING, STROKE_IN_USE, TOKIN, Stack
+from hfsa.components._mechanics.rrr_contact import Bolts, Contact
 from hfsa.components._mechanics.rrr_design import Design, Matrix
 from hfsa.components._mechanics.rrr_dynamics import Mechanism
 from hfsa.components._mechanics.rrr_facts import (
@@ -76,13 +82,13 @@ from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.study import Study
 
-Level = Literal["jacobian", "constant_jacobian", "exact"]
+Level = Literal["jacobian", "constant_jacobian", "exact", "continuum"]
 Causality = Literal["source", "force"]
 Triple = tuple[float, float, float]
 
 FACTS = {
     **STAGE,
-    DAMPING_TIME: Known("damping_time"),
+    DAMPING_TIME: Known("damping_time", levels=("constant_jacobian", "exact")),
     STACK_STIFFNESS: Known("stack.stiffness", when=("causality", "source")),
     STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage", of_analysis=True),
     STACK_VOLTAGE: Known("stack.full_voltage", of_analysis=True),
@@ -92,6 +98,7 @@ FACTS = {
 _MOVE = (1e-6, 1e-3, 1.0)
 _TURN = (1e-4, 1e-1, 1e2)
 _FORCE, _TORQUE = 100.0, 1.0
+_STACK_DAMPING = "Damping of each stack"
 
 
 class _Motion(NamedTuple):
@@ -114,11 +121,15 @@ def rrr_stage(
     stiffness: Matrix | None = None,
     mass: Matrix | None = None,
     stack: Stack = TOKIN,
+    contact: Contact = "stack",
+    bolts: Bolts = "pin",
+    outline: Outline = THESIS_OUTLINE,
+    mesh: float | None = None,
 ) -> Model:
     """Return the stage about rest.
 
     Args:
-        level: `jacobian` (kinematic), `constant_jacobian` or `exact` (dynamic).
+        level: `jacobian` (kinematic), `constant_jacobian`, `exact` or `continuum` (dynamic).
         kinematics: parameter set of the links; `measured` is a Jacobian only, for level `jacobian`.
         causality: whether the stage includes the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
             without effect at level `jacobian`.
@@ -133,29 +144,33 @@ def rrr_stage(
         mass: inertia on the elongations at rest in place of that of the links, nine numbers row by row [kg]; the
             difference is added as constant masses. What an acceleration of the base acts on is not changed.
         stack: data sheet of the stacks; the defaults of the parameters `stack.stiffness`, `.damping`, `.tip_mass`.
+        contact: how a stack holds the end of its lever sideways; at level `continuum`, as `bolts` and `outline`.
+        bolts: whether the bolts of the platform are pins or rigid.
+        outline: lengths [m] of the plate beside those of links and hinges, Poisson's ratio, density [kg/m3].
+        mesh: size of the triangles at the necks [m], at level `continuum` only (default: an eighth of their thickness).
 
     Raises:
         ModelError: an unknown level, parameter set or causality; `measured` at a dynamic level; dimensions that cannot
             be built; a singular Jacobian; a stiffness or mass that is not symmetric and positive definite.
     """
-    _check(level, causality)
+    _check(level, causality, mesh)
     design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     m = Model("RrrStage", "3-RRR piezo stage")
+    if level == "continuum":
+        _outputs(m, _elastic(m, _continuum(design, causality, stack, contact, bolts, outline, mesh)))
+        return m
     if level == "jacobian":
         _outputs(m, _kinematic(m, design.jacobian))
         return m
     mechanism = _over_states(m, level, design)
     _outputs(m, _dynamic(m, mechanism, ca.DM(design.rest_stiffness), causality, stack))
     angle = ca.mmax(ca.fabs(mechanism.hinges))
-    stress = hinge.stress_per_angle * angle
-    allowed = hinge.allowed_stress
     m.output("hinge.angle", angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
-    m.output("hinge.stress", stress, "Pa", "Bending stress in that hinge", nominal=1e8)
-    m.output(
-        "hinge.overload", ca.if_else(stress > allowed, 1, 0), "1", f"1 while the stress exceeds {allowed / 1e6:.0f} MPa"
-    )
+    _stress_outputs(m, hinge, hinge.stress_per_angle * angle, "Bending stress in that hinge")
     return m
 
+
+_ON_POSE = "N/m, N/m, N; N/m, N/m, N; N, N, N.m/rad"
 
 UNITS = {
     "jacobian": "1; 1; rad/m",
@@ -168,6 +183,16 @@ UNITS = {
     "allowed_angle": "rad",
     "allowed_stress": "Pa",
     "hinge_limit": "1",
+    "peak_stress": "Pa",
+    "peak_stacks": "1",
+    "platform_stiffness_free": _ON_POSE,
+    "platform_stiffness_bonded": _ON_POSE,
+    "platform_stiffness_blocked": _ON_POSE,
+    "piece_mass": "kg",
+    "reduction_error": "1",
+    "mesh": "m",
+    "mesh_unknowns": "1",
+    "mesh_error": "1",
     "elongation": "m",
     "inertia": "kg",
     "stiffness": "N/m",
@@ -194,6 +219,10 @@ def analyze(
     stiffness: Matrix | None = None,
     mass: Matrix | None = None,
     stack: Stack = TOKIN,
+    contact: Contact = "stack",
+    bolts: Bolts = "pin",
+    outline: Outline = THESIS_OUTLINE,
+    mesh: float | None = None,
     elongation: Triple = (0.0, 0.0, 0.0),
     pose: Triple | None = None,
     voltage: Triple = (0.0, 0.0, 0.0),
@@ -229,7 +258,7 @@ def analyze(
         ModelError: as `rrr_stage`; an invalid data sheet; elongations without a pose, a pose out of reach, or both
             given; elongations, a pose or voltages that are not finite.
     """
-    _check(level, causality)
+    _check(level, causality, mesh)
     design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     for name, values, unit in (
         ("elongation", elongation, "m"),
@@ -240,9 +269,15 @@ def analyze(
             raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
     if not (np.isfinite(resolution) and resolution > 0):
         raise ModelError(f"rrr_stage: resolution is {resolution:g} m, expected a finite length above 0")
+    if pose is not None and any(elongation):
+        raise ModelError("rrr_stage: elongation and pose are given; each follows from the other, leave one out")
+    applied = np.clip(voltage, 0, stack.full_voltage)
+    if level == "continuum":
+        elastic = _continuum(design, "source", stack, contact, bolts, outline, mesh)
+        at = np.array(elongation) if pose is None else elastic.elongations(np.array(pose))
+        saturated = (applied != voltage).astype(int)
+        return {"elongation": at, **numbers(elastic, at, applied, resolution), "saturated": saturated}
     if pose is not None:
-        if any(elongation):
-            raise ModelError("rrr_stage: elongation and pose are given; each follows from the other, leave one out")
         elongation = _elongations(level, design, pose)
     box = STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     if level == "jacobian":
@@ -255,12 +290,11 @@ def analyze(
             "step": _steps(J, resolution),
         }
     mechanism = design.mechanism(level, ca.SX.sym("p", 3), ca.SX.sym("v", 3))
-    numbers = _on_stacks(mechanism)
+    on_stacks = _on_stacks(mechanism)
     reached = forward(design.links, elongation)
     at = reached if level == "exact" else np.array(elongation)
-    J, found, inertia, elastic, force, angles = (np.array(value).squeeze() for value in numbers(at))
-    poses = np.array([np.array(numbers(_coordinates(level, design, corner))[1]).ravel() for corner in box.tolist()])
-    applied = np.clip(voltage, 0, stack.full_voltage)
+    J, found, inertia, elastic, force, angles = (np.array(value).squeeze() for value in on_stacks(at))
+    poses = np.array([np.array(on_stacks(_coordinates(level, design, corner))[1]).ravel() for corner in box.tolist()])
     elongation_at_voltage, pose_at_voltage = _at_voltage(mechanism, stack, applied)
     return {
         "jacobian": J,
@@ -320,10 +354,41 @@ def study(
     return design_study(design, stack, goals, objective, f"rrr_stage, kinematics {kinematics}")
 
 
-def _check(level: str, causality: str) -> None:
-    """Raise `ModelError` for an unknown level or causality."""
-    one_of(level, ("jacobian", "constant_jacobian", "exact"), "rrr_stage: level")
-    one_of(causality, ("source", "force"), "rrr_stage: causality")
+def _check(level: str, causality: str, mesh: float | None) -> None:
+    """Raise `ModelError` for an unknown level or causality, and for a mesh at a level without one."""
+    one_of(level, get_args(Level), "rrr_stage: level")
+    one_of(causality, get_args(Causality), "rrr_stage: causality")
+    if mesh is not None and level != "continuum":
+        raise ModelError(f"rrr_stage: mesh is {mesh:g} m, but level {level} has none; expected level continuum")
+
+
+def _continuum(
+    design: Design,
+    causality: str,
+    stack: Stack,
+    contact: Contact,
+    bolts: Bolts,
+    outline: Outline,
+    mesh: float | None,
+) -> Continuum:
+    """Return the arguments of level `continuum`; `ModelError` for those of other levels."""
+    if causality != "source":
+        raise ModelError(
+            "rrr_stage: causality is force, but the modes of level continuum are those of a stage on its stacks; "
+            "expected source"
+        )
+    for name, given in (
+        ("jacobian", design.given_jacobian),
+        ("stiffness", design.given_stiffness),
+        ("mass", design.given_mass),
+    ):
+        if given is not None:
+            raise ModelError(
+                f"rrr_stage: {name} is given, but follows from the outline at level continuum; leave it out"
+            )
+    one_of(contact, get_args(Contact), "rrr_stage: contact")
+    one_of(bolts, get_args(Bolts), "rrr_stage: bolts")
+    return Continuum(design.links, design.hinge, outline, design.masses, contact, bolts, stack, mesh)
 
 
 def _over_states(m: Model, level: str, design: Design) -> Mechanism:
@@ -358,6 +423,47 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
     """Add the equations of motion and the outputs of the stacks; return the motion of the platform."""
     beta = m.parameter("damping_time", 6.02e-6, "s", "Damping / stiffness of the hinges, beta", min=0)
     source = causality == "source"
+    drive, wrench, base = _loads(m, source)
+    p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
+    (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
+    rate = to_stacks @ v
+    k, c, tip = _stack_parameters(m, stack) if source else (0, 0, 0)
+    on_cranks = drive - k * mechanism.elongation - c * rate - tip * stack_bias
+    force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
+    force -= terms.velocity + terms.elastic + terms.base @ base
+    m.der[p] = v
+    acceleration = m.motion(v, mass=terms.mass + tip * to_stacks.T @ to_stacks, force=force)
+
+    _stack_outputs(m, mechanism.elongation, rate)
+    if source:
+        _force_outputs(m, on_cranks - tip * to_stacks @ acceleration)
+    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias)
+
+
+def _elastic(m: Model, design: Continuum) -> _Motion:
+    """Add the modes of an elastic stage, the outputs of stacks and necks; return the motion of the platform."""
+    solved = design.solved(design.size)
+    small, stack = design.small(solved.stage), design.stack
+    damping = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of each mode, without the stacks' damping", min=0)
+    drive, wrench, base = _loads(m, True)
+    c = m.parameter("stack.damping", stack.damping, "N.s/m", _STACK_DAMPING, min=0)
+    modes_ = f"mode[1..{len(small.omega)}]"
+    coordinates = m.state(f"{modes_}.displacement", "m", "Largest displacement in the mode", nominal=_MOVE[0])
+    rates = m.state(f"{modes_}.velocity", "m/s", "Rate of the displacement", nominal=_MOVE[1])
+    forces = ca.vertcat(drive, wrench)
+    found = equations(small, design.links.radius, coordinates, rates, forces, base, damping, c)
+    m.der[coordinates], m.der[rates] = rates, found.acceleration
+    (l, x), (l_rate, v), (l_acceleration, a) = (ca.vertsplit(part, 3) for part in found.motion)
+    _stack_outputs(m, l, l_rate)
+    inertia = stack.tip_mass * (l_acceleration + ca.DM(solved.stage.pushes) @ base)
+    _force_outputs(m, drive - stack.stiffness * l - c * l_rate - inertia)
+    stress = largest_stress(design, solved, found.motion.place)
+    _stress_outputs(m, design.hinge, stress, "Largest von Mises stress in the necks")
+    return _Motion(x, v, a)
+
+
+def _loads(m: Model, source: bool) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Declare forces of the stacks, wrench on the platform and acceleration of the base; return their symbols."""
     drive = m.input(
         "stack[1..3].blocking_force" if source else "stack[1..3].force",
         "N",
@@ -369,35 +475,40 @@ def _dynamic(m: Model, mechanism: Mechanism, rest_stiffness: ca.DM, causality: s
         m.input("wrench.torque", "N.m", "Moment on the platform", nominal=_TORQUE),
     )
     base = m.input("base.acceleration[1..2]", "m/s2", "Acceleration of the base", nominal=_MOVE[2])
-    p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
-    (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
-    rate = to_stacks @ v
-    k, c, tip = _stack_parameters(m, stack) if source else (0, 0, 0)
-    on_cranks = drive - k * mechanism.elongation - c * rate - tip * stack_bias
-    force = to_stacks.T @ (on_cranks - beta * rest_stiffness @ rate) + to_pose.T @ wrench
-    force -= terms.velocity + terms.elastic + terms.base @ base
-    m.der[p] = v
-    acceleration = m.motion(v, mass=terms.mass + tip * to_stacks.T @ to_stacks, force=force)
-
-    m.output("stack[1..3].elongation", mechanism.elongation, "m", "Elongation of the stack", nominal=_MOVE[0])
-    m.output("stack[1..3].elongation_rate", rate, "m/s", "Rate of the elongation", nominal=_MOVE[1])
-    if source:
-        felt = on_cranks - tip * to_stacks @ acceleration
-        preload = m.parameter(
-            "stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE
-        )
-        m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
-        pulls = felt + preload < -PULL_FROM_ROUNDING
-        m.output("stack[1..3].contact_lost", pulls, "1", "1 while the stack would have to pull")
-    return _Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias)
+    return drive, wrench, base
 
 
 def _stack_parameters(m: Model, stack: Stack) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Declare stiffness, damping and tip mass of the stacks and return their symbols."""
     return (
         m.parameter("stack.stiffness", stack.stiffness, "N/m", "Stiffness of each stack", min=0),
-        m.parameter("stack.damping", stack.damping, "N.s/m", "Damping of each stack", min=0),
+        m.parameter("stack.damping", stack.damping, "N.s/m", _STACK_DAMPING, min=0),
         m.parameter("stack.tip_mass", stack.tip_mass, "kg", "Mass of each stack that moves with its tip", min=0),
+    )
+
+
+def _stack_outputs(m: Model, elongation: ca.SX, rate: ca.SX) -> None:
+    """Declare the motion of the stacks as outputs."""
+    m.output("stack[1..3].elongation", elongation, "m", "Elongation of the stack", nominal=_MOVE[0])
+    m.output("stack[1..3].elongation_rate", rate, "m/s", "Rate of the elongation", nominal=_MOVE[1])
+
+
+def _force_outputs(m: Model, felt: ca.SX) -> None:
+    """Declare the forces of the stacks on their cranks, and whether they would have to pull, as outputs."""
+    preload = m.parameter(
+        "stack.preload", 0.0, "N", "Force that presses each crank on its stack", min=0, nominal=_FORCE
+    )
+    m.output("stack[1..3].force", felt, "N", "Force of the stack on its crank", nominal=_FORCE)
+    pulls = felt + preload < -PULL_FROM_ROUNDING
+    m.output("stack[1..3].contact_lost", pulls, "1", "1 while the stack would have to pull")
+
+
+def _stress_outputs(m: Model, hinge: Hinge, stress: ca.SX, description: str) -> None:
+    """Declare the largest stress of the hinges, and whether it is allowable, as outputs."""
+    allowed = hinge.allowed_stress
+    m.output("hinge.stress", stress, "Pa", description, nominal=1e8)
+    m.output(
+        "hinge.overload", ca.if_else(stress > allowed, 1, 0), "1", f"1 while the stress exceeds {allowed / 1e6:.0f} MPa"
     )
 
 

@@ -15,7 +15,7 @@ _CHORDS = 8
 
 
 class Edge(NamedTuple):
-    """The edge of a loop that ends at `end`, an arc about `center` where that is given, of less than half a turn [m]."""
+    """The edge of a loop that ends at `end`; with a `center` an arc of less than half a turn [m]."""
 
     end: Point
     center: Point | None = None

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
+import numpy as np
+
 from hfsa.components._continuum.outline import Outline, centers
 from hfsa.components._continuum.reduced import Reduced, reduced
 from hfsa.components._continuum.solution import Shape, Solution, solution
@@ -73,6 +75,10 @@ class Continuum:
         found = _solution(self.shape, size)
         joints = Joints(self.contact, self.bolts, self.stack)
         return Solved(found, Stage(found.piece, centers(*self.shape).bolt, self.links, self.masses, joints))
+
+    def elongations(self, pose: np.ndarray) -> np.ndarray:
+        """Return the elongations (3,) [m] at a pose (3,) [m, m, rad] without a wrench."""
+        return np.linalg.solve(self.solved(self.size).stage.statics.jacobian, pose)
 
     def small(self, stage: Stage) -> Reduced:
         """Return the small model of a stage on its stacks."""

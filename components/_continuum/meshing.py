@@ -91,10 +91,7 @@ def _geometry(gmsh: Any, boundary: Boundary) -> dict[str, list[int]]:
         curves = []
         for start, edge in starts(loop):
             ends = point(start), point(edge.end)
-            if edge.center is None:
-                tag = geo.addLine(*ends)
-            else:
-                tag = geo.addCircleArc(ends[0], point(edge.center), ends[1])
+            tag = geo.addLine(*ends) if edge.center is None else geo.addCircleArc(ends[0], point(edge.center), ends[1])
             curves.append(tag)
             by_label.setdefault(edge.label, []).append(tag)
         loops.append(geo.addCurveLoop(curves))

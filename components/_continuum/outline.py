@@ -1,12 +1,13 @@
 """Outline of a third of the 3-RRR stage, cut from one plate: body, slot, lever, coupler, end block, four necks.
 
 The frame is that of leg 2: x' along the contact edge of its stack, which pushes along -y'; O is the centre of the
-platform. The corner C is at R (sin psi, cos psi), B below C, A beside B; the hinge D of the stack is on the lever, at the
-arm R0 beside A. Notches of radius r on both sides make the necks, of thickness t. The body is fixed at holes on the cuts,
-and the platform is bolted to the end block. The piece is the union of the third and its copies turned by 120 degrees.
+platform. The corner C is at R (sin psi, cos psi), B below C, A beside B; the hinge D of the stack is on the lever, at
+the arm R0 beside A. Notches of radius r on both sides make the necks, of thickness t. The body is fixed at holes on the
+cuts, and the platform is bolted to the end block. The piece is the union of the third and its copies turned by 120
+degrees.
 
-Source: appendix of the thesis of 2000 on the 3-RRR stage, its finite element model. Derived: width of the couplers, from
-their printed mass. Assumed: corners of the end blocks, without effect on statics, with an effect on frequencies.
+Source: appendix of the thesis of 2000 on the 3-RRR stage, its finite element model. Derived: width of the couplers,
+from their printed mass. Assumed: corners of the end blocks, without effect on statics, with one on frequencies.
 """
 
 import math
@@ -228,7 +229,7 @@ def _notch(center: Point, hinge: Hinge, start: float, label: str) -> list[Edge]:
 def _check(at: Centers, links: Links, hinge: Hinge, outline: Outline) -> None:
     """Raise `ModelError` with the first dimension that is out of its bounds."""
     r, t, g = hinge.radius, hinge.thickness, _offset(hinge)
-    (ax, _), (bx, _), (cx, cy), (dx, dy) = at.A, at.B, at.C, at.D
+    (ax, _), (bx, _), (_, cy), (dx, dy) = at.A, at.B, at.C, at.D
     face, block = outline.slot_face, outline.block_height
     inside_block = min(outline.bolt_distance, block - outline.bolt_distance, outline.block_left, outline.block_right)
     for name, found, least, why in (
@@ -238,7 +239,7 @@ def _check(at: Centers, links: Links, hinge: Hinge, outline: Outline) -> None:
             "outline.slot_face",
             face,
             cy + r + block,
-            "the top of the end block, C + hinge.radius + outline.block_height",
+            "the top of the end block above C",
         ),
         ("outline.slot_face", face, dy + r + outline.pad_height, "the top of the contact pad"),
         ("the x' of neck A", ax, r, "hinge.radius, as the body is on its left"),
@@ -268,4 +269,3 @@ def _check(at: Centers, links: Links, hinge: Hinge, outline: Outline) -> None:
                 f"the stage cannot be cut from a plate: {name} is {1e3 * found:.5g} mm, expected more than "
                 f"{1e3 * least:.5g} mm, {why}"
             )
-    del cx

@@ -1,11 +1,11 @@
 """The whole piece as one elastic body between its contact edges and its bolts: static and fixed-interface modes.
 
-Three thirds, each in its own frame, have the same matrices: leg 1 is leg 2 turned by 120 degrees, leg 3 by -120 degrees,
-so that symmetry is exact. The nodes on the turned cut of a third are those on the cut of its neighbour. A leg has six interface coordinates, in its own frame: those of the contact edge, a
-rigid line, l along the push (-y'), s along x', phi; and those of the bolt, a rigid disc, u along the push, v along x',
-theta. With all others free,
+Three thirds, each in its own frame, have the same matrices: leg 1 is leg 2 turned by 120 degrees, leg 3 by -120
+degrees, so that symmetry is exact. The nodes on the turned cut of a third are those on the cut of its neighbour. A leg
+has six interface coordinates, in its own frame: those of the contact edge, a rigid line, l along the push (-y'), s along
+x', phi; and those of the bolt, a rigid disc, u along the push, v along x', theta. With all others free,
 
-    x = Psi m + Phi a       Psi = static modes of the interface coordinates m (18),  Phi = modes with m = 0 (Craig-Bampton)
+    x = Psi m + Phi a       Psi: static modes of the interface coordinates m (18),  Phi: modes with m = 0 (Craig-Bampton)
 
 so that K, the static stiffness on m, is exact for the mesh, whatever holds the interface. Contact, bolts, platform and
 stacks are added to the small matrices alone.
@@ -123,7 +123,7 @@ def _symmetric(matrix: np.ndarray) -> np.ndarray:
 
 
 def _alike(matrix: np.ndarray) -> np.ndarray:
-    """Return a matrix on the interface coordinates with legs that are alike to all digits, as they are but for rounding."""
+    """Return a matrix on the interface coordinates with legs that are alike to all digits, not but for rounding."""
     order = (len(COORDINATES) * np.array(NEIGHBOUR)[:, None] + np.arange(len(COORDINATES))).ravel()
     once = matrix[np.ix_(order, order)]
     return (matrix + once + once[np.ix_(order, order)]) / 3

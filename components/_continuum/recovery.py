@@ -2,8 +2,8 @@
 
     found peak >= (1 - tolerance) peak         for all motions l, q of a sample
 
-A neck carries three resultants, whatever moves it, so that few points suffice. They are found by adding that of the worst
-motion of the sample until none is worse than the tolerance.
+A neck carries three resultants, whatever moves it, so that few points suffice. They are found by adding that of the
+worst motion of the sample until none is worse than the tolerance.
 """
 
 import numpy as np

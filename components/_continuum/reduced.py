@@ -2,7 +2,7 @@
 
 With the stacks' stiffness k and tip mass on the elongations, M Phi = K Phi Lambda^-1, the modes eta obey
 
-    eta'' + 2 zeta omega eta' + omega^2 eta = Phi^T (f - B a)             f = forces on l and q, a = acceleration of the base
+    eta'' + 2 zeta omega eta' + omega^2 eta = Phi^T (f - B a)        f: forces on l and q, a: acceleration of the base
     (l, q) = Phi eta + R f - R_a a,   R = K^-1 - Phi Lambda^-1 Phi^T,  R_a likewise
 
 so that static responses are those of all modes. Modes of a pair are never parted.

@@ -72,7 +72,7 @@ def _linear(
     return {
         "jacobian": _Number(J, per_elongation[:, None]),
         "pose": _Number(J @ elongation, per_elongation * _largest(elongation)),
-        "range": _Number(STROKE_IN_USE * np.abs(J).sum(axis=1), STROKE_IN_USE * per_elongation),
+        "range": _own(STROKE_IN_USE * np.abs(J).sum(axis=1)),
         "step": _own(resolution * np.abs(np.where(J == 0, np.inf, J)).min(axis=1)),
         "stiffness": _of_all(K),
         "platform_stiffness_free": _of_diagonal(statics.on_platform(0.0)),
@@ -137,7 +137,7 @@ def _peaks(design: Continuum, solved: Solved, elongation: np.ndarray) -> dict[st
 
 def _stacks(peak: Peak) -> str:
     """Return in words which stacks are at full stroke where the neck of leg 1 has its peak."""
-    return " and ".join(f"{i + 1}" for i in np.flatnonzero(_CORNERS[peak.case]))
+    return ", ".join(f"{i + 1}" for i in np.flatnonzero(_CORNERS[peak.case]))
 
 
 def _limit(peaks: Mapping[str, Peak], allowed: float) -> str:

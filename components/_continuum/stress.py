@@ -1,8 +1,8 @@
 """Stress at the necks of the stage: components at the corners of the triangles that meet a notch, by l and q.
 
-The largest von Mises stress of a neck is that at one of these corners, not averaged over the triangles that meet there.
-The stress of one load case is linear in l and q; by symmetry the third of leg i has the stress of that of leg 2 with the
-legs exchanged in turn. A stress that is continuous in truth jumps between triangles: half of the largest jump at the
+The largest von Mises stress of a neck is that at one of these corners, not averaged over the triangles that meet
+there. The stress of one load case is linear in l and q; by symmetry the third of leg i has the stress of that of leg 2
+with the legs exchanged in turn. A stress that is continuous in truth jumps between triangles: half of the largest jump at the
 node of the peak is an estimate of its error.
 """
 
