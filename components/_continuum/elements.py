@@ -45,7 +45,7 @@ class Plate(NamedTuple):
         return E * nu / plane, E / (2 * (1 + nu))
 
 
-def matrices(mesh: Mesh, plate: Plate) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+def matrices(mesh: Mesh, plate: Plate) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Return stiffness [N/m] and mass [kg] of a mesh, shape (2 n, 2 n)."""
     fem = library("skfem")
     helpers = library("skfem.helpers")
@@ -64,9 +64,9 @@ def matrices(mesh: Mesh, plate: Plate) -> tuple[sparse.csr_matrix, sparse.csr_ma
     own = 2 * np.repeat(mesh.triangles.T, 2, axis=0)
     own[1::2] += 1
     place[basis.element_dofs] = own
-    by = sparse.csr_matrix((np.ones(basis.N), (place, np.arange(basis.N))))
+    by = sparse.csr_array((np.ones(basis.N), (place, np.arange(basis.N))))
     K, M = (by @ fem.BilinearForm(form).assemble(basis) @ by.T for form in (stiffness, mass))
-    return sparse.csr_matrix(plate.depth * K), sparse.csr_matrix(plate.depth * plate.density * M)
+    return sparse.csr_array(plate.depth * K), sparse.csr_array(plate.depth * plate.density * M)
 
 
 def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, plate: Plate) -> np.ndarray:
@@ -91,7 +91,7 @@ def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, p
 
 def von_mises(stress: np.ndarray, plate: Plate) -> np.ndarray:
     """Return the von Mises stress [Pa] of stresses xx, yy, xy along the last axis."""
-    return np.sqrt(von_mises_squared(*np.moveaxis(stress, -1, 0), plate))
+    return np.sqrt(von_mises_squared(stress[..., 0], stress[..., 1], stress[..., 2], plate))
 
 
 def von_mises_squared(xx: Any, yy: Any, xy: Any, plate: Plate) -> Any:

@@ -2,10 +2,10 @@
 
 Three thirds, each in its own frame, have the same matrices: leg 1 is leg 2 turned by 120 degrees, leg 3 by -120
 degrees, so that symmetry is exact. The nodes on the turned cut of a third are those on the cut of its neighbour. A leg
-has six interface coordinates, in its own frame: those of the contact edge, a rigid line, l along the push (-y'), s along
-x', phi; and those of the bolt, a rigid disc, u along the push, v along x', theta. With all others free,
+has six interface coordinates, in its own frame: those of the contact edge, a rigid line, l along the push (-y'), s
+along x', phi; and those of the bolt, a rigid disc, u along the push, v along x', theta. With all others free,
 
-    x = Psi m + Phi a       Psi: static modes of the interface coordinates m (18),  Phi: modes with m = 0 (Craig-Bampton)
+    x = Psi m + Phi a       Psi: static modes of the coordinates m (18),  Phi: modes with m = 0 (Craig-Bampton)
 
 so that K, the static stiffness on m, is exact for the mesh, whatever holds the interface. Contact, bolts, platform and
 stacks are added to the small matrices alone.
@@ -62,7 +62,7 @@ def solve(mesh: Mesh, plate: Plate, contact: Point, bolt: Point) -> Piece:
     static = held - free @ factors.solve((free.T @ (K @ held)).toarray())
     static = np.asarray(static)
     inner_mass = (free.T @ M @ free).tocsc()
-    back = LinearOperator(inner.shape, matvec=factors.solve, dtype=float)
+    back = LinearOperator(inner.shape, matvec=factors.solve, dtype=float)  # type: ignore[call-arg]
     squares, vectors = eigsh(inner, MODES, inner_mass, sigma=0.0, OPinv=back, which="LM", v0=np.ones(inner.shape[0]))
     basis = np.hstack([static, free @ vectors])
     heavy = M @ basis
@@ -78,7 +78,7 @@ def solve(mesh: Mesh, plate: Plate, contact: Point, bolt: Point) -> Piece:
     )
 
 
-def _constraints(mesh: Mesh, contact: Point, bolt: Point) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+def _constraints(mesh: Mesh, contact: Point, bolt: Point) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Return the displacements of the nodes of three thirds by free displacements and by interface coordinates."""
     n = len(mesh.points)
     edge, disc, fixed, cut = (mesh.on[label] for label in ("contact", "bolt", "fixed", "cut"))
@@ -92,10 +92,8 @@ def _constraints(mesh: Mesh, contact: Point, bolt: Point) -> tuple[sparse.csr_ma
     column[own] = np.arange(len(own))
     joined = ~np.isin(cut, fixed)
     cut, other = cut[joined], other[joined]
-    same = sparse.kron(sparse.csr_matrix((np.ones(len(own)), (own, column[own])), (n, len(own))), np.eye(2))
-    next_one = sparse.kron(
-        sparse.csr_matrix((np.ones(len(cut)), (other, column[cut])), (n, len(own))), turn(OFFSETS[0])
-    )
+    same = sparse.kron(sparse.csr_array((np.ones(len(own)), (own, column[own])), (n, len(own))), np.eye(2))
+    next_one = sparse.kron(sparse.csr_array((np.ones(len(cut)), (other, column[cut])), (n, len(own))), turn(OFFSETS[0]))
     free = sparse.kron(np.eye(3), same) + sparse.kron(np.eye(3)[list(NEIGHBOUR)], next_one)
     leg = np.zeros((n, 2, 6))
     for nodes, center, first in ((edge, contact, 0), (disc, bolt, 3)):
@@ -103,7 +101,7 @@ def _constraints(mesh: Mesh, contact: Point, bolt: Point) -> tuple[sparse.csr_ma
         leg[nodes, 1, first] = -1.0
         leg[nodes, 0, first + 1] = 1.0
         leg[nodes, 0, first + 2], leg[nodes, 1, first + 2] = -y, x
-    return free.tocsr(), sparse.csr_matrix(sparse.kron(np.eye(3), leg.reshape(2 * n, 6)))
+    return free.tocsr(), sparse.csr_array(sparse.kron(np.eye(3), leg.reshape(2 * n, 6)))
 
 
 def _translations(nodes: int) -> np.ndarray:

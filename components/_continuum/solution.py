@@ -92,8 +92,9 @@ def _key(shape: Shape, size: float) -> str:
 def _packed(found: Solution) -> bytes:
     """Return a solution as a file of arrays."""
     on = {f"on {label}": nodes for label, nodes in found.mesh.on.items()}
+    arrays = {"points": found.mesh.points, "triangles": found.mesh.triangles, **found.piece._asdict(), **on}
     data = io.BytesIO()
-    np.savez(data, points=found.mesh.points, triangles=found.mesh.triangles, **found.piece._asdict(), **on)
+    np.savez(data, allow_pickle=False, **arrays)
     return data.getvalue()
 
 

@@ -1,8 +1,8 @@
 """The piece with its contacts, its bolts and its platform: matrices on elongations and pose, statics of the stage.
 
 The pose q is x, y and yaw of the platform at O, in the axes of the stage. A `pin` lets the bolt of a leg turn, a
-`rigid` joint turns it with the platform; a contact holds s and phi of a contact edge, leaves them free, or joins them to
-the stack's stiffness. Without loads on the coordinates f that are left free,
+`rigid` joint turns it with the platform; a contact holds s and phi of a contact edge, leaves them free, or joins them
+to the stack's stiffness. Without loads on the coordinates f that are left free,
 
     K_c = K_cc - K_cf K_ff^-1 K_fc = [[K_ll, K_lq], [K_ql, K_qq]]        on l (3) and q (3)
     J = -K_qq^-1 K_ql,   K_a = K_ll + K_lq J                             with the platform free

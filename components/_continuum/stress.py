@@ -2,8 +2,8 @@
 
 The largest von Mises stress of a neck is that at one of these corners, not averaged over the triangles that meet
 there. The stress of one load case is linear in l and q; by symmetry the third of leg i has the stress of that of leg 2
-with the legs exchanged in turn. A stress that is continuous in truth jumps between triangles: half of the largest jump at the
-node of the peak is an estimate of its error.
+with the legs exchanged in turn. A stress that is continuous in truth jumps between triangles: half of the largest jump
+at the node of the peak is an estimate of its error.
 """
 
 from collections.abc import Mapping
