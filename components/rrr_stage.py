@@ -49,6 +49,7 @@ import numpy as np
 from hfsa.components import Model, ModelError
 from hfsa.components._continuum.design import Continuum
 from hfsa.components._continuum.dynamics import equations
+from hfsa.components._continuum.field import deformed
 from hfsa.components._continuum.necks import largest_stress
 from hfsa.components._continuum.outline import THESIS_OUTLINE, Outline
 from hfsa.components._continuum.results import numbers
@@ -78,6 +79,7 @@ from hfsa.components._mechanics.rrr_kinematics import (
 from hfsa.components._mechanics.rrr_limits import hinge_numbers
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
+from hfsa.components._modelling.deformation import Deformation
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.study import Study
@@ -265,8 +267,7 @@ def analyze(
         ("pose", pose or (), "m, rad"),
         ("voltage", voltage, "V"),
     ):
-        if not np.all(np.isfinite(values)):
-            raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
+        _check_finite(name, values, unit)
     if not (np.isfinite(resolution) and resolution > 0):
         raise ModelError(f"rrr_stage: resolution is {resolution:g} m, expected a finite length above 0")
     if pose is not None and any(elongation):
@@ -317,6 +318,33 @@ def analyze(
     }
 
 
+def deformation(
+    *,
+    level: Level = "constant_jacobian",
+    kinematics: LinkSet = "nominal",
+    links: LinkChanges = AS_NAMED,
+    hinge: Hinge = THESIS_HINGE,
+    stack: Stack = TOKIN,
+    contact: Contact = "stack",
+    bolts: Bolts = "pin",
+    outline: Outline = THESIS_OUTLINE,
+    mesh: float | None = None,
+    elongation: Triple = (STROKE_IN_USE, 0.0, 0.0),
+    pose: Triple | None = None,
+) -> Deformation:
+    """Return the stage deformed by elongations [m] of its stacks, or at a pose [m, m, rad]; arguments as of `analyze`.
+
+    Raises:
+        ModelError: as `rrr_stage`; another level; elongations or a pose that are not finite.
+    """
+    if level != "continuum":
+        raise ModelError(f"rrr_stage: level {level} has no body to show deformed; expected level continuum")
+    _check_finite("elongation", elongation, "m")
+    _check_finite("pose", pose or (), "m, rad")
+    elastic = _continuum(Design(kinematics, links, hinge), "source", stack, contact, bolts, outline, mesh)
+    return deformed(elastic, np.array(elongation) if pose is None else elastic.elongations(np.array(pose)))
+
+
 def study(
     *,
     objective: Objective = "yaw_range",
@@ -360,6 +388,12 @@ def _check(level: str, causality: str, mesh: float | None) -> None:
     one_of(causality, get_args(Causality), "rrr_stage: causality")
     if mesh is not None and level != "continuum":
         raise ModelError(f"rrr_stage: mesh is {mesh:g} m, but level {level} has none; expected level continuum")
+
+
+def _check_finite(name: str, values: tuple[float, ...], unit: str) -> None:
+    """Raise `ModelError` unless an argument has finite numbers."""
+    if not np.all(np.isfinite(values)):
+        raise ModelError(f"rrr_stage: {name} is {values} {unit}, expected three finite numbers")
 
 
 def _continuum(

@@ -109,6 +109,13 @@ def _translations(nodes: int) -> np.ndarray:
     return np.vstack([np.tile(turn(-offset), (nodes, 1)) for offset in OFFSETS])
 
 
+def as_leg_2(leg: int) -> np.ndarray:
+    """Return the places of the interface coordinates that the third of a leg (0 to 2) has in place of that of leg 2."""
+    second = NEIGHBOUR[leg]
+    order = (second, leg, NEIGHBOUR[second])
+    return (len(COORDINATES) * np.array(order)[:, None] + np.arange(len(COORDINATES))).ravel()
+
+
 def turn(angle: float) -> np.ndarray:
     """Return the matrix of a rotation by an angle [rad], shape (2, 2)."""
     c, s = np.cos(angle), np.sin(angle)

@@ -14,7 +14,7 @@ import numpy as np
 from hfsa.components._continuum.elements import Plate, corner_stress, von_mises
 from hfsa.components._continuum.meshing import Mesh
 from hfsa.components._continuum.outline import NECKS
-from hfsa.components._continuum.piece import COORDINATES, NEIGHBOUR, Piece
+from hfsa.components._continuum.piece import COORDINATES, Piece, as_leg_2
 
 _SIZE = len(COORDINATES)
 
@@ -57,7 +57,7 @@ class NeckStress(NamedTuple):
 
 def neck_stresses(mesh: Mesh, piece: Piece, plate: Plate, interface: np.ndarray) -> Mapping[str, NeckStress]:
     """Return the stresses of each neck A to D; `interface` (18, 6) are the interface coordinates by l and q."""
-    legs = [interface[rows] for rows in map(_as_leg_2, range(3))]
+    legs = [interface[rows] for rows in map(as_leg_2, range(3))]
     displacement = piece.shapes @ np.stack(legs, axis=1).reshape(3 * _SIZE, -1)
     found = {}
     for neck in NECKS:
@@ -66,10 +66,3 @@ def neck_stresses(mesh: Mesh, piece: Piece, plate: Plate, interface: np.ndarray)
         by_motion = np.moveaxis(stress.reshape(-1, 3, 3, interface.shape[1]), 2, 0)
         found[neck] = NeckStress(mesh.triangles[near, :3].ravel(), by_motion, plate)
     return found
-
-
-def _as_leg_2(leg: int) -> np.ndarray:
-    """Return the places of the interface coordinates that the third of a leg (0 to 2) has in place of that of leg 2."""
-    second = NEIGHBOUR[leg]
-    order = (second, leg, NEIGHBOUR[second])
-    return (_SIZE * np.array(order)[:, None] + np.arange(_SIZE)).ravel()

@@ -7,8 +7,9 @@ Arguments are the keyword-only arguments of the part's function (`arguments`). T
 model is accepted too and sets its start value; `solver` names the solver of any part's FMU.
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, `study`, which returns a
-design study (`study.Study`): its dimensions as symbols, and what follows from them, and `trajectory`, which returns the
-study whose dimensions are the columns of a path. Each takes arguments of its own.
+design study (`study.Study`): its dimensions as symbols, and what follows from them, `trajectory`, which returns the
+study whose dimensions are the columns of a path, and `deformation`, which returns a deformed body for a picture
+(`deformation.Deformation`). Each takes arguments of its own.
 `FACTS` there are facts that other parts of a system know as well (`facts`), `JOINS` the parts that alone may feed it
 (`joins`), `UNITS` the units of the numbers that `analyze` returns, by key: SI, `1` for a number without unit. Where the
 entries of a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns:
@@ -31,6 +32,7 @@ from hfsa.components._modelling.arguments import (
     read_value,
     takes,
 )
+from hfsa.components._modelling.deformation import Deformation
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.loading import (
@@ -59,7 +61,8 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path. `is_own` means that it does not come with hfsa.
+    `trajectory` returns the study of a path, `deformation` a deformed body for a picture. `is_own` means that it does not
+    come with hfsa.
     """
 
     name: str
@@ -68,6 +71,7 @@ class Part:
     analyze: Callable[..., dict[str, Any]] | None
     study: Callable[..., Study] | None = None
     trajectory: Callable[..., Study] | None = None
+    deformation: Callable[..., Deformation] | None = None
     is_own: bool = False
 
     @property
@@ -180,6 +184,14 @@ class Part:
         found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
         return returned(self.trajectory, Study, found)
 
+    def deformed(self, level: str | None = None, **arguments: Any) -> Deformation:
+        """Return the part deformed, for a picture; errors as in `model`."""
+        if self.deformation is None:
+            raise ModelError(f"{self.name} has no picture of its deformation")
+        arguments = _with_level(level, arguments)
+        found = self.deformation(**read_arguments(f"{self.name}: a picture", self.deformation, arguments))
+        return returned(self.deformation, Deformation, found)
+
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
     """Return in words what a file defines."""
@@ -201,6 +213,7 @@ def part_of(
         ("analyze", "a dict of numbers"),
         ("study", "a Study"),
         ("trajectory", "a Study"),
+        ("deformation", "a Deformation"),
     ):
         function = getattr(module, word, None) if kind == "part" or word == name else None
         if function is not None and is_own:
