@@ -61,8 +61,8 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path, `deformation` a deformed body for a picture. `is_own` means that it does not
-    come with hfsa.
+    `trajectory` returns the study of a path, `deformation` a deformed body for a picture. `is_own` means that it does
+    not come with hfsa.
     """
 
     name: str
