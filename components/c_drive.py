@@ -43,7 +43,7 @@ import numpy as np
 
 from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_facts import GEAR, LIMBS, PITCH, SHAFTS
-from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, Transmission
+from hfsa.components._mechanics.sdelta_kinematics import THESIS_TRANSMISSION, Transmission
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_stiffness import RODS_ONLY, THESIS_SHAFTS, Shafts
 from hfsa.components._modelling.facts import Known
@@ -99,8 +99,7 @@ def c_drive(
     *,
     level: Literal["ideal", "rotor", "rigid_shaft", "compliant_shaft"] = "rigid_shaft",
     encoder_noise: bool = False,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    transmission: Transmission = THESIS_TRANSMISSION,
     limbs: LimbInertia = THESIS_LIMBS,
     shafts: Shafts = THESIS_SHAFTS,
 ) -> Model:
@@ -110,8 +109,7 @@ def c_drive(
         level: `ideal` (moves as commanded), `rotor` (inertia of the rotors alone), `rigid_shaft` (inertia of rotors,
             screws and tube) or `compliant_shaft` (the same, on shafts that twist).
         encoder_noise: whether the encoders add noise.
-        gear: motor turns per turn of the tube.
-        pitch: travel of a nut per turn of its motor [m].
+        transmission: `gear`, motor turns per turn of the tube, and `pitch`, travel of a nut per turn of its motor [m].
         limbs: inertia of rotors, screws and tube.
         shafts: dimensions and material of the shafts; of effect at level `compliant_shaft`.
 
@@ -121,7 +119,6 @@ def c_drive(
     """
     levels = {"ideal": _ideal, "rotor": _rotor, "rigid_shaft": _rigid_shaft, "compliant_shaft": _compliant_shaft}
     one_of(level, levels, "c_drive: level")
-    transmission = Transmission(pitch, gear)
     drive = _Drive(transmission.matrix, limbs.on_motors(transmission), limbs.rotor_inertia, shafts.stiffness)
     m = Model("CDrive", "C-drive: two motors slide and turn a tube")
     torque = m.input("motor[1..2].torque", "N.m", "Motor torque (all levels but ideal)")
@@ -162,8 +159,7 @@ UNITS = {
 
 def analyze(
     *,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    transmission: Transmission = THESIS_TRANSMISSION,
     limbs: LimbInertia = THESIS_LIMBS,
     shafts: Shafts = THESIS_SHAFTS,
 ) -> dict[str, Any]:
@@ -177,7 +173,6 @@ def analyze(
         angle_stiffness: the shafts on the angle of the tube, l_j^2 k''_s [N.m/rad] (eq 3.26c).
         shaft_frequencies_hz: natural frequencies of the free drive on its shafts, ascending, (2,) [Hz].
     """
-    transmission = Transmission(pitch, gear)
     J_C, inertia = transmission.matrix, limbs.on_motors(transmission)
     slide, angle = shafts.stiffness / (J_C**2).sum(axis=1)
     found = {

@@ -63,14 +63,13 @@ shafts, masses, specimen. Inferred from its printed results: pitch of the screws
 the centre of mass, moments of inertia. Assumed: damping ratio.
 """
 
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, get_args
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.modes import Damping, DampingOf, damping_matrix, damping_rates
-from hfsa.components._mechanics.rodrigues import parameter_rate, rotation_vector, turn
+from hfsa.components._mechanics.modes import Damping, DampingOf
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_facts import (
     DAMPING_MODEL,
@@ -87,17 +86,20 @@ from hfsa.components._mechanics.sdelta_facts import (
     SHAFTS,
     SPRINGS,
 )
-from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
-from hfsa.components._mechanics.sdelta_kinematics import (
-    GEAR_REDUCTION,
-    SCREW_PITCH,
-    by_drive,
-    declare_tube_constants,
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
+from hfsa.components._mechanics.sdelta_kinematics import by_drive, declare_tube_constants
+from hfsa.components._mechanics.sdelta_levels import (
+    MOVE,
+    TURN,
+    Motion,
+    Tubes,
+    Wrench,
+    cartesian,
+    generalized,
+    nonlinear,
+    rigid,
 )
-from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
-from hfsa.components._mechanics.sdelta_nonlinear import MovedPlatform, deflections, sparse
 from hfsa.components._mechanics.sdelta_numbers import UNITS as UNITS
 from hfsa.components._mechanics.sdelta_numbers import (
     elastodynamic_numbers,
@@ -106,8 +108,8 @@ from hfsa.components._mechanics.sdelta_numbers import (
     kinematic_numbers,
     warned,
 )
-from hfsa.components._mechanics.sdelta_robot import Machine, Robot
-from hfsa.components._mechanics.sdelta_stiffness import THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts, paths
+from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, THESIS_STRUCTURE, Machine, Robot, Structure
+from hfsa.components._mechanics.sdelta_stiffness import Preset
 from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
@@ -158,54 +160,8 @@ JOINS = (
     ),
 )
 
-# Nominal values of micrometre motion at tens of hertz: rotation, position, and their first and second derivatives.
-_TURN = (1e-5, 1e-3, 1e-1)
-_MOVE = (1e-6, 1e-4, 1e-2)
 # Nominal values of limb forces and moments.
 _FORCE, _TORQUE = 0.1, 0.01
-
-
-class _Tubes(NamedTuple):
-    """Deviation of the tubes from the posture and its derivatives, columns [slide, angle] by drive, shape (6, 1)."""
-
-    deviation: ca.SX
-    rate: ca.SX
-    acceleration: ca.SX
-
-
-class _Motion(NamedTuple):
-    """Result of a level.
-
-    Attributes:
-        displacement, twist, acceleration: motion of the reference point, columns of six.
-        on_tubes: forces and torques on the tubes, along +slide and +angle by drive, shape (6, 1).
-        deflections: twists of the shafts and deflections of the rod tips, shape (12, 1).
-        by_limbs: wrench of the limbs on the platform about the reference point, shape (6, 1).
-    """
-
-    displacement: ca.SX
-    twist: ca.SX
-    acceleration: ca.SX
-    on_tubes: ca.SX
-    deflections: ca.SX
-    by_limbs: ca.SX
-
-    def referred(self, to_reference: ca.DM) -> "_Motion":
-        """Return small motion and wrench at another point, by the matrix (6, 6) of displacements from this one."""
-        return self._replace(
-            displacement=to_reference @ self.displacement,
-            twist=to_reference @ self.twist,
-            acceleration=to_reference @ self.acceleration,
-            by_limbs=ca.inv(to_reference).T @ self.by_limbs,
-        )
-
-
-class _Wrench(NamedTuple):
-    """Moment and force on the platform at the reference point, columns of three, and its weight."""
-
-    torque: ca.SX
-    force: ca.SX
-    weight: ca.SX
 
 
 def sdelta(
@@ -215,13 +171,7 @@ def sdelta(
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
-    geometry: Geometry = THESIS_GEOMETRY,
-    rods: Rods = THESIS_RODS,
-    shafts: Shafts = THESIS_SHAFTS,
-    limbs: LimbInertia = THESIS_LIMBS,
-    platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    machine: Machine = THESIS_MACHINE,
     extra_inertia: float = 1.0,
     damping_model: Damping = "modal",
 ) -> Model:
@@ -236,13 +186,9 @@ def sdelta(
         payload: mass [kg], centre of mass from S [m] and moments of inertia [kg.m2] of the payload.
         reference_point: reference point of `platform` and `wrench`: S, the centroid of the joints, or C, the centre of
             mass.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods; without effect at level `rigid`.
-        shafts: dimensions and material of the shafts; of effect with presets that include them.
-        limbs: inertia of screws and tubes; of effect at level `generalized`.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `platform`, `limbs`, `gear` and
+            `pitch` (`_mechanics/sdelta_robot.py`). Rods and shafts are without effect at level `rigid`, limbs at all
+            levels but `generalized`, shafts with presets that leave them out.
         extra_inertia: factor eps of the inertia of screws, tubes and rods at level `generalized`.
         damping_model: `modal`, the same ratio in every mode, or `rayleigh`, this ratio in the first and fourth mode.
 
@@ -250,12 +196,11 @@ def sdelta(
         ModelError: a singular posture, with its condition number; an unknown level, preset or reference point;
             dimensions that cannot be built.
     """
-    linear = {"rigid": _rigid, "cartesian": _cartesian, "generalized": _generalized}
+    linear = {"rigid": rigid, "cartesian": cartesian, "generalized": generalized}
     one_of(level, get_args(Level), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
     one_of(damping_model, get_args(Damping), "sdelta: damping_model")
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
-    robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
+    robot = Robot.at(posture, _preset(stiffness, level), payload, machine, extra_inertia)
     m = Model("SDelta", "SDelta parallel robot from its tubes to its platform")
     damping_ratio = m.parameter("damping_ratio", 0.01, "1", "Damping ratio of the modes (all levels but rigid)", min=0)
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
@@ -263,10 +208,10 @@ def sdelta(
     declare_tube_constants(m, robot.kinematics)
     torque = m.input("wrench.torque[1..3]", "N.m", f"Moment on the platform about {reference_point}", nominal=_TORQUE)
     force = m.input("wrench.force[1..3]", "N", f"Force on the platform at {reference_point}", nominal=_FORCE)
-    wrench = _Wrench(torque, force, ca.vertcat(0, 0, -robot.mass[5, 5] * gravity))
+    wrench = Wrench(torque, force, ca.vertcat(0, 0, -robot.mass[5, 5] * gravity))
     damped = DampingOf(damping_model, damping_ratio)
     if level == "nonlinear":
-        motion = _nonlinear(m, robot, tubes, wrench, damped, reference_point)
+        motion = nonlinear(m, robot, tubes, wrench, damped, reference_point)
     else:
         to_reference = ca.DM(shift(robot.offset)) if reference_point == "S" else ca.DM.eye(6)
         at_center = to_reference.T @ ca.vertcat(torque, force) + ca.vertcat(0, 0, 0, wrench.weight)
@@ -282,13 +227,7 @@ def analyze(
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
     reference_point: Literal["S", "C"] = "S",
-    geometry: Geometry = THESIS_GEOMETRY,
-    rods: Rods = THESIS_RODS,
-    shafts: Shafts = THESIS_SHAFTS,
-    limbs: LimbInertia = THESIS_LIMBS,
-    platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    machine: Machine = THESIS_MACHINE,
     extra_inertia: float = 1.0,
     damping_model: Damping = "modal",
     point: tuple[float, float, float] | None = None,
@@ -361,8 +300,7 @@ def analyze(
     """
     one_of(level, get_args(Level), "sdelta: level")
     one_of(reference_point, ("S", "C"), "sdelta: reference_point")
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, extra_inertia)
-    robot = Robot.at(posture, _preset(stiffness, level), payload, machine)
+    robot = Robot.at(posture, _preset(stiffness, level), payload, machine, extra_inertia)
     one_of(damping_model, get_args(Damping), "sdelta: damping_model")
     place = None if point is None else _point(point)
     elastic = {} if level == "rigid" else elastostatic_numbers(robot, place)
@@ -379,12 +317,7 @@ def study(
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
-    geometry: Geometry = THESIS_GEOMETRY,
-    rods: Rods = THESIS_RODS,
-    shafts: Shafts = THESIS_SHAFTS,
-    platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    machine: Structure = THESIS_STRUCTURE,
 ) -> Study:
     """Return the design study of f1, the indices kappa and the condition number at level `cartesian`.
 
@@ -395,8 +328,7 @@ def study(
         ModelError: an unknown objective or preset; dimensions that cannot be built.
     """
     one_of(objective, get_args(Objective), "sdelta: objective")
-    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
-    design = Design(posture, stiffness, payload, machine)
+    design = Design(posture, stiffness, payload, machine.with_limbs())
     _ = design.robot()
     return design_study(design, objective, f"sdelta, stiffness {stiffness}")
 
@@ -406,20 +338,14 @@ def trajectory(
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
-    geometry: Geometry = THESIS_GEOMETRY,
-    rods: Rods = THESIS_RODS,
-    shafts: Shafts = THESIS_SHAFTS,
-    platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    machine: Structure = THESIS_STRUCTURE,
 ) -> Study:
     """Return the study along a path of postures x, y, z [m], rz, rx, ry [deg], at level `cartesian`.
 
     It has the six natural frequencies, the indices kappa, the condition number and the motor angles. Arguments as in
     `sdelta`; what the path does not give is that of `posture`.
     """
-    machine = Machine(geometry, rods, shafts, THESIS_LIMBS, platform, gear, pitch)
-    design = Design(posture, stiffness, payload, machine)
+    design = Design(posture, stiffness, payload, machine.with_limbs())
     _ = design.robot()
     return path_study(design, f"sdelta, stiffness {stiffness}")
 
@@ -436,147 +362,45 @@ def _preset(preset: Preset, level: Level) -> str:
     return {"ch3_rods": "ch3_full", "ch4": "ch4_full"}.get(preset, preset) if level == "generalized" else preset
 
 
-def _tubes(m: Model) -> _Tubes:
+def _tubes(m: Model) -> Tubes:
     """Declare the motion of the tubes as inputs."""
     along, about = "Slide of the tube from the posture along its side of the base", "Angle of the tube about its side"
-    slide = m.input("drive[1..3].slide", "m", along, nominal=_MOVE[0])
-    angle = m.input("drive[1..3].angle", "rad", f"{about} from the posture", nominal=_TURN[0])
-    slide_rate = m.input("drive[1..3].slide_rate", "m/s", "Velocity of the tube", nominal=_MOVE[1])
-    angle_rate = m.input("drive[1..3].angle_rate", "rad/s", "Angular velocity of the tube", nominal=_TURN[1])
+    slide = m.input("drive[1..3].slide", "m", along, nominal=MOVE[0])
+    angle = m.input("drive[1..3].angle", "rad", f"{about} from the posture", nominal=TURN[0])
+    slide_rate = m.input("drive[1..3].slide_rate", "m/s", "Velocity of the tube", nominal=MOVE[1])
+    angle_rate = m.input("drive[1..3].angle_rate", "rad/s", "Angular velocity of the tube", nominal=TURN[1])
     slide_acceleration = m.input(
-        "drive[1..3].slide_acceleration", "m/s2", "Acceleration of the tube (level rigid)", nominal=_MOVE[2]
+        "drive[1..3].slide_acceleration", "m/s2", "Acceleration of the tube (level rigid)", nominal=MOVE[2]
     )
     angle_acceleration = m.input(
-        "drive[1..3].angle_acceleration", "rad/s2", "Angular acceleration of the tube (level rigid)", nominal=_TURN[2]
+        "drive[1..3].angle_acceleration", "rad/s2", "Angular acceleration of the tube (level rigid)", nominal=TURN[2]
     )
-    return _Tubes(
+    return Tubes(
         by_drive(slide, angle),
         by_drive(slide_rate, angle_rate),
         by_drive(slide_acceleration, angle_acceleration),
     )
 
 
-def _rigid(_m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, _damping: DampingOf) -> _Motion:
-    """Return the motion of a platform that follows the tubes exactly, with the static forces of the limbs."""
-    follow = ca.DM(robot.kinematics.tubes_to_pose(robot.offset))
-    yielding = ca.DM(_yielding(robot) @ np.linalg.inv(robot.rows).T)
-    x, v, a = (follow @ column for column in tubes)
-    return _Motion(x, v, a, follow.T @ wrench, yielding @ wrench, _by_limbs(robot, a, wrench))
-
-
-def _cartesian(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: DampingOf) -> _Motion:
-    """Add the equations of a rigid platform on the springs at its joints, six degrees of freedom; return its motion."""
-    rotation = m.state("center.rotation[1..3]", "rad", "Rotation of the platform from the posture", nominal=_TURN[0])
-    position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
-    angular_velocity = m.state(
-        "center.angular_velocity[1..3]", "rad/s", "Angular velocity of the platform", nominal=_TURN[1]
-    )
-    velocity = m.state("center.velocity[1..3]", "m/s", "Velocity of C", nominal=_MOVE[1])
-    x, v = ca.vertcat(rotation, position), ca.vertcat(angular_velocity, velocity)
-
-    inverse = np.linalg.inv(robot.rows)
-    B = damping.ratio * sparse(inverse.T @ damping_matrix(robot.mass, robot.stiffness, damping.model) @ inverse)
-    N, L = sparse(robot.rows), ca.DM(robot.kinematics.lever)
-    elastic = ca.DM(robot.limb_stiffness) * (N @ x - L * tubes.deviation)
-    forces = elastic + B @ (N @ v - L * tubes.rate)
-    acceleration = ca.DM(np.linalg.inv(robot.mass)) @ (wrench - N.T @ forces)
-    m.der[x] = v
-    m.der[v] = acceleration
-    deflections = ca.DM(_yielding(robot)) @ elastic
-    return _Motion(x, v, acceleration, L * forces, deflections, _by_limbs(robot, acceleration, wrench))
-
-
-def _yielding(robot: Robot) -> np.ndarray:
-    """Return the twists of the shafts and deflections of the rod tips per force at the joints, shape (12, 6)."""
-    return robot.springs.compliance[:, None] * paths(robot.kinematics).T
-
-
-def _by_limbs(robot: Robot, acceleration: ca.SX, wrench: ca.SX) -> ca.SX:
-    """Return the wrench of the limbs on the platform about C, from its acceleration and the other wrench, (6, 1)."""
-    return ca.DM(robot.mass) @ acceleration - wrench
-
-
-def _generalized(m: Model, robot: Robot, tubes: _Tubes, wrench: ca.SX, damping: DampingOf) -> _Motion:
-    """Add the equations of the modes of shafts and rods with the inertia of the limbs; return the platform's motion."""
-    if robot.machine.extra_inertia == 0:
-        return _cartesian(m, robot, tubes, wrench, damping)
-    M_E = mass_matrix(robot)
-    omega, shapes = generalized_modes(robot, M_E)
-    if not np.all(np.isfinite(omega)):
-        raise ModelError(
-            f"sdelta: {np.sum(np.isinf(omega))} of 12 modes have no inertia beyond rounding at extra_inertia "
-            f"{robot.machine.extra_inertia:g}; expected 0, or screws, tubes and rods with more inertia"
-        )
-    eta = m.state("mode[1..12].displacement", "m", "Displacement of the mode, as of a mass of 1 kg", nominal=_MOVE[0])
-    rate = m.state("mode[1..12].velocity", "m/s", "Velocity of the mode, as of a mass of 1 kg", nominal=_MOVE[1])
-    from_tubes = shapes.T @ M_E[:, :6] @ np.linalg.inv(robot.machine.mechanism.drives_matrix)
-    G, W = ca.DM(from_tubes), ca.DM(robot.of_limbs @ shapes)
-    elastic = ca.DM(omega**2) * (eta - G @ tubes.deviation)
-    forces = elastic + damping.ratio * ca.DM(damping_rates(omega, damping.model)) * (rate - G @ tubes.rate)
-    acceleration = W.T @ wrench - forces
-    m.der[eta] = rate
-    m.der[rate] = acceleration
-    yielding = ca.DM(robot.springs.compliance[:, None] * (M_E @ shapes))
-    a = W @ acceleration
-    return _Motion(W @ eta, W @ rate, a, G.T @ forces, yielding @ elastic, _by_limbs(robot, a, wrench))
-
-
-def _nonlinear(
-    m: Model, robot: Robot, tubes: _Tubes, wrench: _Wrench, damping: DampingOf, reference_point: str
-) -> _Motion:
-    """Add the equations of a rigid platform in finite motion on the springs of its limbs; return its motion."""
-    s = m.state("center.attitude[1..3]", "rad", "4 tan(angle / 4) along the axis of rotation", nominal=_TURN[0])
-    position = m.state("center.position[1..3]", "m", "Displacement of C from the posture", nominal=_MOVE[0])
-    omega = m.state("center.angular_velocity[1..3]", "rad/s", "Angular velocity of the platform", nominal=_TURN[1])
-    velocity = m.state("center.velocity[1..3]", "m/s", "Velocity of C", nominal=_MOVE[1])
-    platform = MovedPlatform(robot, turn(s), position)
-    slide, angle = tubes.deviation[0::2], tubes.deviation[1::2]
-    loads = platform.loads(slide, angle)
-
-    D = sparse(damping_matrix(robot.mass, robot.stiffness, damping.model))
-    follow = sparse(robot.kinematics.tubes_to_pose(robot.offset))
-    damped = damping.ratio * (D @ (ca.vertcat(omega, velocity) - follow @ tubes.rate))
-    arm = platform.center if reference_point == "S" else ca.SX.zeros(3)
-    moment, force = loads.moment - damped[:3], loads.force - damped[3:]
-    alpha = platform.angular_acceleration(moment + wrench.torque - ca.cross(arm, wrench.force), omega)
-    acceleration = (force + wrench.force + wrench.weight) / robot.body.mass
-    m.der[s] = parameter_rate(s, omega)
-    m.der[position] = velocity
-    m.der[omega] = alpha
-    m.der[velocity] = acceleration
-
-    left = platform.has_left_workspace(slide, angle, loads.lever)
-    m.output("platform.workspace_left", left, "1", "1 beyond the reach of limbs or tubes, or beyond a singular pose")
-    seen = platform.centroid if reference_point == "S" else position
-    return _Motion(
-        ca.vertcat(rotation_vector(s), seen),
-        ca.vertcat(omega, velocity - ca.cross(omega, arm)),
-        ca.vertcat(alpha, acceleration - ca.cross(alpha, arm) - ca.cross(omega, ca.cross(omega, arm))),
-        by_drive(loads.slide, loads.angle) + follow.T @ damped,
-        deflections(robot, loads),
-        ca.vertcat(moment + ca.cross(arm, force), force),
-    )
-
-
-def _outputs(m: Model, motion: _Motion, point: str) -> None:
+def _outputs(m: Model, motion: Motion, point: str) -> None:
     """Declare the loads on the tubes, the deflections of the limbs, the platform's motion and their wrench on it."""
     slide, angle = motion.on_tubes[0::2], motion.on_tubes[1::2]
     m.output("drive[1..3].force", slide, "N", "Force on the tube, positive along +slide", nominal=_FORCE)
     m.output("drive[1..3].torque", angle, "N.m", "Torque on the tube, positive along +angle", nominal=_TORQUE)
     twists, tips = motion.deflections[:6], motion.deflections[6:]
-    m.output("shaft[1..6].twist", twists, "rad", "Twist of the shaft, screw minus motor", nominal=_TURN[0])
+    m.output("shaft[1..6].twist", twists, "rad", "Twist of the shaft, screw minus motor", nominal=TURN[0])
     for i, where in enumerate(("along the C axis", "across the limb")):
         text = f"Deflection of the rod's tip {where}"
-        m.output(f"rod[1..3].deflection[{i + 1}]", tips[i::2], "m", text, nominal=_MOVE[0])
+        m.output(f"rod[1..3].deflection[{i + 1}]", tips[i::2], "m", text, nominal=MOVE[0])
     x, v, a = motion[:3]
-    m.output("platform.rotation[1..3]", x[:3], "rad", "Rotation vector from the posture, world axes", nominal=_TURN[0])
+    m.output("platform.rotation[1..3]", x[:3], "rad", "Rotation vector from the posture, world axes", nominal=TURN[0])
     m.output(
-        "platform.position[1..3]", x[3:], "m", f"Displacement of {point} from the posture, world axes", nominal=_MOVE[0]
+        "platform.position[1..3]", x[3:], "m", f"Displacement of {point} from the posture, world axes", nominal=MOVE[0]
     )
-    m.output("platform.angular_velocity[1..3]", v[:3], "rad/s", "Angular velocity", nominal=_TURN[1])
-    m.output("platform.velocity[1..3]", v[3:], "m/s", f"Velocity of {point}", nominal=_MOVE[1])
-    m.output("platform.angular_acceleration[1..3]", a[:3], "rad/s2", "Angular acceleration", nominal=_TURN[2])
-    m.output("platform.acceleration[1..3]", a[3:], "m/s2", f"Acceleration of {point}", nominal=_MOVE[2])
+    m.output("platform.angular_velocity[1..3]", v[:3], "rad/s", "Angular velocity", nominal=TURN[1])
+    m.output("platform.velocity[1..3]", v[3:], "m/s", f"Velocity of {point}", nominal=MOVE[1])
+    m.output("platform.angular_acceleration[1..3]", a[:3], "rad/s2", "Angular acceleration", nominal=TURN[2])
+    m.output("platform.acceleration[1..3]", a[3:], "m/s2", f"Acceleration of {point}", nominal=MOVE[2])
     moment, force = motion.by_limbs[:3], motion.by_limbs[3:]
     m.output("limbs.torque[1..3]", moment, "N.m", f"Moment of the limbs on the platform about {point}", nominal=_TORQUE)
     m.output("limbs.force[1..3]", force, "N", "Force of the limbs on the platform", nominal=_FORCE)

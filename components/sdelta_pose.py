@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from hfsa.components._mechanics.sdelta_direct import follow_motors
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture, angles
-from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, Mechanism, Transmission
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, angles
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Mechanism
 from hfsa.components._mechanics.sdelta_numbers import assembly
 
 UNITS = {
@@ -41,18 +41,15 @@ def analyze(
     *,
     motors: Motors = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     start: Posture = SYMMETRIC,
-    geometry: Geometry = THESIS_GEOMETRY,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    mechanism: Mechanism = THESIS,
 ) -> dict[str, Any]:
     """Return the pose of the rigid robot at motor angles, and how regular the path to it is.
 
     Args:
         motors: motor angles, 0 at the symmetric posture, in the order L1, R1, L2, R2, L3, R3 [rad].
         start: posture from where the motors turn; rotation in degrees, position of S in metres.
-        geometry: circumradii of the triangles of base and platform [m].
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        mechanism: `geometry`, circumradii of the triangles of base and platform [m], `gear`, motor turns per turn of a
+            tube, and `pitch`, travel of a nut per turn of its motor [m].
 
     Returns:
         position: position of S in the world frame, (3,) [m].
@@ -71,7 +68,7 @@ def analyze(
         ModelError: a start that is singular or out of reach; a path that meets a singularity or the end of a tube's
             travel.
     """
-    found = follow_motors(np.array(motors), start, Mechanism(geometry, Transmission(pitch, gear)))
+    found = follow_motors(np.array(motors), start, mechanism)
     there = found.kinematics
     turned = angles(there.Q)
     return {

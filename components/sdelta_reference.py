@@ -29,13 +29,11 @@ import numpy as np
 from hfsa.components import Model
 from hfsa.components._mechanics.screws import expm1
 from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, PITCH, POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture, tube_motion
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture, tube_motion
 from hfsa.components._mechanics.sdelta_kinematics import (
-    GEAR_REDUCTION,
-    SCREW_PITCH,
+    THESIS,
     Kinematics,
     Mechanism,
-    Transmission,
     by_drive,
     declare_motor_constants,
     declare_tube_constants,
@@ -56,18 +54,15 @@ def sdelta_reference(
     *,
     level: Literal["linear", "exact"] = "linear",
     posture: Posture = SYMMETRIC,
-    geometry: Geometry = THESIS_GEOMETRY,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    mechanism: Mechanism = THESIS,
 ) -> Model:
     """Return the reference at one posture.
 
     Args:
         level: `linear` (about the posture) or `exact` (inverse kinematics).
         posture: origin of the command; rotation in degrees, position of S in metres.
-        geometry: circumradii of the triangles of base and platform [m].
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        mechanism: `geometry`, circumradii of the triangles of base and platform [m], `gear`, motor turns per turn of a
+            tube, and `pitch`, travel of a nut per turn of its motor [m].
 
     Raises:
         ModelError: a singular posture, with its condition number; an unknown level; a dimension that is not above 0.
@@ -84,7 +79,7 @@ def sdelta_reference(
         )
         for suffix, per, word in _DERIVATIVES
     )
-    kinematics = Kinematics.at(posture, Mechanism(geometry, Transmission(pitch, gear)))
+    kinematics = Kinematics.at(posture, mechanism)
     tubes = levels[level](kinematics, command)
     tubes_rate = ca.jtimes(tubes, command, rate)
     tubes_acceleration = ca.jtimes(tubes, command, acceleration) + ca.jtimes(tubes_rate, command, rate)

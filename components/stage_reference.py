@@ -96,11 +96,11 @@ def analyze(
         ModelError: a pose out of reach of the legs; elongations outside the free stroke; an unknown parameter set;
             as `rrr_stage`.
     """
-    design = Design(kinematics, links, given_jacobian=jacobian)
+    design = Design(kinematics, links, jacobian=jacobian)
     if jacobian is None and kinematics != "measured":
-        wanted = inverse(design.links, pose, "stage_reference")
+        wanted = inverse(design.links_at_rest, pose, "stage_reference")
     else:
-        wanted = np.linalg.solve(design.jacobian, pose)
+        wanted = np.linalg.solve(design.jacobian_at_rest, pose)
     label = "stage_reference: pose {:g} m, {:g} m, {:g} rad".format(*pose)
     if not np.all((wanted >= -_ROUNDING) & (wanted <= stroke + _ROUNDING)):
         found = ", ".join(f"{value * 1e6:.3f}" for value in wanted)

@@ -38,7 +38,7 @@ def stack_forces(model: str, design: Design) -> ca.Function:
     forces = from_stacks.T @ (terms.mass @ demanded + terms.velocity + terms.elastic)
     at = ca.Function("at", [p, v, acceleration], [forces])
     speed = ca.Function("speed", [p, elongation], [from_stacks @ elongation])
-    coordinates = _pose(design.links, elongation) if model == "exact" else elongation
+    coordinates = _pose(design.links_at_rest, elongation) if model == "exact" else elongation
     result = at(coordinates, speed(coordinates, rate), acceleration)
     return ca.Function("stack_forces", [elongation, rate, acceleration], ca.cse([result]))
 

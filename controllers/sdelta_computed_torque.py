@@ -43,9 +43,9 @@ import numpy as np
 
 from hfsa.components import Model
 from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, GRAVITY, LIMBS, PAYLOAD, PITCH, PLATFORM, POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
-from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, declare_motor_constants
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Mechanism, declare_motor_constants
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.facts import Known
@@ -76,11 +76,9 @@ def sdelta_computed_torque(
     posture: Posture = SYMMETRIC,
     payload: Payload = CUBE,
     delay: bool = False,
-    geometry: Geometry = THESIS_GEOMETRY,
+    mechanism: Mechanism = THESIS,
     limbs: LimbInertia = THESIS_LIMBS,
     platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
 ) -> Model:
     """Return one controller for the six motors.
 
@@ -92,11 +90,10 @@ def sdelta_computed_torque(
         posture: posture of the robot; rotation in degrees, position of S in metres.
         payload: payload of the platform.
         delay: whether the command is delayed by one sample time; at level `sampled` only.
-        geometry: circumradii of the triangles of base and platform [m].
+        mechanism: `geometry`, circumradii of the triangles of base and platform [m], `gear`, motor turns per turn of a
+            tube, and `pitch`, travel of a nut per turn of its motor [m].
         limbs: inertia of rotors, screws and tubes.
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
 
     Raises:
         ModelError: a singular posture; an unknown level, feedback or model; a delay at level `continuous`.
@@ -110,7 +107,7 @@ def sdelta_computed_torque(
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z, compensated")
     limit = m.parameter(f"{_AXES}.limit", 1e9, "N.m", "Largest command either way", min=0, nominal=1.0)
     feed_forward = m.input(f"{_AXES}.feed_forward", "N.m", "Added to the command before the limit")
-    machine = Machine(geometry=geometry, limbs=limbs, platform=platform, gear=gear, pitch=pitch)
+    machine = Machine(mechanism, platform=platform, limbs=limbs)
     rigid = robot(model, posture, payload, machine, "sdelta_computed_torque")
     declare_motor_constants(m, rigid.kinematics, "axis")
     motion, motors, acceleration = laws[feedback](m, rigid, kp, kv)

@@ -46,12 +46,11 @@ from hfsa.components._mechanics.sdelta_facts import (
     SHAFTS,
     SPRINGS,
 )
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
-from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
-from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, declare_motor_constants
-from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
-from hfsa.components._mechanics.sdelta_robot import Machine, Robot
-from hfsa.components._mechanics.sdelta_stiffness import PRESETS, THESIS_RODS, THESIS_SHAFTS, Preset, Rods, Shafts
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
+from hfsa.components._mechanics.sdelta_kinematics import declare_motor_constants
+from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, Machine, Robot
+from hfsa.components._mechanics.sdelta_stiffness import PRESETS, Preset
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
@@ -93,13 +92,7 @@ def sdelta_feed_forward(
     posture: Posture = SYMMETRIC,
     stiffness: Preset = "ch4",
     payload: Payload = CUBE,
-    geometry: Geometry = THESIS_GEOMETRY,
-    rods: Rods = THESIS_RODS,
-    shafts: Shafts = THESIS_SHAFTS,
-    limbs: LimbInertia = THESIS_LIMBS,
-    platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
+    machine: Machine = THESIS_MACHINE,
     damping_model: Damping = "modal",
 ) -> Model:
     """Return the feed-forward at one posture.
@@ -109,13 +102,9 @@ def sdelta_feed_forward(
         posture: origin of the command; rotation in degrees, position of S in metres.
         stiffness: preset of the robot; without effect at level `rigid`.
         payload: payload of the platform.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods; without effect at level `rigid`.
-        shafts: dimensions and material of the shafts; of effect with presets that include them.
-        limbs: inertia of rotors, screws and tubes.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `platform`, `limbs`, `gear` and
+            `pitch` (`_mechanics/sdelta_robot.py`). Rods and shafts are without effect at level `rigid`, shafts with
+            presets that leave them out.
         damping_model: damping of the robot, `modal` or `rayleigh`; without effect at level `rigid`.
 
     Raises:
@@ -124,7 +113,6 @@ def sdelta_feed_forward(
     levels = {"rigid": _rigid, "elastic": _elastic}
     one_of(level, levels, "sdelta_feed_forward: level")
     one_of(damping_model, get_args(Damping), "sdelta_feed_forward: damping_model")
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch)
     robot = Robot.at(posture, one_of(stiffness, PRESETS, "sdelta_feed_forward: stiffness"), payload, machine)
     m = Model("SDeltaFeedForward", "Commanded pose of the SDelta robot to motion and torque of its motors")
     damping_ratio = m.parameter(

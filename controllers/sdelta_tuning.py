@@ -17,9 +17,9 @@ import numpy as np
 
 from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_facts import GEAR, GEOMETRY, GRAVITY, LIMBS, PAYLOAD, PITCH, PLATFORM, POSTURE
-from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, THESIS_PLATFORM, Payload, Platform
-from hfsa.components._mechanics.sdelta_kinematics import GEAR_REDUCTION, SCREW_PITCH, Kinematics
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics, Mechanism
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._modelling.facts import Known
@@ -52,11 +52,9 @@ def analyze(
     bandwidth: float = 6.0,
     damping: float = 0.7,
     gravity: float = 9.81,
-    geometry: Geometry = THESIS_GEOMETRY,
+    mechanism: Mechanism = THESIS,
     limbs: LimbInertia = THESIS_LIMBS,
     platform: Platform = THESIS_PLATFORM,
-    gear: float = GEAR_REDUCTION,
-    pitch: float = SCREW_PITCH,
 ) -> dict[str, Any]:
     """Return gains and torques at a posture, in SI units.
 
@@ -66,11 +64,10 @@ def analyze(
         bandwidth: bandwidth of the rigid closed loop [Hz].
         damping: damping ratio of the rigid closed loop.
         gravity: gravitational acceleration along -Z [m/s2].
-        geometry: circumradii of the triangles of base and platform [m].
+        mechanism: `geometry`, circumradii of the triangles of base and platform [m], `gear`, motor turns per turn of a
+            tube, and `pitch`, travel of a nut per turn of its motor [m].
         limbs: inertia of rotors, screws and tubes.
         platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
 
     Returns:
         motor_angles: motor angles at the posture, (6,) [rad].
@@ -84,7 +81,7 @@ def analyze(
     for name, value in (("bandwidth", bandwidth), ("damping", damping)):
         if not (np.isfinite(value) and value >= 0):
             raise ModelError(f"sdelta_tuning: {name} is {value:g}, expected 0 or more")
-    machine = Machine(geometry=geometry, limbs=limbs, platform=platform, gear=gear, pitch=pitch)
+    machine = Machine(mechanism, platform=platform, limbs=limbs)
     kinematics, body = Kinematics.at(posture, machine.mechanism), machine.body(payload)
     T = kinematics.jacobian(posture.matrix @ body.center)
     M_rb = machine.drive_inertia + T.T @ body.matrix(posture.matrix) @ T

@@ -36,10 +36,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from hfsa.components import ModelError
-from hfsa.components._mechanics.rrr_design import Matrix
-from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, LinkChanges, LinkSet
-from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
+from hfsa.components._mechanics.rrr_design import THESIS_DESIGN, Design
 from hfsa.components._modelling.model import one_of
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
@@ -101,7 +98,6 @@ UNITS = {
 def analyze(
     *,
     level: Level = "constant_jacobian",
-    kinematics: LinkSet = "nominal",
     law: Law = "pd",
     proportional_gain: float = 1e9,
     derivative_gain: float = 5e4,
@@ -109,18 +105,12 @@ def analyze(
     elongation: Triple = (12e-6, 12e-6, 12e-6),
     damping_time: float = 0.0,
     solver_steps: int = 74,
-    links: LinkChanges = AS_NAMED,
-    hinge: Hinge = THESIS_HINGE,
-    masses: Masses = THESIS_MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    design: Design = THESIS_DESIGN,
 ) -> dict[str, Any]:
     """Return the behaviour of the error under a ramp of all elongations, in SI units; arrays are per stack or per pole.
 
     Args:
         level: level of the stage, `constant_jacobian` or `exact`.
-        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
         law: `pd` or `ctc`; the model of `ctc` is the controlled stage itself.
         proportional_gain: Kp of each stack [N/m] (pd), [1/s2] (ctc).
         derivative_gain: Kv of each stack [N.s/m] (pd), [1/s] (ctc).
@@ -128,12 +118,8 @@ def analyze(
         elongation: reference at the end of the motion [m].
         damping_time: D / K0 of the stage [s]; 0 in the source.
         solver_steps: number of equal solver steps from 0 to `elongation`.
-        links: lengths and angles of the stage's links in place of those of the set, as in `rrr_stage`.
-        hinge: hinges of the stage, as in `rrr_stage`.
-        masses: masses of the stage, as in `rrr_stage`.
-        jacobian: Jacobian of the stage in place of that of the links, as in `rrr_stage`.
-        stiffness: stiffness of the stage in place of that of its hinges, as in `rrr_stage`.
-        mass: inertia of the stage in place of that of its links, as in `rrr_stage`.
+        design: design of the stage, the arguments `kinematics`, `links`, `hinge`, `masses`, `jacobian`, `stiffness` and
+            `mass`, as in `rrr_stage`.
 
     Returns:
         verdict: one or two of the identifiers above.
@@ -166,17 +152,7 @@ def analyze(
         if not (np.isfinite(value) and value > 0):
             raise ModelError(f"stage_closed_loop: {name} is {value:g}, expected more than 0")
 
-    stage_of = partial(
-        analyze_stage,
-        level=level,
-        kinematics=kinematics,
-        links=links,
-        hinge=hinge,
-        masses=masses,
-        jacobian=jacobian,
-        stiffness=stiffness,
-        mass=mass,
-    )
+    stage_of = partial(analyze_stage, level=level, design=design)
 
     def stage_at(point: np.ndarray) -> _Stage:
         """Return the linearised stage at elongations [m]."""

@@ -28,11 +28,8 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.rrr_design import Design, Matrix
+from hfsa.components._mechanics.rrr_design import THESIS_DESIGN, Design
 from hfsa.components._mechanics.rrr_facts import DAMPING_TIME, STAGE
-from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, LinkChanges, LinkSet
-from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 from hfsa.components._modelling.facts import Known
 from hfsa.controllers._command import Level, execution
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
@@ -46,33 +43,21 @@ def stage_computed_torque(
     *,
     level: Level = "sampled",
     model: StageModel = "exact",
-    kinematics: LinkSet = "nominal",
     delay: bool = False,
-    links: LinkChanges = AS_NAMED,
-    hinge: Hinge = THESIS_HINGE,
-    masses: Masses = THESIS_MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    design: Design = THESIS_DESIGN,
 ) -> Model:
     """Return one controller for the three stacks.
 
     Args:
         level: `continuous` or `sampled`.
         model: model of the stage, `exact` or `constant_jacobian`.
-        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
         delay: whether the command is delayed by one sample time; at level `sampled` only.
-        links: lengths and angles of the stage's links in place of those of the set, as in `rrr_stage`.
-        hinge: hinges of the stage, as in `rrr_stage`.
-        masses: masses of the stage, as in `rrr_stage`.
-        jacobian: Jacobian of the stage in place of that of the links, as in `rrr_stage`.
-        stiffness: stiffness of the stage in place of that of its hinges, as in `rrr_stage`.
-        mass: inertia of the stage in place of that of its links, as in `rrr_stage`.
+        design: design of the stage, the arguments `kinematics`, `links`, `hinge`, `masses`, `jacobian`, `stiffness` and
+            `mass`, as in `rrr_stage`.
 
     Raises:
         ModelError: an unknown model, parameter set or level; a delay at level `continuous`; as `rrr_stage`.
     """
-    design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     return controller(stack_forces(model, design), level, delay)
 
 

@@ -18,11 +18,8 @@ import casadi as ca
 
 from hfsa.components import Model
 from hfsa.components._mechanics.pzt import TOKIN, Stack
-from hfsa.components._mechanics.rrr_design import Design, Matrix
+from hfsa.components._mechanics.rrr_design import THESIS_DESIGN, Design
 from hfsa.components._mechanics.rrr_facts import STACK_COUPLING, STACK_STIFFNESS, STAGE
-from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, LinkChanges, LinkSet
-from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 from hfsa.components._modelling.facts import Known
 from hfsa.controllers._stage_inverse import StageModel, stack_forces
 
@@ -36,26 +33,15 @@ FACTS = {
 def stage_feed_forward(
     *,
     model: StageModel = "exact",
-    kinematics: LinkSet = "nominal",
-    links: LinkChanges = AS_NAMED,
-    hinge: Hinge = THESIS_HINGE,
-    masses: Masses = THESIS_MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    design: Design = THESIS_DESIGN,
     stack: Stack = TOKIN,
 ) -> Model:
     """Return the feed-forward of the three stacks.
 
     Args:
         model: model of the stage, `exact` or `constant_jacobian`.
-        kinematics: parameter set of the stage's links, `nominal` or `calibrated`.
-        links: lengths and angles of the stage's links in place of those of the set, as in `rrr_stage`.
-        hinge: hinges of the stage, as in `rrr_stage`.
-        masses: masses of the stage, as in `rrr_stage`.
-        jacobian: Jacobian of the stage in place of that of the links, as in `rrr_stage`.
-        stiffness: stiffness of the stage in place of that of its hinges, as in `rrr_stage`.
-        mass: inertia of the stage in place of that of its links, as in `rrr_stage`.
+        design: design of the stage, the arguments `kinematics`, `links`, `hinge`, `masses`, `jacobian`, `stiffness` and
+            `mass`, as in `rrr_stage`.
         stack: data sheet of the stacks; the defaults of the parameters `stack.stiffness` and `stack.coupling`.
 
     Raises:
@@ -65,7 +51,6 @@ def stage_feed_forward(
     line = m.parameter("stack.stiffness", stack.stiffness, "N/m", "Stiffness k of each stack", min=0)
     coupling = m.parameter("stack.coupling", stack.coupling, "N/V", "Force per volt of each stack", min=1e-9)
     reference = m.input("axis[1..3].reference", "m", "Reference elongation", nominal=1e-6)
-    design = Design(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     force = stack_forces(model, design)(reference, ca.DM.zeros(3), ca.DM.zeros(3))
     m.output("axis[1..3].force", force, "N", "Force that holds the stage at the reference", nominal=100.0)
     voltage = (force + line * reference) / coupling

@@ -22,7 +22,7 @@ _STEP = 5.0
 def reduction_error(design: Continuum, stage: Stage) -> dict[str, float]:
     """Return the largest errors of the small model of a stage from 0 to the ends of `BANDS`."""
     small = design.small(stage)
-    scale = np.array([1.0, 1.0, design.links.radius])[:, None]
+    scale = np.array([1.0, 1.0, design.shape.links.radius])[:, None]
     frequencies = np.arange(_STEP, BANDS[-1] + _STEP / 2, _STEP)
     found = []
     for whole, reduced in zip(_of_stage(design, stage, frequencies), _of_small(small, frequencies), strict=True):

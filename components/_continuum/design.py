@@ -1,22 +1,23 @@
 """Arguments of a stage at level `continuum`, the size of its mesh, and the stages that follow from them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
-from hfsa.components._continuum.outline import Outline, centers
+from hfsa.components._continuum.outline import centers
 from hfsa.components._continuum.reduced import Reduced, reduced
 from hfsa.components._continuum.solution import Shape, Solution, solution
 from hfsa.components._continuum.stage import Joints, Stage
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.components._mechanics.rrr_contact import Bolts, Contact
-from hfsa.components._mechanics.rrr_hinge import Hinge
-from hfsa.components._mechanics.rrr_kinematics import Links
-from hfsa.components._mechanics.rrr_masses import Masses
-from hfsa.components._modelling.errors import ModelError
+from hfsa.components._mechanics.rrr_design import Design, Dimensions
+from hfsa.components._mechanics.rrr_outline import THESIS_OUTLINE, Outline
+from hfsa.components._modelling.arguments import ArgumentGroup
+from hfsa.components._modelling.errors import ModelError, one_of
 
 MODES = {"pin": 6, "rigid": 3}
 """Modes of the small model: a pinned end block swings about its bolt, three of them near 3 kHz."""
@@ -26,63 +27,82 @@ _COARSEST, _FINEST = 1 / 4, 1 / 100
 
 
 @dataclass(frozen=True)
-class Continuum:
-    """A stage at level `continuum`.
+class Body(ArgumentGroup):
+    """An elastic stage beside its dimensions.
 
     Attributes:
-        links, hinge, outline: dimensions and material.
-        masses: of which the platform's are used; the mass of the piece is that of its material.
-        contact, bolts: how the piece is joined to stacks and platform.
-        stack: data sheet of the stacks.
-        mesh: size of the triangles at the necks [m]; `None` for an eighth of their thickness, in bounds.
-
-    Raises:
-        ModelError: a size of the mesh out of bounds.
+        contact: how a stack holds the end of its lever, by `_mechanics/rrr_contact.py`.
+        bolts: whether the bolts of the platform let its end blocks turn, `pin`, or not, `rigid`.
+        outline: lengths [m] of the plate beside those of links and hinges, Poisson's ratio, density [kg/m3].
+        mesh: size of the triangles at the necks [m] (default: an eighth of their thickness).
     """
 
-    links: Links
-    hinge: Hinge
-    outline: Outline
-    masses: Masses
-    contact: Contact
-    bolts: Bolts
-    stack: Stack
+    contact: Contact = "stack"
+    bolts: Bolts = "pin"
+    outline: Outline = THESIS_OUTLINE
     mesh: float | None = None
 
+    def check_unused(self, level: str) -> None:
+        """Raise `ModelError` for a mesh at a level without one."""
+        if self.mesh is not None:
+            raise ModelError(
+                f"rrr_stage: mesh is {self.mesh:g} m, but level {level} has none; expected level continuum"
+            )
+
+
+THESIS_BODY = Body()
+"""That of the source, with contacts as stacks make them."""
+
+
+@dataclass(frozen=True)
+class Continuum:
+    """A stage at level `continuum`; of the masses those of the platform are used.
+
+    Raises:
+        ModelError: links without dimensions, an unknown contact or joint, a size of the mesh out of bounds.
+    """
+
+    dimensions: Dimensions
+    body: Body
+    stack: Stack
+
     def __post_init__(self):
-        radius = self.hinge.radius
+        one_of(self.body.contact, get_args(Contact), "rrr_stage: contact")
+        one_of(self.body.bolts, get_args(Bolts), "rrr_stage: bolts")
+        radius = self.dimensions.hinge.radius
         if not (math.isfinite(self.size) and _FINEST * radius <= self.size <= _COARSEST * radius):
             raise ModelError(
-                f"mesh is {self.size:g} m, expected {_FINEST * radius:g} to {_COARSEST * radius:g} m, a hundredth to a "
-                "quarter of hinge.radius"
+                f"rrr_stage: mesh is {self.size:g} m, expected {_FINEST * radius:g} to {_COARSEST * radius:g} m, a "
+                "hundredth to a quarter of hinge.radius"
             )
 
     @property
     def size(self) -> float:
         """Size of the triangles at the necks [m]."""
-        if self.mesh is not None:
-            return self.mesh
-        radius = self.hinge.radius
-        return max(min(self.hinge.thickness / 8, radius / 10), _FINEST * radius)
+        if self.body.mesh is not None:
+            return self.body.mesh
+        hinge = self.dimensions.hinge
+        return max(min(hinge.thickness / 8, hinge.radius / 10), _FINEST * hinge.radius)
 
     @cached_property
     def shape(self) -> Shape:
         """Dimensions and material of the piece."""
-        return Shape(self.links, self.hinge, self.outline)
+        return Shape(self.dimensions.links_at_rest, self.dimensions.hinge, self.body.outline)
 
     def solved(self, size: float) -> "Solved":
         """Return the stage with triangles of a size [m] at the necks; errors as of `solution`."""
         found = _solution(self.shape, size)
-        joints = Joints(self.contact, self.bolts, self.stack)
-        return Solved(found, Stage(found.piece, centers(*self.shape).bolt, self.links, self.masses, joints))
+        joints = Joints(self.body.contact, self.body.bolts, self.stack)
+        bolt = centers(*self.shape).bolt
+        return Solved(found, Stage(found.piece, bolt, self.shape.links, self.dimensions.masses, joints))
 
-    def elongations(self, pose: np.ndarray) -> np.ndarray:
-        """Return the elongations (3,) [m] at a pose (3,) [m, m, rad] without a wrench."""
-        return np.linalg.solve(self.solved(self.size).stage.statics.jacobian, pose)
+    def elongations(self, pose: Sequence[float]) -> tuple[float, float, float]:
+        """Return the elongations [m] at a pose (3,) [m, m, rad] without a wrench."""
+        return tuple(np.linalg.solve(self.solved(self.size).stage.statics.jacobian, pose).tolist())
 
     def small(self, stage: Stage) -> Reduced:
         """Return the small model of a stage on its stacks."""
-        return reduced(stage, self.stack, MODES[self.bolts])
+        return reduced(stage, self.stack, MODES[self.body.bolts])
 
 
 class Solved(NamedTuple):
@@ -90,6 +110,25 @@ class Solved(NamedTuple):
 
     solution: Solution
     stage: Stage
+
+
+def continuum(dimensions: Dimensions, causality: str, stack: Stack, body: Body) -> Continuum:
+    """Return the arguments of level `continuum`.
+
+    Raises:
+        ModelError: as `Continuum`; stacks outside the stage; matrices in place of those that follow from the body.
+    """
+    if causality != "source":
+        raise ModelError(
+            f"rrr_stage: causality is {causality}, but the modes of level continuum are those of a stage on its "
+            "stacks; expected source"
+        )
+    for name in ("jacobian", "stiffness", "mass"):
+        if isinstance(dimensions, Design) and getattr(dimensions, name) is not None:
+            raise ModelError(
+                f"rrr_stage: {name} is given, but at level continuum it follows from the body; leave it out"
+            )
+    return Continuum(dimensions, body, stack)
 
 
 @lru_cache(maxsize=4)

@@ -5,7 +5,7 @@ the size, it is larger than the error of the finer one, whose numbers are return
 than half of the jump of the stress at its node (`stress.py`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -31,11 +31,20 @@ class _Number(NamedTuple):
     scale: Any
 
 
-def numbers(design: Continuum, elongation: np.ndarray, voltage: np.ndarray, resolution: float) -> dict[str, Any]:
-    """Return the results of `analyze` at elongations (3,) [m] and voltages (3,) [V] within the range of the stacks.
+def elastic_numbers(
+    design: Continuum, elongation: Sequence[float], voltage: Sequence[float], resolution: float
+) -> dict[str, Any]:
+    """Return the results of `analyze` at elongations (3,) [m] and voltages (3,) [V], limited to what stacks take.
 
     `resolution` is the smallest step of an elongation [m].
     """
+    applied = np.clip(voltage, 0, design.stack.full_voltage)
+    found = _numbers(design, np.array(elongation), applied, resolution)
+    return {"elongation": np.array(elongation), **found, "saturated": (applied != voltage).astype(int)}
+
+
+def _numbers(design: Continuum, elongation: np.ndarray, voltage: np.ndarray, resolution: float) -> dict[str, Any]:
+    """Return the numbers of both meshes."""
     fine, coarse = (design.solved(size) for size in (design.size, 2 * design.size))
     linear, other = (_linear(design, solved, elongation, voltage, resolution) for solved in (fine, coarse))
     peaks, other_peaks = (_peaks(design, solved, elongation) for solved in (fine, coarse))
@@ -50,8 +59,8 @@ def numbers(design: Continuum, elongation: np.ndarray, voltage: np.ndarray, reso
         **{name: number.value for name, number in linear.items()},
         **{name: {neck: peak.stress for neck, peak in found.items()} for name, found in peaks.items()},
         "peak_stacks": {neck: _stacks(peak) for neck, peak in peaks["peak_stress"].items()},
-        "allowed_stress": design.hinge.allowed_stress,
-        "hinge_limit": _limit(peaks["peak_stress"], design.hinge.allowed_stress),
+        "allowed_stress": design.dimensions.hinge.allowed_stress,
+        "hinge_limit": _limit(peaks["peak_stress"], design.dimensions.hinge.allowed_stress),
         "reduction_error": reduction_error(design, fine.stage),
         "mesh": design.size,
         "mesh_unknowns": fine.solution.piece.unknowns,

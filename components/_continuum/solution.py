@@ -17,10 +17,11 @@ import numpy as np
 from hfsa.components._continuum.elements import Plate
 from hfsa.components._continuum.extra import missing
 from hfsa.components._continuum.meshing import Mesh, mesh
-from hfsa.components._continuum.outline import NECKS, Outline, centers, pad, third
+from hfsa.components._continuum.outline import NECKS, centers, pad, third
 from hfsa.components._continuum.piece import Piece, solve
 from hfsa.components._mechanics.rrr_hinge import Hinge
 from hfsa.components._mechanics.rrr_kinematics import Links
+from hfsa.components._mechanics.rrr_outline import Outline
 from hfsa.components._modelling.cache import cache_folder, keep
 
 LIBRARIES = ("scikit-fem", "gmsh")

@@ -19,8 +19,9 @@ import numpy as np
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_dynamics import Mechanism
 from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, LinkChanges, Links, jacobian, links
+from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, Kinematics, LinkChanges, Links, jacobian, links
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.model import ModelError
 
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
@@ -31,51 +32,60 @@ _SYMMETRIC = 1e-9
 
 
 @dataclass(frozen=True)
-class Design:
-    """Arguments of a stage; by default those of the source.
+class Dimensions(ArgumentGroup):
+    """Links, hinges and masses of a stage; by default those of the source.
 
     Attributes:
-        kinematics: parameter set of the links.
-        changes: dimensions in place of those of the set.
-        hinge: dimensions and material of the hinges.
-        masses: masses of the links.
-        given_jacobian: J in place of that of the links, row by row [m/m; m/m; rad/m].
-        given_stiffness: stiffness on the elongations at rest, row by row [N/m].
-        given_mass: inertia on the elongations at rest, row by row [kg].
-
-    Raises:
-        ModelError: a given Jacobian that is singular; a given stiffness or mass that is not symmetric and positive
-            definite.
+        kinematics: parameter set of the links; `measured` is a Jacobian without links.
+        links: lengths [m] and angles [rad] in place of those of the set.
+        hinge: dimensions [m] and material [Pa] of the hinges.
+        masses: masses [kg] and moments of inertia [kg.m2] of the links.
     """
 
-    kinematics: str = "nominal"
-    changes: LinkChanges = AS_NAMED
+    kinematics: Kinematics = "nominal"
+    links: LinkChanges = AS_NAMED
     hinge: Hinge = THESIS_HINGE
     masses: Masses = THESIS_MASSES
-    given_jacobian: Matrix | None = None
-    given_stiffness: Matrix | None = None
-    given_mass: Matrix | None = None
+
+    @cached_property
+    def links_at_rest(self) -> Links:
+        """Links at rest; `ModelError` for a set without, or links that do not close."""
+        return links(self.kinematics, self.links)
+
+
+@dataclass(frozen=True)
+class Design(Dimensions):
+    """Dimensions of a stage, and matrices in place of those that follow from them.
+
+    Attributes:
+        jacobian: Jacobian from elongations to pose, nine numbers row by row [m/m; m/m; rad/m].
+        stiffness: stiffness on the elongations at rest, nine numbers row by row [N/m].
+        mass: inertia on the elongations at rest, nine numbers row by row [kg]. What an acceleration of the base acts on
+            is not changed.
+
+    Raises:
+        ModelError: a Jacobian that is singular; a stiffness or mass that is not symmetric and positive definite.
+    """
+
+    jacobian: Matrix | None = None
+    stiffness: Matrix | None = None
+    mass: Matrix | None = None
 
     def __post_init__(self):
-        if self.given_jacobian is not None:
-            J = _matrix("jacobian", self.given_jacobian)
+        if self.jacobian is not None:
+            J = _matrix("jacobian", self.jacobian)
             if np.linalg.matrix_rank(J / np.linalg.norm(J, axis=1, keepdims=True).clip(1e-300)) < 3:
                 raise ModelError(f"jacobian is {J.tolist()}, which is singular; expected three independent rows")
-        for name, given, unit in (("stiffness", self.given_stiffness, "N/m"), ("mass", self.given_mass, "kg")):
+        for name, given, unit in (("stiffness", self.stiffness, "N/m"), ("mass", self.mass, "kg")):
             if given is not None:
                 _check_definite(name, _matrix(name, given), unit)
 
     @cached_property
-    def links(self) -> Links:
-        """Links at rest; `ModelError` for a set without, or links that do not close."""
-        return links(self.kinematics, self.changes)
-
-    @cached_property
-    def jacobian(self) -> np.ndarray:
+    def jacobian_at_rest(self) -> np.ndarray:
         """J from elongations to pose, shape (3, 3) [m/m; m/m; rad/m]."""
-        if self.given_jacobian is not None:
-            return _matrix("jacobian", self.given_jacobian)
-        return jacobian(self.kinematics, self.changes)
+        if self.jacobian is not None:
+            return _matrix("jacobian", self.jacobian)
+        return jacobian(self.kinematics, self.links)
 
     def mechanism(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
         """Return the mechanism at level `constant_jacobian` or `exact` over symbols (3, 1) of coordinates and rates.
@@ -84,29 +94,29 @@ class Design:
             ModelError: a given Jacobian at level `exact`, as that is a function of the links.
         """
         built = self._of_links(level, coordinates, rates)
-        if self.given_stiffness is None and self.given_mass is None:
+        if self.stiffness is None and self.mass is None:
             return built
         mass, stiffness = self._at_rest
         length, speed = built.parts[3:], built.part_rates[3:]
-        if self.given_mass is not None:
-            more = ca.DM(_matrix("mass", self.given_mass) - mass)
+        if self.mass is not None:
+            more = ca.DM(_matrix("mass", self.mass) - mass)
             built = built._replace(kinetic=built.kinetic + speed.T @ more @ speed / 2)
-        if self.given_stiffness is not None:
-            more = ca.DM(_matrix("stiffness", self.given_stiffness) - stiffness)
+        if self.stiffness is not None:
+            more = ca.DM(_matrix("stiffness", self.stiffness) - stiffness)
             built = built._replace(springs=length.T @ more @ length / 2)
         return built
 
     @cached_property
-    def rest_stiffness(self) -> np.ndarray:
+    def stiffness_at_rest(self) -> np.ndarray:
         """K0 = d2P/dl2 at rest, the same at both dynamic levels, shape (3, 3) [N/m]."""
-        return self._at_rest[1] if self.given_stiffness is None else _matrix("stiffness", self.given_stiffness)
+        return self._at_rest[1] if self.stiffness is None else _matrix("stiffness", self.stiffness)
 
     def _of_links(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
         """Return the mechanism of links, hinges and masses."""
-        arguments = (self.links, coordinates, rates, self.hinge, self.masses)
+        arguments = (self.links_at_rest, coordinates, rates, self.hinge, self.masses)
         if level != "exact":
-            return dynamics.constant_jacobian(*arguments, self.jacobian)
-        if self.given_jacobian is not None:
+            return dynamics.constant_jacobian(*arguments, self.jacobian_at_rest)
+        if self.jacobian is not None:
             raise ModelError(
                 "a jacobian is given, but at level exact it follows from the links; take constant_jacobian"
             )
@@ -119,6 +129,10 @@ class Design:
         terms = dynamics.terms(self._of_links("constant_jacobian", p, v))
         found = ca.Function("rest", [p], [terms.mass, ca.jacobian(terms.elastic, p)])(0)
         return np.array(found[0]), np.array(found[1])
+
+
+THESIS_DIMENSIONS, THESIS_DESIGN = Dimensions(), Design()
+"""Those of the source."""
 
 
 def _matrix(name: str, values: Matrix) -> np.ndarray:

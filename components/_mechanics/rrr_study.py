@@ -19,7 +19,7 @@ import numpy as np
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.pzt import Stack
-from hfsa.components._mechanics.rrr_design import Design
+from hfsa.components._mechanics.rrr_design import Dimensions
 from hfsa.components._mechanics.rrr_hinge import bending_stiffness, stress_per_angle
 from hfsa.components._mechanics.rrr_kinematics import OFFSETS
 from hfsa.components._modelling.model import ModelError
@@ -173,14 +173,14 @@ def _legs(length: Any, angle: Any) -> list[tuple[ca.SX, ca.SX]]:
     return [(length * ca.cos(angle + offset), length * ca.sin(angle + offset)) for offset in OFFSETS.tolist()]
 
 
-def design_study(design: Design, stack: Stack, goals: Goals, objective: Objective, title: str) -> Study:
-    """Return the study of a design over its dimensions, with a response to maximise; errors as `Design`."""
+def design_study(design: Dimensions, stack: Stack, goals: Goals, objective: Objective, title: str) -> Study:
+    """Return the study of a design over its dimensions, with a response to maximise; errors as `Dimensions`."""
     variables = _variables(design)
     symbols = {name: variable.symbol for name, variable in variables.items()}
     links = _Links(*[symbols[f"links.{name}"] for name in _LINKS])
     hinge = _Hinge(*[symbols[f"hinge.{name}"] for name in _HINGE])
     responses = _responses(links, hinge, _masses(design, symbols), stack, goals.stroke)
-    side = math.copysign(1.0, math.sin(design.links.psi))
+    side = math.copysign(1.0, math.sin(design.links_at_rest.psi))
     obtuse = links.psi2 >= math.pi / 2
     conditions = {f"{name} above 0": v.symbol / abs(v.value) for name, v in variables.items() if "psi" not in name}
     conditions |= {
@@ -199,9 +199,13 @@ def design_study(design: Design, stack: Stack, goals: Goals, objective: Objectiv
     )
 
 
-def _variables(design: Design) -> dict[str, Variable]:
+def _variables(design: Dimensions) -> dict[str, Variable]:
     """Return the dimensions of a design by name."""
-    parts = (("links", design.links, _LINKS), ("hinge", design.hinge, _HINGE), ("masses", design.masses, _MASSES))
+    parts = (
+        ("links", design.links_at_rest, _LINKS),
+        ("hinge", design.hinge, _HINGE),
+        ("masses", design.masses, _MASSES),
+    )
     return {
         (name := f"{part}.{field}"): Variable(ca.SX.sym(name), float(getattr(values, field)), unit, text)
         for part, values, texts in parts
@@ -210,7 +214,7 @@ def _variables(design: Design) -> dict[str, Variable]:
     }
 
 
-def _masses(design: Design, symbols: Mapping[str, ca.SX]) -> _Masses:
+def _masses(design: Dimensions, symbols: Mapping[str, ca.SX]) -> _Masses:
     """Return the masses; one that is 0 is not a variable."""
     own = design.masses
     platform, crank, coupler = (symbols.get(f"masses.{name}", ca.SX(0)) for name in _MASSES)

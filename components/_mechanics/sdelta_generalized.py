@@ -35,8 +35,8 @@ class GeneralizedModes(NamedTuple):
 
 
 def mass_matrix(robot: Robot) -> np.ndarray:
-    """Return M_E, shape (12, 12) [kg.m2, kg.m; kg.m, kg]; eps is the machine's `extra_inertia`."""
-    return robot.of_limbs.T @ robot.mass @ robot.of_limbs + robot.machine.extra_inertia * _limb_inertia(robot)
+    """Return M_E, shape (12, 12) [kg.m2, kg.m; kg.m, kg]; eps is the robot's `extra_inertia`."""
+    return robot.of_limbs.T @ robot.mass @ robot.of_limbs + robot.extra_inertia * _limb_inertia(robot)
 
 
 def generalized_modes(robot: Robot, M_E: np.ndarray) -> GeneralizedModes:
@@ -67,7 +67,7 @@ def _limb_inertia(robot: Robot) -> np.ndarray:
     machine, kinematics = robot.machine, robot.kinematics
     rods, J_C = machine.rods, machine.mechanism.transmission.matrix
     M = np.diag(np.repeat([machine.limbs.screw_inertia, 0.0], 6))
-    p = machine.geometry.joints @ kinematics.Q.T - robot.offset
+    p = machine.mechanism.geometry.joints @ kinematics.Q.T - robot.offset
     along = np.cos(kinematics.limbs.angle)[:, None] * INWARDS + np.sin(kinematics.limbs.angle)[:, None] * UP
     pistons = np.hstack([np.cross(p, along), along]) @ robot.of_limbs
     for j in range(3):

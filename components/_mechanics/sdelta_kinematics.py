@@ -26,6 +26,7 @@ from hfsa.components._mechanics.sdelta_geometry import (
     limbs_at,
     require_positive,
 )
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.model import Model, ModelError
 
 SCREW_PITCH = 0.060
@@ -40,7 +41,7 @@ _ORIGIN = np.zeros(3)
 
 
 @dataclass(frozen=True)
-class Transmission:
+class Transmission(ArgumentGroup):
     """Transmission of a C-drive; by default that of the thesis.
 
     Attributes:
@@ -64,12 +65,21 @@ class Transmission:
         return np.array([[slide, -slide], [turn, turn]])
 
 
+THESIS_TRANSMISSION = Transmission()
+"""Transmission of the thesis."""
+
+
 @dataclass(frozen=True)
-class Mechanism:
-    """Dimensions that decide the kinematics: triangles, and transmission of the drives; by default the thesis'."""
+class Mechanism(ArgumentGroup):
+    """Dimensions that decide the kinematics; by default those of the thesis.
+
+    Attributes:
+        geometry: circumradii of the triangles of base and platform [m].
+        transmission: transmission of the drives.
+    """
 
     geometry: Geometry = THESIS_GEOMETRY
-    transmission: Transmission = Transmission()
+    transmission: Transmission = THESIS_TRANSMISSION
 
     @property
     def drives_matrix(self) -> np.ndarray:

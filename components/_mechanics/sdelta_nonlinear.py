@@ -89,7 +89,7 @@ class MovedPlatform:
         """Return the forces of the limbs for slides [m] and angles [rad] of the tubes, columns of three."""
         limbs, springs = self.robot.kinematics.limbs, self.robot.springs
         k_c = self.robot.limb_stiffness[::2]
-        bend = 2 * self.robot.machine.gear**2 * springs.shaft
+        bend = 2 * self.robot.machine.mechanism.transmission.gear**2 * springs.shaft
         on_joints, on_tubes = [], []
         for j, moved in enumerate(self.joints):
             axis, inward = sparse(C_AXES[j]), sparse(INWARDS[j])
@@ -134,7 +134,7 @@ class MovedPlatform:
         part = kinematics.condition_number / CONDITION_LIMIT
         singular = self._closure(angle) / at_posture < part
         short = ca.mmin(levers) <= machine.rods.length
-        beyond = ca.mmax(ca.fabs(ca.DM(kinematics.limbs.slide) + slide)) > machine.geometry.reach
+        beyond = ca.mmax(ca.fabs(ca.DM(kinematics.limbs.slide) + slide)) > machine.mechanism.geometry.reach
         return ca.fmax(ca.fmax(singular, short), beyond)
 
     def _closure(self, angle: ca.SX) -> ca.SX:
@@ -158,7 +158,7 @@ class MovedPlatform:
     @property
     def _arms(self) -> list[ca.DM]:
         """Vectors from S to its joints at the posture, columns of three [m]."""
-        arms = self.robot.machine.geometry.joints @ self.robot.kinematics.Q.T
+        arms = self.robot.machine.mechanism.geometry.joints @ self.robot.kinematics.Q.T
         return [sparse(arm) for arm in arms]
 
 

@@ -72,13 +72,13 @@ def elastostatic_numbers(robot: Robot, point: np.ndarray | None) -> dict[str, An
 
     `point` (3,) is a further point of reference P, from S in world axes [m].
     """
-    length = robot.machine.geometry.platform_radius
+    length = robot.machine.mechanism.geometry.platform_radius
     return {**cartesian.static_numbers(robot.stiffness, _places(robot, point), length), **spring_numbers(robot)}
 
 
 def elastodynamic_numbers(robot: Robot, point: np.ndarray | None, damping_model: Damping) -> dict[str, Any]:
     """Return the elastodynamic properties of the platform on its limbs without inertia; `point` as above."""
-    length = robot.machine.geometry.platform_radius
+    length = robot.machine.mechanism.geometry.platform_radius
     found = cartesian.modal_numbers(robot.mass, robot.stiffness, _places(robot, point), "_C", length)
     omega = modes(robot.mass, robot.stiffness).omega
     return {**found, "relative_damping": damping_rates(omega, damping_model) / (2 * omega)}
@@ -111,7 +111,9 @@ def generalized_numbers(robot: Robot, damping_model: Damping) -> dict[str, Any]:
         "natural_frequencies_hz": found.omega / (2 * np.pi),
         "relative_damping": _finite_ratios(found.omega, damping_model),
         "mode_shapes": found.shapes,
-        "modal_screws_C": cartesian.unit_screws(robot.of_limbs @ found.shapes, robot.machine.geometry.platform_radius),
+        "modal_screws_C": cartesian.unit_screws(
+            robot.of_limbs @ found.shapes, robot.machine.mechanism.geometry.platform_radius
+        ),
         "ritz_frequencies_hz": ritz / (2 * np.pi),
         "ritz_excess": ritz / found.omega[:6] - 1,
         "cartesian_frequencies_hz": six / (2 * np.pi),

@@ -1,19 +1,13 @@
 """The SDelta robot at a posture: its dimensions, and its matrices with respect to the centre of mass C."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
-from hfsa.components._mechanics.sdelta_geometry import THESIS_GEOMETRY, Geometry, Posture
+from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.components._mechanics.sdelta_inertia import THESIS_PLATFORM, Inertia, Payload, Platform, with_payload
-from hfsa.components._mechanics.sdelta_kinematics import (
-    GEAR_REDUCTION,
-    SCREW_PITCH,
-    Kinematics,
-    Mechanism,
-    Transmission,
-)
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics, Mechanism
 from hfsa.components._mechanics.sdelta_limbs import THESIS_LIMBS, LimbInertia
 from hfsa.components._mechanics.sdelta_stiffness import (
     THESIS_RODS,
@@ -26,45 +20,52 @@ from hfsa.components._mechanics.sdelta_stiffness import (
     springs_of,
     stiffness,
 )
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.model import ModelError
 
 
 @dataclass(frozen=True)
-class Machine:
-    """Dimensions of the robot; by default those of the thesis. The fields are arguments of the parts around it.
+class Structure(ArgumentGroup):
+    """Dimensions of what carries the platform; by default those of the thesis.
 
     Attributes:
-        geometry, rods, shafts, limbs, platform: dimensions, material and inertia of its parts.
-        gear, pitch: transmission of the drives.
-        extra_inertia: factor eps of the inertia of screws, tubes and rods at level `generalized`.
+        mechanism: triangles of base and platform, and transmission of the drives.
+        rods, shafts: dimensions and material.
+        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
     """
 
-    geometry: Geometry = THESIS_GEOMETRY
+    mechanism: Mechanism = THESIS
     rods: Rods = THESIS_RODS
     shafts: Shafts = THESIS_SHAFTS
-    limbs: LimbInertia = THESIS_LIMBS
     platform: Platform = THESIS_PLATFORM
-    gear: float = GEAR_REDUCTION
-    pitch: float = SCREW_PITCH
-    extra_inertia: float = 1.0
 
-    def __post_init__(self):
-        if not (np.isfinite(self.extra_inertia) and self.extra_inertia >= 0):
-            raise ModelError(f"extra_inertia is {self.extra_inertia:g}, expected a finite number, 0 or more")
+    def body(self, payload: Payload) -> Inertia:
+        """Return the inertia of the platform with a payload."""
+        return with_payload(payload, self.platform)
 
-    @property
-    def mechanism(self) -> Mechanism:
-        """Dimensions that decide the kinematics; `ModelError` for a gear or pitch that is not above 0."""
-        return Mechanism(self.geometry, Transmission(self.pitch, self.gear))
+    def with_limbs(self, limbs: LimbInertia = THESIS_LIMBS) -> "Machine":
+        """Return the robot with an inertia of its limbs."""
+        return Machine(**{field.name: getattr(self, field.name) for field in fields(Structure)}, limbs=limbs)
+
+
+@dataclass(frozen=True)
+class Machine(Structure):
+    """Dimensions of the robot; by default those of the thesis.
+
+    Attributes:
+        limbs: inertia of rotors, screws and tubes.
+    """
+
+    limbs: LimbInertia = THESIS_LIMBS
 
     @property
     def drive_inertia(self) -> np.ndarray:
         """M_th of all three drives on the motor angles, shape (6, 6) [kg.m2]."""
         return np.kron(np.eye(3), self.limbs.on_motors(self.mechanism.transmission))
 
-    def body(self, payload: Payload) -> Inertia:
-        """Return the inertia of the platform with a payload."""
-        return with_payload(payload, self.platform)
+
+THESIS_STRUCTURE, THESIS_MACHINE = Structure(), Machine()
+"""Those of the thesis."""
 
 
 @dataclass(frozen=True)
@@ -76,20 +77,27 @@ class Robot:
         kinematics: first-order kinematics.
         springs: stiffnesses of rods and shafts.
         body: inertia of platform and payload.
+        extra_inertia: factor eps of the inertia of screws, tubes and rods at level `generalized`.
     """
 
     machine: Machine
     kinematics: Kinematics
     springs: Springs
     body: Inertia
+    extra_inertia: float = 1.0
 
     @classmethod
-    def at(cls, posture: Posture, preset: str, payload: Payload, machine: Machine) -> "Robot":
+    def at(
+        cls, posture: Posture, preset: str, payload: Payload, machine: Machine, extra_inertia: float = 1.0
+    ) -> "Robot":
         """Return the robot at a posture with a preset of stiffnesses and a payload.
 
         Raises:
-            ModelError: a singular posture or one out of reach; rods that are longer than a limb; an unknown preset.
+            ModelError: a singular posture or one out of reach; rods that are longer than a limb; an unknown preset; an
+                `extra_inertia` below 0.
         """
+        if not (np.isfinite(extra_inertia) and extra_inertia >= 0):
+            raise ModelError(f"extra_inertia is {extra_inertia:g}, expected a finite number, 0 or more")
         springs = springs_of(preset, machine.rods, machine.shafts)
         kinematics = Kinematics.at(posture, machine.mechanism)
         shortest = int(np.argmin(kinematics.limbs.length))
@@ -98,7 +106,7 @@ class Robot:
                 f"rods.length is {machine.rods.length:g} m, but limb {shortest + 1} is "
                 f"{kinematics.limbs.length[shortest]:.4g} m long at this posture; expected a shorter rod"
             )
-        return cls(machine, kinematics, springs, machine.body(payload))
+        return cls(machine, kinematics, springs, machine.body(payload), extra_inertia)
 
     @cached_property
     def offset(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from hfsa.components._mechanics.elastostatics import indices
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.sdelta_geometry import Posture, limbs_at
 from hfsa.components._mechanics.sdelta_inertia import Payload
-from hfsa.components._mechanics.sdelta_kinematics import CONDITION_LIMIT, Kinematics
+from hfsa.components._mechanics.sdelta_kinematics import CONDITION_LIMIT, Kinematics, Mechanism
 from hfsa.components._mechanics.sdelta_robot import Machine, Robot
 from hfsa.components._mechanics.sdelta_stiffness import RODS_ONLY, Preset, springs_of
 from hfsa.components._modelling.model import ModelError
@@ -72,6 +72,7 @@ _PARTS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     },
     "platform": {"mass": ("kg", "Mass of the platform")},
 }
+_ON_TOP = ("rods", "shafts", "platform")
 
 
 @dataclass(frozen=True)
@@ -188,19 +189,22 @@ def _margins(robot: Robot, sign: float) -> np.ndarray:
 
 def _dimensions(design: Design) -> dict[str, Dimension]:
     """Return the dimensions of a design by name."""
+    machine, transmission = design.machine, design.machine.mechanism.transmission
+    parts = {"geometry": machine.mechanism.geometry, "rods": machine.rods, "shafts": machine.shafts}
+    parts["platform"] = machine.platform
     found = {}
     for part, texts in _PARTS.items():
         if part == "shafts" and design.preset in RODS_ONLY:
             continue
         for name, (unit, text) in texts.items():
-            value = getattr(getattr(design.machine, part), name)
-            is_replaced = part == "rods" and design.machine.rods.tip_stiffness is not None
+            value = getattr(parts[part], name)
+            is_replaced = part == "rods" and machine.rods.tip_stiffness is not None
             if value is None or (is_replaced and name in ("diameter", "elastic_modulus")):
                 continue
             found |= _elements(f"{part}.{name}", value, None, unit, text)
     if design.preset not in RODS_ONLY:
-        found |= _elements("gear", design.machine.gear, None, "1", "Gear reduction")
-        found |= _elements("pitch", design.machine.pitch, None, "m", "Pitch of a screw")
+        found |= _elements("gear", transmission.gear, None, "1", "Gear reduction")
+        found |= _elements("pitch", transmission.pitch, None, "m", "Pitch of a screw")
     found |= _elements("payload.mass", design.payload.mass, 1.0, "kg", "Mass of the payload")
     found |= _elements("posture.rotation", design.posture.rotation, _TURN, "1", "Rotation about z, x, y [deg]")
     return found | _elements("posture.position", design.posture.position, _MOVE, "m", "Position of S")
@@ -225,13 +229,16 @@ def _changed(design: Design, names: Sequence[str], values: np.ndarray) -> Design
             given.setdefault(part, {}).setdefault(field, []).append(value)
         else:
             given.setdefault(part, {})[field] = value
-    machine = design.machine
-    parts = {part: replace(getattr(machine, part), **given[part]) for part in _PARTS if part in given}
+    machine, mechanism = design.machine, design.machine.mechanism
+    mechanism = Mechanism(
+        replace(mechanism.geometry, **given["geometry"]), replace(mechanism.transmission, **given.get("", {}))
+    )
+    parts = {part: replace(getattr(machine, part), **given[part]) for part in _ON_TOP if part in given}
     return Design(
         Posture(**{name: tuple(vector) for name, vector in given["posture"].items()}),
         design.preset,
         _payload(design.payload, given["payload"]["mass"]),
-        replace(machine, **parts, **given.get("", {})),
+        replace(machine, mechanism=mechanism, **parts),
     )
 
 

@@ -1,32 +1,60 @@
 """Arguments of a part: the keyword-only arguments of its function, values read by annotation.
 
 A dotted name is a field of an argument that is a dataclass; `posture.rotation[3]` is one element of it, and leaves the
-others as they are. A value may be text, as typed on a command line; the annotation gives its type.
+others as they are. A value may be text, as typed on a command line; the annotation gives its type. The value of a
+`documents.Document` is the path of its file, or its table.
+
+    @dataclass(frozen=True)
+    class Machine(ArgumentGroup):
+        rods: Rods = Rods()
+        gear: float = 5.0
+
+    def robot(*, machine: Machine = Machine()) -> Model: ...            # arguments rods.length, rods.diameter, gear
+
+Parts that know the same machine share its arguments by such a group.
 """
 
 import dataclasses
 import difflib
 import inspect
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
+from hfsa.components._modelling.documents import is_content, is_document, read_document
 from hfsa.components._modelling.follows import changed
 from hfsa.components._modelling.model import ModelError, nearest
 
 _ELEMENT = re.compile(r"^(.+)\[(\d+)\]$")
 
 
+class ArgumentGroup:
+    """Base of a dataclass whose fields are arguments by their own names, without that of the keyword.
+
+    The attribute `is_argument_group` says so, also of a dataclass that has it without this base.
+    """
+
+    is_argument_group: ClassVar[bool] = True
+
+
 @dataclass(frozen=True)
 class Argument:
-    """One structural argument by its full name, `posture.rotation`; `values` are the admissible ones of a `Literal`."""
+    """One structural argument by its full name, `posture.rotation`.
+
+    Attributes:
+        name: full name.
+        annotation: type.
+        default: value where none is given.
+        path: keyword of the function, then the field of each dataclass, down to the value.
+    """
 
     name: str
     annotation: Any
     default: Any
+    path: tuple[str, ...]
 
     @property
     def values(self) -> tuple[str, ...]:
@@ -48,22 +76,32 @@ def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
     if function is None:
         return {}
     hints = _hints(function)
-    arguments = {}
+    arguments: dict[str, Argument] = {}
     for name, parameter in inspect.signature(function).parameters.items():
         if name not in hints:
             raise ModelError(
                 f"the argument {name} of {function.__name__}() has no annotation to read its value by; expected "
                 f"{name}: float, or another type"
             )
-        annotation, default = hints[name], parameter.default
-        if dataclasses.is_dataclass(annotation):
-            fields = get_type_hints(annotation)
-            for field in dataclasses.fields(annotation):  # type: ignore[arg-type]
-                full = f"{name}.{field.name}"
-                arguments[full] = Argument(full, fields[field.name], getattr(default, field.name))
-        else:
-            arguments[name] = Argument(name, annotation, default)
+        for argument in _leaves((name,), hints[name], parameter.default):
+            if argument.name in arguments:
+                raise ModelError(f"{function.__name__}() has two arguments {argument.name}; expected different names")
+            arguments[argument.name] = argument
     return arguments
+
+
+def _leaves(path: tuple[str, ...], annotation: Any, default: Any) -> Iterator[Argument]:
+    """Yield the arguments that a keyword, or a field of a group, stands for."""
+    if not dataclasses.is_dataclass(annotation) or is_document(annotation):
+        yield Argument(path[-1], annotation, default, path)
+        return
+    is_group, kinds = getattr(annotation, "is_argument_group", False), get_type_hints(annotation)
+    for field in dataclasses.fields(annotation):
+        kind, value, inner = kinds[field.name], getattr(default, field.name, None), (*path, field.name)
+        if is_group:
+            yield from _leaves(inner, kind, value)
+        else:
+            yield Argument(f"{path[-1]}.{field.name}", kind, value, inner)
 
 
 def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -87,22 +125,19 @@ def argument_values(part: str, function: Callable[..., Any] | None, arguments: M
 
 def _value(values: Mapping[str, Any], argument: Argument) -> Any:
     """Return the value of an argument, or of a field of one, among keyword arguments; else its default."""
-    owner, _, field = argument.name.partition(".")
-    if owner not in values:
-        return argument.default
-    return getattr(values[owner], field) if field else values[owner]
+    keyword, *fields = argument.path
+    return reduce(getattr, fields, values[keyword]) if keyword in values else argument.default
 
 
 def _read_whole(
     part: str, function: Callable[..., Any], known: Mapping[str, Argument], arguments: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return keyword arguments as `read_arguments`; none of the given ones is an element of a vector."""
-    hints = _hints(function)
-    values: dict[str, Any] = {}
-    fields: dict[str, dict[str, Any]] = {}
+    structures = _structures(known)
+    given: dict[tuple[str, ...], Any] = {}
     for name, value in arguments.items():
-        if name in hints and dataclasses.is_dataclass(value):
-            values[name] = value
+        if dataclasses.is_dataclass(value) and name not in known and name in structures:
+            given[structures[name]] = value
         elif name not in known:
             raise ModelError(f"{part} has no argument {name!r}{nearest(name, known)}")
         elif name == "level" and value == "auto":
@@ -110,20 +145,33 @@ def _read_whole(
                 f"{part}: level auto is for an instance in a scene (-p INSTANCE.level=auto), which has outputs, a band "
                 f"and a tolerance to choose by; name one of {', '.join(known[name].values)}"
             )
-        elif name in hints:
-            values[name] = read_value(f"{part}: {name}", known[name].annotation, value)
         else:
-            owner, field = name.split(".", 1)
-            fields.setdefault(owner, {})[field] = read_value(f"{part}: {name}", known[name].annotation, value)
+            given[known[name].path] = read_value(f"{part}: {name}", known[name].annotation, value)
     defaults = inspect.signature(function).parameters
-    for owner, given in fields.items():
-        values[owner] = changed(values.get(owner, defaults[owner].default), given)
-    return values
+    keywords = {path[0] for path in given}
+    return {name: _placed((name,), defaults[name].default, given) for name in keywords}
+
+
+def _placed(path: tuple[str, ...], value: Any, given: Mapping[tuple[str, ...], Any]) -> Any:
+    """Return the value at a path where one is given, else `value`, with what is given of its fields."""
+    value = given.get(path, value)
+    inner = {known[len(path)] for known in given if len(known) > len(path) and known[: len(path)] == path}
+    return (
+        changed(value, {name: _placed((*path, name), getattr(value, name), given) for name in inner})
+        if inner
+        else value
+    )
+
+
+def _structures(known: Mapping[str, Argument]) -> dict[str, tuple[str, ...]]:
+    """Return the paths of all dataclasses that contain arguments, by the last name of the path."""
+    paths = [argument.path[:length] for argument in known.values() for length in range(1, len(argument.path))]
+    return {path[-1]: path for path in paths}
 
 
 def takes(known: Mapping[str, Argument], name: str) -> bool:
-    """Whether a name is that of an argument, or of an element of one."""
-    return name in known or _element(name, known) is not None
+    """Whether a name is that of an argument, of an element of one, or of a dataclass that contains some."""
+    return name in known or _element(name, known) is not None or name in _structures(known)
 
 
 def _element(name: str, known: Mapping[str, Argument]) -> tuple[str, int] | None:
@@ -162,6 +210,8 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
         return value
     if origin in (Union, UnionType):
         return _read_union(where, members, value)
+    if is_document(annotation):
+        return read_document(where, annotation, value, read_value)
     if origin in (tuple, list):
         if not isinstance(value, Iterable) or isinstance(value, Mapping):
             raise ModelError(f"{where} is {value!r}, expected a list of values")
@@ -188,9 +238,14 @@ def read_value(where: str, annotation: Any, value: Any) -> Any:
 
 
 def _read_union(where: str, members: tuple[Any, ...], value: Any) -> Any:
-    """Return a value as the first of the types that takes it; the error is that of the first."""
+    """Return a value as the first of the types that takes it; the error is that of the first.
+
+    Documents come before others for what may be the content of one.
+    """
     if value is None and NoneType in members:
         return None
+    if is_content(value):
+        members = tuple(sorted(members, key=lambda member: not is_document(member)))
     errors = []
     for member in members:
         if member is NoneType:

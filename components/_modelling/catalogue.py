@@ -159,19 +159,25 @@ def hint(name: str, names: Iterable[str]) -> str:
 
 def studied(name: str, parts: Mapping[str, Part]) -> Part:
     """Return the part of a name or path that offers a design study; `ModelError` names those that do otherwise."""
-    part = part_named(name, parts)
-    if part.study is None:
-        offering = ", ".join(other.name for other in usable(parts) if other.study is not None)
-        raise ModelError(f"{name} offers no design study; these do: {offering or 'none'}")
-    return part
+    return _offering(name, parts, "study", "offers no design study")
 
 
 def following(name: str, parts: Mapping[str, Part]) -> Part:
     """Return the part of a name or path that follows a path; `ModelError` names those that do otherwise."""
+    return _offering(name, parts, "trajectory", "follows no path")
+
+
+def drawn(name: str, parts: Mapping[str, Part]) -> Part:
+    """Return the part of a name or path that offers a picture; `ModelError` names those that do otherwise."""
+    return _offering(name, parts, "picture", "offers no picture")
+
+
+def _offering(name: str, parts: Mapping[str, Part], function: str, words: str) -> Part:
+    """Return the part of a name or path that has a function; `ModelError` in these words, with those that have it."""
     part = part_named(name, parts)
-    if part.trajectory is None:
-        offering = ", ".join(other.name for other in usable(parts) if other.trajectory is not None)
-        raise ModelError(f"{name} follows no path; these do: {offering or 'none'}")
+    if getattr(part, function) is None:
+        offering = ", ".join(other.name for other in usable(parts) if getattr(other, function) is not None)
+        raise ModelError(f"{name} {words}; these do: {offering or 'none'}")
     return part
 
 

@@ -8,8 +8,8 @@ model is accepted too and sets its start value; `solver` names the solver of any
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, `study`, which returns a
 design study (`study.Study`): its dimensions as symbols, and what follows from them, `trajectory`, which returns the
-study whose dimensions are the columns of a path, and `deformation`, which returns a deformed body for a picture
-(`deformation.Deformation`). Each takes arguments of its own.
+study whose dimensions are the columns of a path, and `picture`, which returns a drawing (`drawing.Drawing`). Each takes
+arguments of its own.
 `FACTS` there are facts that other parts of a system know as well (`facts`), `JOINS` the parts that alone may feed it
 (`joins`), `UNITS` the units of the numbers that `analyze` returns, by key: SI, `1` for a number without unit. Where the
 entries of a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns:
@@ -32,7 +32,8 @@ from hfsa.components._modelling.arguments import (
     read_value,
     takes,
 )
-from hfsa.components._modelling.deformation import Deformation
+from hfsa.components._modelling.documents import Document, plain, with_contents
+from hfsa.components._modelling.drawing import Drawing
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.loading import (
@@ -61,8 +62,7 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path, `deformation` a deformed body for a picture. `is_own` means that it does
-    not come with hfsa.
+    `trajectory` returns the study of a path, `picture` a drawing. `is_own` means that it does not come with hfsa.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Part:
     analyze: Callable[..., dict[str, Any]] | None
     study: Callable[..., Study] | None = None
     trajectory: Callable[..., Study] | None = None
-    deformation: Callable[..., Deformation] | None = None
+    picture: Callable[..., Drawing] | None = None
     is_own: bool = False
 
     @property
@@ -114,6 +114,14 @@ class Part:
     def units(self) -> Mapping[str, str]:
         """Units of the numbers that `analyze` returns, by key."""
         return getattr(self.module, "UNITS", {})
+
+    def with_contents(self, arguments: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
+        """Return arguments of the model or of the analysis with tables in place of the paths of documents.
+
+        Relative paths count from `folder`, by default from the working folder; `ModelError` for a file that is wrong.
+        """
+        known = {**self.analysis_arguments, **self.arguments}
+        return with_contents(self.name, known, arguments, read_value, folder)
 
     def has_argument(self, name: str) -> bool:
         """Whether a name is that of a structural argument, or of an element of one."""
@@ -184,13 +192,13 @@ class Part:
         found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
         return returned(self.trajectory, Study, found)
 
-    def deformed(self, level: str | None = None, **arguments: Any) -> Deformation:
-        """Return the part deformed, for a picture; errors as in `model`."""
-        if self.deformation is None:
-            raise ModelError(f"{self.name} has no picture of its deformation")
-        arguments = _with_level(level, arguments)
-        found = self.deformation(**read_arguments(f"{self.name}: a picture", self.deformation, arguments))
-        return returned(self.deformation, Deformation, found)
+    def drawing(self, level: str | None = None, **arguments: Any) -> Drawing:
+        """Return the part's drawing; errors as in `model`."""
+        if self.picture is None:
+            raise ModelError(f"{self.name} has no picture")
+        arguments = _of_study(self.picture, f"{self.name}: a picture", _with_level(level, arguments))
+        found = self.picture(**read_arguments(f"{self.name}: a picture", self.picture, arguments))
+        return returned(self.picture, Drawing, found)
 
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
@@ -213,7 +221,7 @@ def part_of(
         ("analyze", "a dict of numbers"),
         ("study", "a Study"),
         ("trajectory", "a Study"),
-        ("deformation", "a Deformation"),
+        ("picture", "a Drawing"),
     ):
         function = getattr(module, word, None) if kind == "part" or word == name else None
         if function is not None and is_own:
@@ -288,25 +296,33 @@ def _with_level(level: str | None, arguments: Mapping[str, Any]) -> dict[str, An
     return {name: value for name, value in named.items() if name != "level" or value is not None}
 
 
-def _of_study(study: Callable[..., Study], owner: str, arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a study; `ModelError` for a level that it does not take."""
-    if "level" in arguments and "level" not in arguments_of(study):
+def _of_study(function: Callable[..., Any], owner: str, arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a study or picture; `ModelError` for a level that it does not take."""
+    if "level" in arguments and "level" not in arguments_of(function):
         raise ModelError(f"{owner} is of one level of the part and takes none: leave out level {arguments['level']}")
     return arguments
 
 
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
-    """Return the structural arguments as flat constants: numbers as numbers, sequences by member, the rest as text."""
+    """Return the structural arguments as flat constants: numbers, texts, and members of lists and tables."""
     assert part.build is not None
     flat: dict[str, float | str] = {}
     for name, value in argument_values(part.name, part.build, given).items():
-        if isinstance(value, tuple | list):
-            flat |= {f"{name}[{i}]": _constant(item) for i, item in enumerate(value, 1)}
-        elif value is not None:
-            flat[name] = _constant(value)
+        flat |= _constants(name, plain(value) if isinstance(value, Document) else value)
     return {name: value for name, value in flat.items() if name not in taken}
 
 
-def _constant(value: Any) -> float | str:
-    """Return a value as a constant of an FMU."""
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+def _constants(name: str, value: Any) -> dict[str, float | str]:
+    """Return a value as constants of an FMU by name."""
+    if value is None:
+        return {}
+    if isinstance(value, Mapping):
+        named = [(f"{name}.{key}", item) for key, item in value.items()]
+    elif isinstance(value, tuple | list):
+        # FMI has no name for a list within a list: its text
+        items = [str(item) if isinstance(item, tuple | list) else item for item in value]
+        named = [(f"{name}[{i}]", item) for i, item in enumerate(items, 1)]
+    else:
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return {name: float(value) if is_number else str(value)}
+    return {full: constant for inner, item in named for full, constant in _constants(inner, item).items()}

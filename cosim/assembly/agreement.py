@@ -10,6 +10,7 @@ has its own.
 """
 
 import difflib
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +37,7 @@ ROUNDING = 1e-9
 _STEP, _START = 1.01, 1e-3
 """By how much an argument is changed to see what follows it, and what it is changed to from 0."""
 _ANY = (1.0, 1e3, 1e-3)
-"""What one that is not given is changed to, the first that the scene takes."""
+"""What one that is not given is changed to, the first that the scene takes; of a matrix the diagonal."""
 
 
 @dataclass(frozen=True)
@@ -334,6 +335,8 @@ def _others(argument: Argument, value: Any) -> Iterator[Any]:
     if value is None and kinds:
         kind = next(kind for kind in kinds if kind is not NoneType)
         size = len(get_args(kind)) if get_origin(kind) is tuple else 0
+        if size and math.isqrt(size) ** 2 == size:
+            yield from (tuple((number * np.eye(math.isqrt(size))).ravel().tolist()) for number in _ANY)
         if kind is float or size:
             yield from ((number,) * size if size else number for number in _ANY)
         return

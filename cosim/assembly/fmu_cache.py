@@ -22,6 +22,7 @@ from typing import Any, Literal
 
 from hfsa.components import Model, ModelError
 from hfsa.components._modelling.cache import cache_folder, cache_subfolder
+from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
@@ -106,6 +107,8 @@ def _made_of(component: Component) -> tuple:
     """Return what a component's FMU is made of, as it stands in the scene."""
     inside = [(member.name, member.start.get("sample_time"), _made_of(member)) for member in component.members]
     arguments = sorted(component.arguments.items())
+    if names_file(component.arguments):
+        arguments = sorted(part_of(component).with_contents(component.arguments).items())
     return component.part, component.level, arguments, inside, component.connections, component.kept
 
 

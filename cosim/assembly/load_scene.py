@@ -1,22 +1,24 @@
 """Scenes by name or from a file, with arguments as typed on a command line.
 
 Names and paths of parts count from the scene's file: `./spring.py` and `Cart.fmu` lie in its folder, and `spring` is
-the part of that file if there is one. A bare name that is also that of another part is an error.
+the part of that file if there is one. A bare name that is also that of another part is an error. So do the documents
+that arguments name there; those typed as arguments count from the working folder. A loaded scene holds their content.
 """
 
 import dataclasses
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 import hfsa.cosim.scenes
 from hfsa.components import Model, ModelError
 from hfsa.components._modelling.catalogue import Catalogue, find, hint, part_named
+from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.loading import is_path, kind_of, returned, shown
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, own_part, read_arguments
@@ -30,6 +32,8 @@ from hfsa.cosim.systems.names import compact, expand, nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import read_scene
 from hfsa.cosim.systems.system import Analysis, Component
+
+T = TypeVar("T", Component, Analysis)
 
 _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
@@ -113,26 +117,42 @@ def written(part: Part, arguments: Mapping[str, Any]) -> Scene:
     assert part.build is not None
     found = part.build(**read_arguments(part.name, part.build, arguments))
     scene = returned(part.build, Scene, found, StructureError)
-    return located(scene, Path(part.module.__file__ or "")) if part.is_own else scene
+    return located(scene, Path(part.module.__file__ or "")) if part.is_own else _read(scene, None)
 
 
 def located(scene: Scene, file: Path | None) -> Scene:
     """Return a scene whose parts have absolute paths, or the names of parts that are not in the folder of its file.
 
-    Without a file, paths count from the working folder. `StructureError` for a bare name that is that of a part in the
-    folder and of another.
+    Arguments hold the content of documents instead of their paths. Without a file, paths count from the working folder.
+    `StructureError` for a bare name that is that of a part in the folder and of another.
     """
+    found = _each(scene, lambda item: dataclasses.replace(item, part=_located(item.part, file)))
+    return _read(found, None if file is None else file.parent)
 
-    def of(component: Component) -> Component:
-        """The component with its part, and the parts of its analyses."""
-        start = {
-            name: dataclasses.replace(value, part=_located(value.part, file)) if isinstance(value, Analysis) else value
-            for name, value in component.start.items()
-        }
-        return dataclasses.replace(component, part=_located(component.part, file), start=start)
 
-    system = dataclasses.replace(scene.system, components=[of(component) for component in scene.system.components])
-    return dataclasses.replace(scene, system=system, source=of(scene.source))
+def _read(scene: Scene, folder: Path | None) -> Scene:
+    """Return a scene with the content of documents among its arguments; their paths count from `folder`."""
+
+    def of(item: T) -> T:
+        """The component or analysis with its arguments."""
+        if item.part.endswith(".fmu") or not names_file(item.arguments):
+            return item
+        part = part_named(item.part, available_parts())
+        return dataclasses.replace(item, arguments=part.with_contents(item.arguments, folder))
+
+    return _each(scene, of)
+
+
+def _each(scene: Scene, of: Callable[[Any], Any]) -> Scene:
+    """Return a scene with other components, and analyses among their start values, as `of` returns them."""
+
+    def whole(component: Component) -> Component:
+        """The component with its analyses."""
+        start = {name: of(value) if isinstance(value, Analysis) else value for name, value in component.start.items()}
+        return of(dataclasses.replace(component, start=start))
+
+    system = dataclasses.replace(scene.system, components=[whole(component) for component in scene.system.components])
+    return dataclasses.replace(scene, system=system, source=whole(scene.source))
 
 
 def _located(part: str, scene: Path | None) -> str:
@@ -210,7 +230,7 @@ def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     elif argument in component.start:
         changed = _with_start(component, part, argument, value)
     elif part is not None and (part.has_argument(argument) or argument == SOLVER):
-        changed = _without_replaced(component, part, {**component.arguments, argument: value})
+        changed = _without_replaced(component, part, {**component.arguments, **part.with_contents({argument: value})})
     else:
         changed = _with_start(component, part, argument, value)
     if component is scene.source:

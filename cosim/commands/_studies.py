@@ -32,6 +32,7 @@ class StudyRequest:
         output: file of the map or of the path.
         force: whether to replace an existing results file.
         path: file of postures to follow.
+        picture: file of a picture.
     """
 
     sensitivity: bool
@@ -41,21 +42,25 @@ class StudyRequest:
     output: Path | None
     force: bool = False
     path: Path | None = None
+    picture: Path | None = None
 
     def is_study(self) -> bool:
-        """Return whether a study or a path is requested; `StructureError` for conflicting options."""
+        """Return whether a study, path or picture is requested; `StructureError` for conflicting options."""
         given = {
             "--sensitivity": self.sensitivity,
             "--map": self.map is not None,
             "--optimize": self.optimize,
             "--path": self.path is not None,
+            "--picture": self.picture is not None,
         }
         requested = [option for option, is_given in given.items() if is_given]
         if len(requested) > 1:
             raise StructureError(f"{' and '.join(requested)} are different studies; take one at a time")
         has_file = self.map is not None or self.path is not None
         if self.output is not None and not has_file:
-            raise StructureError("-o is the file of a map, which takes --map, or of a path, which takes --path")
+            raise StructureError(
+                "-o is the file of a map, which takes --map, or of a path, which takes --path; --picture names its own"
+            )
         if self.force and not has_file:
             raise StructureError("--force replaces the file of a map or a path, which takes --map or --path")
         if self.bounds is not None and not self.optimize:

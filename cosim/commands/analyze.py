@@ -17,12 +17,12 @@ def analyze(
     level: Level = None,
     parameter: Arguments = None,
     mesh: Annotated[str | None, Parameter(("--mesh",))] = None,
-    picture: Annotated[Path | None, Parameter(("--picture",))] = None,
     sensitivity: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (name of the option)
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
     path: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
+    picture: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
     force: Force = False,
     json: Json = False,
@@ -35,8 +35,6 @@ def analyze(
         A component, controller or analysis, as in `hfsa list`, or the path of a .py file.
     mesh
         Size of the triangles at the necks [m], of a part and level with finite elements: the argument `mesh`.
-    picture
-        FILE.png: mesh, deformation and von Mises stress, of a part and level with finite elements.
     sensitivity
         Sensitivity of each response to each dimension, d ln(response) / d ln(dimension), largest first.
     map
@@ -50,23 +48,26 @@ def analyze(
     path
         FILE.csv: the numbers along a path, as HDF5 and as a picture. Its first row names the columns, dimensions of the
         path such as `x,y,z,rz,rx,ry` (m and degrees) and optionally `t`, the time; what it does not name stays.
+    picture
+        FILE.png, .pdf or .svg: a picture of the part instead of its numbers, with the arguments of the picture.
     output
         With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`).
     """
-    from hfsa.components._modelling.catalogue import following, part_named, studied
+    from hfsa.components._modelling.catalogue import drawn, following, part_named, studied
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._numbers import numbers_text
     from hfsa.cosim.commands._paths import path_answer
-    from hfsa.cosim.commands._pictures import check_picture_alone, picture_of
+    from hfsa.cosim.commands._pictures import picture_answer
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     refuse_scene(name, "`run`, `sweep` and `stability` examine it")
     values = _shell.part_arguments(level, [*([] if mesh is None else [f"mesh={mesh}"]), *(parameter or ())])
-    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path)
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path, picture)
     is_study = request.is_study()
     if picture is not None:
-        check_picture_alone(picture, is_study)
+        _shell.answer(*picture_answer(drawn(name, available_parts()), values, picture), json)
+        return _shell.DONE
     if path is not None:
         part = following(name, available_parts())
         file = _shell.results_file(output, part.name, "path", force)
@@ -81,8 +82,6 @@ def analyze(
     part = part_named(name, available_parts())
     numbers = part.analysis(**values)
     units = {key: part.units[key] for key in numbers if key in part.units}
-    if picture is not None:
-        numbers = {**numbers, "picture": picture_of(part, values, picture)}
     if json:
         numbers = _shell.plain(numbers, f"{part.name}: analyze()")
     _shell.answer({**numbers, "units": units}, numbers_text(numbers, units), json)

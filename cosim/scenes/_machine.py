@@ -4,7 +4,7 @@ A scene owns them once: `Machine` hands each part those that it uses.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 from hfsa.cosim.scenes._given import given
 
@@ -58,10 +58,6 @@ class Platform:
     inertia: Triple | None = None
 
 
-GEOMETRY, RODS, SHAFTS, LIMBS, PLATFORM = Geometry(), Rods(), Shafts(), Limbs(), Platform()
-"""Those of the thesis."""
-
-
 def reference_level(robot: str) -> str:
     """Return the level of a reference that converts a pose for a robot at a level: exact for finite motion."""
     return {"nonlinear": "exact", "auto": "auto"}.get(robot, "linear")
@@ -69,25 +65,27 @@ def reference_level(robot: str) -> str:
 
 @dataclass(frozen=True)
 class Machine:
-    """Dimensions of the robot; each property is arguments of a component.
+    """Dimensions of the robot, arguments of a scene by their own names; each property is arguments of a component.
 
     Attributes:
         geometry, rods, shafts, limbs, platform: dimensions, material and inertia of its parts.
         gear: motor turns per turn of a tube.
         pitch: travel of a nut per turn of its motor [m].
         stiffness: preset of the stiffnesses.
-        damping_model: `modal` or `rayleigh`.
+        damping_model: the damping ratio in every mode, `modal`, or in the first and fourth mode, `rayleigh`.
     """
 
-    geometry: Geometry = GEOMETRY
-    rods: Rods = RODS
-    shafts: Shafts = SHAFTS
-    limbs: Limbs = LIMBS
-    platform: Platform = PLATFORM
+    is_argument_group: ClassVar[bool] = True
+
+    geometry: Geometry = Geometry()
+    rods: Rods = Rods()
+    shafts: Shafts = Shafts()
+    limbs: Limbs = Limbs()
+    platform: Platform = Platform()
     gear: float | None = None
     pitch: float | None = None
-    stiffness: str = "ch4"
-    damping_model: str = "modal"
+    stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4"
+    damping_model: Literal["modal", "rayleigh"] = "modal"
 
     @property
     def kinematic(self) -> dict[str, Any]:
@@ -113,3 +111,7 @@ class Machine:
     @property
     def _transmission(self) -> dict[str, Any]:
         return {name: value for name, value in (("gear", self.gear), ("pitch", self.pitch)) if value is not None}
+
+
+THESIS = Machine()
+"""The robot of the thesis."""

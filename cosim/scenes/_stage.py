@@ -4,7 +4,7 @@ A scene owns it once: `Stage` hands each part what it uses.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from hfsa.cosim.scenes._given import given
 
@@ -48,13 +48,9 @@ class Masses:
     coupler: float | None = None
 
 
-LINKS, HINGE, MASSES = Links(), Hinge(), Masses()
-"""Those of the source."""
-
-
 @dataclass(frozen=True)
 class Stage:
-    """Design of the stage; each property is arguments of a component.
+    """Design of the stage, arguments of a scene by their own names; each property is arguments of a component.
 
     Attributes:
         kinematics: parameter set of the links.
@@ -62,10 +58,12 @@ class Stage:
         jacobian, stiffness, mass: matrices on the elongations in place of those of its parts.
     """
 
-    kinematics: str = "nominal"
-    links: Links = LINKS
-    hinge: Hinge = HINGE
-    masses: Masses = MASSES
+    is_argument_group: ClassVar[bool] = True
+
+    kinematics: Kinematics = "nominal"
+    links: Links = Links()
+    hinge: Hinge = Hinge()
+    masses: Masses = Masses()
     jacobian: Matrix | None = None
     stiffness: Matrix | None = None
     mass: Matrix | None = None
@@ -86,5 +84,9 @@ class Stage:
     @property
     def has_published_inertia(self) -> bool:
         """Whether its inertia on the elongations is that of a parameter set."""
-        has_links = self.links == LINKS and self.jacobian is None
-        return has_links and self.masses == MASSES and self.mass is None
+        has_links = self.links == Links() and self.jacobian is None
+        return has_links and self.masses == Masses() and self.mass is None
+
+
+THESIS = Stage()
+"""The stage of the source."""

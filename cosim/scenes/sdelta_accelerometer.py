@@ -25,20 +25,7 @@ only, as the sensor steps first; so has a `robot=rigid`.
 from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
-from hfsa.cosim.scenes._machine import (
-    GEOMETRY,
-    LIMBS,
-    PLATFORM,
-    RODS,
-    SHAFTS,
-    Geometry,
-    Limbs,
-    Machine,
-    Platform,
-    Rods,
-    Shafts,
-    reference_level,
-)
+from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -56,45 +43,29 @@ OFF_CENTER = Mounting(lever=(0.03, 0.0, 0.0))
 def sdelta_accelerometer(
     *,
     posture: Posture = SYMMETRIC,
-    stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     robot_damping: float = 0.01,
-    damping_model: Literal["modal", "rayleigh"] = "modal",
     design: Design = "mems",
     sensor: Level = "spatial",
     damping: float | None = None,
     mounting: Mounting = OFF_CENTER,
-    geometry: Geometry = GEOMETRY,
-    rods: Rods = RODS,
-    shafts: Shafts = SHAFTS,
-    limbs: Limbs = LIMBS,
-    platform: Platform = PLATFORM,
-    gear: float | None = None,
-    pitch: float | None = None,
+    machine: Machine = THESIS,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per command.
 
     Args:
         posture: posture of the robot; rotation in degrees, position of S in metres.
-        stiffness: preset of the robot.
         payload: payload of the platform beside the sensor; with a mass alone, a steel cube of that mass.
         robot: level of the robot; for `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         robot_damping: damping ratio of its modes.
-        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         design: published dimensions and material of the sensor.
         sensor: level of the sensor.
         damping: damping ratio in the plane of the sensor (default: the design's).
         mounting: mounting of the sensor on the platform, from S.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods.
-        shafts: dimensions and material of the shafts.
-        limbs: inertia of rotors, screws and tubes.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
+            `pitch`, `stiffness` and `damping_model` (`_machine.py`).
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     components = [
         accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
         ideal(mounting.at(posture)),

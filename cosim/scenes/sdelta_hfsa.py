@@ -28,19 +28,7 @@ grows by 0.058 1/s per us of step under the other two.
 
 from typing import Literal
 
-from hfsa.cosim.scenes._machine import (
-    GEOMETRY,
-    LIMBS,
-    PLATFORM,
-    RODS,
-    SHAFTS,
-    Geometry,
-    Limbs,
-    Machine,
-    Platform,
-    Rods,
-    Shafts,
-)
+from hfsa.cosim.scenes._machine import THESIS, Machine
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
@@ -58,10 +46,8 @@ def sdelta_hfsa(
     execution: Execution = "sampled",
     feed_forward: FeedForward = "none",
     posture: Posture = SYMMETRIC,
-    stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
-    damping_model: Literal["modal", "rayleigh"] = "modal",
     bandwidth: float = 6.0,
     control_damping: float = 0.7,
     sample_time: float = 0.25e-3,
@@ -72,13 +58,7 @@ def sdelta_hfsa(
     encoder_noise: float = 0.0,
     robot: Literal["cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     drive: Literal["rigid_shaft", "compliant_shaft"] = "rigid_shaft",
-    geometry: Geometry = GEOMETRY,
-    rods: Rods = RODS,
-    shafts: Shafts = SHAFTS,
-    limbs: Limbs = LIMBS,
-    platform: Platform = PLATFORM,
-    gear: float | None = None,
-    pitch: float | None = None,
+    machine: Machine = THESIS,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose under control.
 
@@ -89,11 +69,9 @@ def sdelta_hfsa(
         feed_forward: `none` (nothing beside the law), torques of the `rigid` robot, or torques and motor angles of the
             `elastic` one.
         posture: posture of the robot; rotation in degrees, position of S in metres.
-        stiffness: preset of the robot.
         payload: payload of the platform, for the robot, gains, feed-forward and holding torque; with a mass alone, a
             steel cube of that mass.
         damping: damping ratio of the modes of the robot.
-        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         bandwidth: bandwidth of the rigid closed loop [Hz].
         control_damping: damping ratio of the rigid closed loop.
         sample_time: sample time of the controller [s].
@@ -105,15 +83,9 @@ def sdelta_hfsa(
         robot: level of the robot; `generalized` has the screws, tubes and shafts itself, and the drives are rotors; for
             `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         drive: level of the drives of a robot at level `cartesian`; `compliant_shaft` with a preset without shafts.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods.
-        shafts: dimensions and material of the shafts.
-        limbs: inertia of rotors, screws and tubes.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
+            `pitch`, `stiffness` and `damping_model` (`_machine.py`).
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     control = Control(
         law=law,
         feedback=feedback,

@@ -17,19 +17,7 @@ The reference is `linear` or `exact`, the robot linear about its posture, `carte
 
 from typing import Literal
 
-from hfsa.cosim.scenes._machine import (
-    GEOMETRY,
-    LIMBS,
-    PLATFORM,
-    RODS,
-    SHAFTS,
-    Geometry,
-    Limbs,
-    Machine,
-    Platform,
-    Rods,
-    Shafts,
-)
+from hfsa.cosim.scenes._machine import THESIS, Machine
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_manoeuvre
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -51,18 +39,10 @@ def sdelta_manoeuvre(
     reference: Literal["linear", "exact"] = "linear",
     robot: Literal["cartesian", "nonlinear"] = "cartesian",
     posture: Posture = SYMMETRIC,
-    stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
     gravity: float = 0.0,
-    damping_model: Literal["modal", "rayleigh"] = "modal",
-    geometry: Geometry = GEOMETRY,
-    rods: Rods = RODS,
-    shafts: Shafts = SHAFTS,
-    limbs: Limbs = LIMBS,
-    platform: Platform = PLATFORM,
-    gear: float | None = None,
-    pitch: float | None = None,
+    machine: Machine = THESIS,
 ) -> Scene:
     """Return the scene: motion of the platform and wrench of the limbs on it.
 
@@ -75,18 +55,11 @@ def sdelta_manoeuvre(
             robot at level `nonlinear`.
         robot: level of the robot.
         posture: posture of the robot; rotation in degrees, position of S in metres.
-        stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
-        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         gravity: gravitational acceleration along -Z [m/s2]; the platform sags from the start.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods.
-        shafts: dimensions and material of the shafts.
-        limbs: inertia of rotors, screws and tubes.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
+            `pitch`, `stiffness` and `damping_model` (`_machine.py`).
     """
     amplitudes, frequencies = (*rotation, *position), (*rotation_frequency, *position_frequency)
     sides = [f"{kind}{{}}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]
@@ -105,7 +78,6 @@ def sdelta_manoeuvre(
         for i, side in enumerate(sides, 1)
         for output, order in _ORDERS.items()
     ]
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
     level = "exact" if robot == "nonlinear" else reference
     moved = Component("reference", "sdelta_reference", level, {**posture.arguments, **machine.kinematic})

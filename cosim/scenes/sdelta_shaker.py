@@ -16,20 +16,7 @@ held for the step of 50 us have an error of 0.45 degrees at 50 Hz and less than 
 
 from typing import Literal
 
-from hfsa.cosim.scenes._machine import (
-    GEOMETRY,
-    LIMBS,
-    PLATFORM,
-    RODS,
-    SHAFTS,
-    Geometry,
-    Limbs,
-    Machine,
-    Platform,
-    Rods,
-    Shafts,
-    reference_level,
-)
+from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -42,37 +29,21 @@ MOTIONS = ("slide", "angle", "slide_rate", "angle_rate", "slide_acceleration", "
 def sdelta_shaker(
     *,
     posture: Posture = SYMMETRIC,
-    stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4",
     payload: Payload = SPECIMEN,
     damping: float = 0.01,
-    damping_model: Literal["modal", "rayleigh"] = "modal",
     robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
-    geometry: Geometry = GEOMETRY,
-    rods: Rods = RODS,
-    shafts: Shafts = SHAFTS,
-    limbs: Limbs = LIMBS,
-    platform: Platform = PLATFORM,
-    gear: float | None = None,
-    pitch: float | None = None,
+    machine: Machine = THESIS,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose.
 
     Args:
         posture: posture of the robot; rotation in degrees, position of S in metres.
-        stiffness: preset of the robot.
         payload: payload of the platform; with a mass alone, a steel cube of that mass.
         damping: damping ratio of every mode.
-        damping_model: the ratio in every mode, `modal`, or in the first and fourth mode of Rayleigh damping.
         robot: level of the robot; for `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
-        geometry: circumradii of the triangles of base and platform [m].
-        rods: dimensions and material of the rods.
-        shafts: dimensions and material of the shafts.
-        limbs: inertia of rotors, screws and tubes.
-        platform: mass [kg] and moments of inertia [kg.m2] of the platform without payload.
-        gear: motor turns per turn of a tube.
-        pitch: travel of a nut per turn of its motor [m].
+        machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
+            `pitch`, `stiffness` and `damping_model` (`_machine.py`).
     """
-    machine = Machine(geometry, rods, shafts, limbs, platform, gear, pitch, stiffness, damping_model)
     reference = Component(
         "reference",
         "sdelta_reference",

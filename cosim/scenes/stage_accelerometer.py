@@ -23,7 +23,7 @@ from hfsa.cosim.scenes._accelerometer import UPRIGHT, Design, Level, Mounting, a
 from hfsa.cosim.scenes._biased_stage import biased_stage
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import readings
-from hfsa.cosim.scenes._stage import HINGE, LINKS, MASSES, Hinge, Kinematics, Links, Masses, Matrix, Stage
+from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -39,7 +39,6 @@ _MOTIONS = (
 def stage_accelerometer(
     *,
     stage: Literal["jacobian", "constant_jacobian", "exact"] = "constant_jacobian",
-    kinematics: Kinematics = "nominal",
     pzt: Pzt = TOKIN,
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
@@ -48,18 +47,12 @@ def stage_accelerometer(
     sensor: Level = "spatial",
     damping: float | None = None,
     mounting: Mounting = UPRIGHT,
-    links: Links = LINKS,
-    hinge: Hinge = HINGE,
-    masses: Masses = MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    machine: Stage = THESIS,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per volt, or per elongation at level `jacobian`.
 
     Args:
         stage: level of the stage; at `jacobian` there are no stacks, and what acts on forces alone has no effect.
-        kinematics: parameter set of the stage's links.
         pzt: data sheet of the stacks.
         bias: voltage of all stacks, about which one of them is excited [V]; 0 to their full voltage.
         damping_time: damping time of the hinges, beta [s].
@@ -68,19 +61,12 @@ def stage_accelerometer(
         sensor: level of the sensor.
         damping: damping ratio in the plane of the sensor (default: the design's).
         mounting: mounting of the sensor on the platform, from its centre.
-        links: lengths [m] and angles [rad] of the stage's links in place of those of the set.
-        hinge: dimensions [m] and material [Pa] of the stage's hinges.
-        masses: masses [kg] and moments of inertia [kg.m2] of the stage's links.
-        jacobian: Jacobian from elongations to pose in place of that of the links, nine numbers row by row
-            [m/m; m/m; rad/m].
-        stiffness: stiffness of the stage on the elongations in place of that of its hinges, nine numbers row by row
-            [N/m].
-        mass: inertia of the stage on the elongations in place of that of its links, nine numbers row by row [kg].
+        machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
+            `jacobian`, `stiffness` and `mass` (`_stage.py`).
 
     Raises:
         StructureError: for a bias outside the range of the stacks.
     """
-    machine = Stage(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     if stage == "jacobian":
         moved = System([Component("stage", "rrr_stage", stage, machine.dynamic)])
         inputs, amplitude = "stage.stack[1..3].elongation", {"m": 1e-7}

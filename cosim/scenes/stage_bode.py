@@ -26,49 +26,35 @@ reported above 10.2 V, where the response has an error of 0.1 dB.
 from hfsa.cosim.scenes._biased_stage import Level, biased_stage
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import stage_pose
-from hfsa.cosim.scenes._stage import HINGE, LINKS, MASSES, Hinge, Kinematics, Links, Masses, Matrix, Stage
+from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.scene import Scene
 
 
 def stage_bode(
     *,
     stage: Level = "constant_jacobian",
-    kinematics: Kinematics = "nominal",
     pzt: Pzt = TOKIN,
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
     resistance: float = 50.0,
-    links: Links = LINKS,
-    hinge: Hinge = HINGE,
-    masses: Masses = MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    machine: Stage = THESIS,
 ) -> Scene:
     """Return the scene: response of the pose to each of the three voltages.
 
     Args:
         stage: level of the stage.
-        kinematics: parameter set of the stage's links.
         pzt: data sheet of the stacks.
         bias: voltage of all stacks, about which one of them is excited [V]; 0 to their full voltage.
         damping_time: damping time of the hinges, beta [s].
         resistance: output resistance of the amplifiers [Ohm].
-        links: lengths [m] and angles [rad] of the stage's links in place of those of the set.
-        hinge: dimensions [m] and material [Pa] of the stage's hinges.
-        masses: masses [kg] and moments of inertia [kg.m2] of the stage's links.
-        jacobian: Jacobian from elongations to pose in place of that of the links, nine numbers row by row
-            [m/m; m/m; rad/m].
-        stiffness: stiffness of the stage on the elongations in place of that of its hinges, nine numbers row by row
-            [N/m].
-        mass: inertia of the stage on the elongations in place of that of its links, nine numbers row by row [kg].
+        machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
+            `jacobian`, `stiffness` and `mass` (`_stage.py`).
 
     Raises:
         StructureError: for a bias outside the range of the stacks.
     """
-    design = Stage(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     return Scene(
-        biased_stage("stage_bode", stage, design, pzt, bias, damping_time, resistance),
+        biased_stage("stage_bode", stage, machine, pzt, bias, damping_time, resistance),
         inputs=["stack[1..3].command.voltage"],
         outputs=["stage.platform.position[1..2]", "stage.platform.rotation"],
         band=(1.0, 3000.0),

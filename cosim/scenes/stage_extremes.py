@@ -27,7 +27,7 @@ import math
 from typing import Literal
 
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
-from hfsa.cosim.scenes._stage import HINGE, LINKS, MASSES, Hinge, Kinematics, Links, Masses, Matrix, Stage
+from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import AUTO, Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -56,14 +56,8 @@ def stage_extremes(
     execution: Literal["sampled", "continuous"] = "sampled",
     rate: float = 3e-6,
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
-    kinematics: Kinematics = "nominal",
     damping_time: float = 0.0,
-    links: Links = LINKS,
-    hinge: Hinge = HINGE,
-    masses: Masses = MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    machine: Stage = THESIS,
 ) -> Scene:
     """Return the scene: tracking errors and forces of the stage on a ramp.
 
@@ -75,22 +69,14 @@ def stage_extremes(
         execution: execution of the controller, `sampled` or `continuous`.
         rate: rate of the ramp [m/s].
         stage: level of the stage, and of the model of computed torque.
-        kinematics: parameter set of the stage's links, also in the model.
         damping_time: damping of the stage per stiffness [s], also in the model; the published stage has none.
-        links: lengths [m] and angles [rad] of the stage's links in place of those of the set, also in the model.
-        hinge: dimensions [m] and material [Pa] of the stage's hinges, also in the model.
-        masses: masses [kg] and moments of inertia [kg.m2] of the stage's links, also in the model.
-        jacobian: Jacobian from elongations to pose in place of that of the links, nine numbers row by row
-            [m/m; m/m; rad/m].
-        stiffness: stiffness of the stage on the elongations in place of that of its hinges, nine numbers row by row
-            [N/m].
-        mass: inertia of the stage on the elongations in place of that of its links, nine numbers row by row [kg].
+        machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
+            `jacobian`, `stiffness` and `mass` (`_stage.py`).
 
     Raises:
         StructureError: for negative gains; without a sample time, for gains that need a shorter one than any part
             supports, and for pd on another stage than the published ones; for a sample time of a continuous controller.
     """
-    design = Stage(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     kp, kv = (
         own if given is None else given
         for own, given in zip(_GAINS[law], (proportional_gain, derivative_gain), strict=True)
@@ -103,20 +89,20 @@ def stage_extremes(
             raise StructureError("stage_extremes: a continuous controller has no sample_time; the step is --step")
         step, ticking = _STEP, {}
     else:
-        step = _sample_time(law, kp, kv, design) if sample_time is None else sample_time
+        step = _sample_time(law, kp, kv, machine) if sample_time is None else sample_time
         ticking = {"sample_time": step}
     damping = {"damping_time": damping_time}
     part, arguments, known = {
-        "ctc": ("stage_computed_torque", {"model": stage, **design.dynamic}, damping),
+        "ctc": ("stage_computed_torque", {"model": stage, **machine.dynamic}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
-    impact = kv * abs(rate) * (_YAW_MASS[kinematics] if law == "ctc" else 1.0)
+    impact = kv * abs(rate) * (_YAW_MASS[machine.kinematics] if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
         Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
         Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
         Component("controller", part, execution, arguments, {**ticking, **gains, **known}),
-        Component("stage", "rrr_stage", stage, {"causality": "force", **design.dynamic}, damping),
+        Component("stage", "rrr_stage", stage, {"causality": "force", **machine.dynamic}, damping),
     ]
     return Scene(
         System(components, _connections(law)),
@@ -135,14 +121,14 @@ def stage_extremes(
     )
 
 
-def _sample_time(law: str, kp: float, kv: float, design: Stage) -> float:
+def _sample_time(law: str, kp: float, kv: float, machine: Stage) -> float:
     """Return a round sample time well below the limit; `StructureError` where it is too short or not known."""
-    if law == "pd" and not design.has_published_inertia:
+    if law == "pd" and not machine.has_published_inertia:
         raise StructureError(
             "stage_extremes: the stable sample time of pd is known for the published links and masses only; give a "
             "sample_time below 2 m / Kv, m the least eigenvalue of inertia in `hfsa analyze rrr_stage`"
         )
-    mass = 1.0 if law == "ctc" else _YAW_MASS[design.kinematics]
+    mass = 1.0 if law == "ctc" else _YAW_MASS[machine.kinematics]
     limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
     if kv == 0 or _SHARE * limit < _SHORTEST:
         reason = f"is stable below {limit:g} s only" if kv else "is undamped, and unstable at any sample time"

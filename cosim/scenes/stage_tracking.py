@@ -26,7 +26,7 @@ from typing import Any, Literal, NamedTuple
 
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
-from hfsa.cosim.scenes._stage import HINGE, LINKS, MASSES, Hinge, Kinematics, Links, Masses, Matrix, Stage
+from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Analysis, Component, Connection, System
@@ -60,7 +60,6 @@ def stage_tracking(
     pose: tuple[float, float, float] = (2.5e-6, 1e-6, -1e-4),
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
-    kinematics: Kinematics = "nominal",
     pzt: Pzt = TOKIN,
     stack: Literal["static", "linear", "hysteretic"] = "static",
     proportional_gain: float = 1e9,
@@ -70,12 +69,7 @@ def stage_tracking(
     sample_time: float = 10e-6,
     delay: bool = False,
     damping_time: float = 6.02e-6,
-    links: Links = LINKS,
-    hinge: Hinge = HINGE,
-    masses: Masses = MASSES,
-    jacobian: Matrix | None = None,
-    stiffness: Matrix | None = None,
-    mass: Matrix | None = None,
+    machine: Stage = THESIS,
 ) -> Scene:
     """Return the scene: tracking errors, forces, voltages and stress on a ramp, a motion of all axes, or a step.
 
@@ -87,7 +81,6 @@ def stage_tracking(
         pose: final pose of the step, x, y [m] and yaw [rad] from rest.
         stage: level of the stage.
         model: level of the model in feed-forward and computed torque.
-        kinematics: parameter set of the stage's links, also in models of the stage.
         pzt: data sheet of the stacks, also in models of the stacks.
         stack: level of the stacks.
         proportional_gain: proportional gain of PD [N/m].
@@ -97,16 +90,9 @@ def stage_tracking(
         sample_time: sample time of the controller [s].
         delay: whether the command of PD and computed torque is delayed by one sample time.
         damping_time: damping of the stage per stiffness [s], for the stage and computed torque.
-        links: lengths [m] and angles [rad] of the stage's links in place of those of the set, also in models.
-        hinge: dimensions [m] and material [Pa] of the stage's hinges, also in models.
-        masses: masses [kg] and moments of inertia [kg.m2] of the stage's links, also in models.
-        jacobian: Jacobian from elongations to pose in place of that of the links, nine numbers row by row
-            [m/m; m/m; rad/m].
-        stiffness: stiffness of the stage on the elongations in place of that of its hinges, nine numbers row by row
-            [N/m].
-        mass: inertia of the stage on the elongations in place of that of its links, nine numbers row by row [kg].
+        machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
+            `jacobian`, `stiffness` and `mass` (`_stage.py`).
     """
-    design = Stage(kinematics, links, hinge, masses, jacobian, stiffness, mass)
     base = law.removesuffix("_ff")
     if base == "integral" and actuator == "force":
         raise StructureError(f"law {law} commands a voltage, not a force: take actuator pzt, or one of pd, pd_ff, ctc")
@@ -118,17 +104,17 @@ def stage_tracking(
     }[base]
     arguments = {
         "pd": {"axes": 3, "unit": "m", "effort": "N", "delay": delay},
-        "ctc": {"model": model, **design.dynamic, "delay": delay},
+        "ctc": {"model": model, **machine.dynamic, "delay": delay},
         "integral": {},
     }[base]
     known = {"pd": {}, "ctc": {"damping_time": damping_time}, "integral": pzt.highest}[base]
     ticking = {"sample_time": sample_time}
     pieces = [
-        _reference(motion, rate, pose, design, pzt),
-        *([_feed_forward(base, model, design, pzt)] if law.endswith("_ff") else []),
+        _reference(motion, rate, pose, machine, pzt),
+        *([_feed_forward(base, model, machine, pzt)] if law.endswith("_ff") else []),
         _controller(base, arguments, ticking | known | {f"{_AXES}.{name}": gain for name, gain in gains.items()}),
         _stacks(base, stack, pzt, ticking) if actuator == "pzt" else _forces(),
-        _stage(stage, design, damping_time, pzt if actuator == "pzt" else None),
+        _stage(stage, machine, damping_time, pzt if actuator == "pzt" else None),
     ]
     return Scene(
         System([c for piece in pieces for c in piece.components], [c for piece in pieces for c in piece.connections]),
@@ -155,13 +141,13 @@ def stage_tracking(
     )
 
 
-def _reference(motion: str, rate: float, pose: tuple[float, float, float], design: Stage, pzt: Pzt) -> _Piece:
+def _reference(motion: str, rate: float, pose: tuple[float, float, float], machine: Stage, pzt: Pzt) -> _Piece:
     """Return the reference motion and the tracking errors."""
     start: dict[str, Any] = {}
     if motion == "ramp":
         start["rate"] = rate
     if motion == "step":
-        reached = {"pose": pose, **design.kinematic, **({} if pzt.stroke is None else {"stroke": pzt.stroke})}
+        reached = {"pose": pose, **machine.kinematic, **({} if pzt.stroke is None else {"stroke": pzt.stroke})}
         start["step.elongation[1..3]"] = Analysis("stage_reference", "elongation", reached)
     return _Piece(
         [
@@ -175,10 +161,10 @@ def _reference(motion: str, rate: float, pose: tuple[float, float, float], desig
     )
 
 
-def _feed_forward(base: str, model: str, design: Stage, pzt: Pzt) -> _Piece:
+def _feed_forward(base: str, model: str, machine: Stage, pzt: Pzt) -> _Piece:
     """Return the feed-forward: force or voltage that holds the stage at the reference."""
     return _Piece(
-        [Component("feed_forward", "stage_feed_forward", None, {"model": model, **design.dynamic}, pzt.line)],
+        [Component("feed_forward", "stage_feed_forward", None, {"model": model, **machine.dynamic}, pzt.line)],
         [
             Connection(f"reference.{_STACKS}.elongation", f"feed_forward.{_AXES}.reference"),
             Connection(
@@ -228,8 +214,8 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piec
     )
 
 
-def _stage(level: str, design: Stage, damping_time: float, pzt: Pzt | None) -> _Piece:
+def _stage(level: str, machine: Stage, damping_time: float, pzt: Pzt | None) -> _Piece:
     """Return the stage, with the stiffness of the stacks if there are any."""
-    arguments = {"causality": "force" if pzt is None else "source", **design.dynamic}
+    arguments = {"causality": "force" if pzt is None else "source", **machine.dynamic}
     start = {"damping_time": damping_time, **({} if pzt is None else pzt.on_stage)}
     return _Piece([Component("stage", "rrr_stage", level, arguments, start)], [])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from parts_by_name import part
 from stage_by_hand import Linkage, frequencies
 
 from hfsa.components import ModelError
@@ -14,10 +15,10 @@ from hfsa.components._mechanics.rrr_kinematics import LinkChanges
 from hfsa.components._mechanics.rrr_masses import Masses
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.model import Kind
-from hfsa.components.rrr_stage import analyze, rrr_stage
-from hfsa.components.stage_reference import analyze as analyze_reference
-from hfsa.controllers.stage_closed_loop import analyze as analyze_loop
-from hfsa.controllers.stage_feed_forward import stage_feed_forward
+
+analyze, rrr_stage = part("rrr_stage").analysis, part("rrr_stage").model
+analyze_reference, analyze_loop = part("stage_reference").analysis, part("stage_closed_loop").analysis
+stage_feed_forward = part("stage_feed_forward").model
 
 DESIGNS = {
     "slim": Linkage(

@@ -8,6 +8,7 @@ from published_probes.stage import stage_base, stage_linear_statics, stage_stres
 import hfsa.components
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import rrr_dynamics as dynamics
+from hfsa.components._mechanics.rrr_design import Design
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
@@ -78,12 +79,12 @@ def test_another_stack_is_in_frequencies_volts_and_rest(level, kinematics):
     """M + m 1 and K + k 1 give the modes; k l + H = alpha V holds at rest, and wherever volts are asked for."""
     k, force, mass = 125e6, 2000.0, 4e-3
     words = {"stack.stiffness": "125e6", "stack.tip_mass": "4e-3", "stack.full_voltage": "200"}
-    found = PARTS["rrr_stage"].analysis(level, kinematics=kinematics, voltage="30,60,190", **words)
+    found = PARTS["rrr_stage"].analysis(level, design=Design(kinematics), voltage="30,60,190", **words)
     K, M, one = found["stiffness"], found["inertia"], np.eye(3)
     omega = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M + mass * one, K + k * one)).real))
     np.testing.assert_allclose(2 * np.pi * found["natural_frequencies_bonded_hz"], omega, rtol=1e-9)
     rest = found["elongation_at_voltage"]
-    held = analyze(level=level, kinematics=kinematics, elongation=tuple(rest.tolist()))["force"]
+    held = analyze(level=level, design=Design(kinematics), elongation=tuple(rest.tolist()))["force"]
     np.testing.assert_allclose(held + k * rest, force / 200 * np.array([30, 60, 190]), rtol=1e-9)
     at_rest = {"elongation": tuple(rest.tolist()), "level": level, "kinematics": kinematics}
     volts = PARTS["rrr_stage"].analysis(**at_rest, **words)["voltage"]
@@ -234,7 +235,7 @@ def test_a_stack_that_would_have_to_pull_says_so(level):
 
 
 def test_jacobian_level_follows_the_elongations():
-    model = rrr_stage(level="jacobian", kinematics="measured")
+    model = rrr_stage(level="jacobian", design=Design("measured"))
     u = np.arange(1.0, 10.0)
     found = np.array(list(outputs(model, np.zeros(0), u).values()))
     J = jacobian("measured")
@@ -242,9 +243,9 @@ def test_jacobian_level_follows_the_elongations():
 
 
 def test_calibrated_links_change_the_stage():
-    np.testing.assert_allclose(analyze(kinematics="calibrated")["jacobian"], CALIBRATED.jacobian)
-    frequencies = analyze(kinematics="calibrated", level="exact")["natural_frequencies_hz"]
-    np.testing.assert_allclose(frequencies, analyze(kinematics="calibrated")["natural_frequencies_hz"], rtol=1e-9)
+    np.testing.assert_allclose(analyze(design=Design("calibrated"))["jacobian"], CALIBRATED.jacobian)
+    frequencies = analyze(design=Design("calibrated"), level="exact")["natural_frequencies_hz"]
+    np.testing.assert_allclose(frequencies, analyze(design=Design("calibrated"))["natural_frequencies_hz"], rtol=1e-9)
     assert np.abs(frequencies / analyze()["natural_frequencies_hz"] - 1).min() > 0.05
 
 
@@ -293,10 +294,10 @@ def test_bode_plot_is_as_the_docstring_says(level, causality, direction, resonan
         ({"level": "exacct"}, "level is 'exacct'; did you mean exact"),
         ({"causality": "forces"}, "causality is 'forces'; did you mean force"),
         (
-            {"kinematics": "measured"},
+            {"design": Design("measured")},
             "without link dimensions and valid at level jacobian only",
         ),
-        ({"kinematics": "nominall"}, "kinematics is 'nominall'; did you mean nominal"),
+        ({"design": Design("nominall")}, "kinematics is 'nominall'; did you mean nominal"),
         ({"voltage": (0.0, float("nan"), 0.0)}, "voltage is .* V, expected three finite numbers"),
         ({"elongation": (0.0, float("inf"), 0.0)}, "elongation is .* m, expected three finite numbers"),
         ({"level": "exact", "elongation": (0.02, 0.0, 0.0)}, "no pose has the elongations .* reach 0 to 12e-6 m"),

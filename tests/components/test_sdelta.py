@@ -10,6 +10,7 @@ from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._mechanics.sdelta_kinematics import THESIS, Kinematics
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
@@ -161,7 +162,7 @@ def test_cartesian_tends_to_rigid_as_the_stiffness_grows():
     np.testing.assert_allclose(exact, np.eye(6), atol=1e-12)
     errors = []
     for factor in (1e2, 1e3, 1e4):
-        cartesian = Response(sdelta(posture=A, rods=Rods(tip_stiffness=factor * Rods().as_beam)))
+        cartesian = Response(sdelta(posture=A, machine=Machine(rods=Rods(tip_stiffness=factor * Rods().as_beam))))
         errors.append(np.abs(cartesian.from_pose(s, POSE, to_pose) - exact).max())
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.005)

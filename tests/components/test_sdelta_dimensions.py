@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from parts_by_name import part
 from robot_response import A
 
 from hfsa.components import ModelError
@@ -13,10 +14,10 @@ from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, Platform
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics, Mechanism, Transmission
 from hfsa.components._mechanics.sdelta_limbs import LimbInertia
 from hfsa.components._mechanics.sdelta_stiffness import Rods, Shafts
-from hfsa.components.c_drive import analyze as analyze_drive
-from hfsa.components.c_drive import c_drive
-from hfsa.components.sdelta import analyze, sdelta
-from hfsa.controllers import sdelta_tuning
+
+analyze, sdelta = part("sdelta").analysis, part("sdelta").model
+analyze_drive, c_drive = part("c_drive").analysis, part("c_drive").model
+tune = part("sdelta_tuning").analysis
 
 LEVELS = ("cartesian", "generalized")
 
@@ -79,7 +80,7 @@ def test_gains_and_robot_follow_the_same_machine():
     center = machine["payload"].mass * np.array(machine["payload"].center) / body[5, 5]
     T = T.jacobian(machine["posture"].matrix @ center)
     expected = np.kron(np.eye(3), drive) + T.T @ body @ T
-    np.testing.assert_allclose(sdelta_tuning.analyze(**rigid)["motor_inertia"], expected, rtol=1e-10)
+    np.testing.assert_allclose(tune(**rigid)["motor_inertia"], expected, rtol=1e-10)
 
 
 @pytest.mark.parametrize(

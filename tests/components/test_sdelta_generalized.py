@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial.legendre import leggauss
+from parts_by_name import part
 from random_postures import postures
 from robot_response import ACCELERATION, AXES, POSE, REACTION, TUBES, TWIST, WRENCH, A, Response
 
-from hfsa.components import ModelError, sdelta
+from hfsa.components import ModelError
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.screws import exponential, numbers
 from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix, minimum_energy, ritz_mass
@@ -20,15 +21,16 @@ from hfsa.components._mechanics.sdelta_stiffness import Rods, Shafts
 from hfsa.components._modelling.compose import compose
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components.c_drive import c_drive
-from hfsa.components.sdelta import analyze
 from hfsa.components.sdelta_reference import sdelta_reference
+
+analyze, sdelta = part("sdelta").analysis, part("sdelta").model
 
 TWISTS = [f"shaft[{i}]/twist" for i in range(1, 7)]
 TIPS = [f"rod[{j}]/deflection[{i}]" for j in AXES for i in (1, 2)]
 
 
-def robot_at(posture=SYMMETRIC, preset="ch4_full", **machine) -> Robot:
-    return Robot.at(posture, preset, CUBE, Machine(**machine))
+def robot_at(posture=SYMMETRIC, preset="ch4_full", extra_inertia=1.0, **machine) -> Robot:
+    return Robot.at(posture, preset, CUBE, Machine(**machine), extra_inertia)
 
 
 def kinetic_mass(robot: Robot) -> np.ndarray:
@@ -36,7 +38,7 @@ def kinetic_mass(robot: Robot) -> np.ndarray:
 
     The pose that goes with q is found by Newton on the closure of the limbs, not by the Jacobians of the model.
     """
-    geometry, limbs, rods = robot.machine.geometry, robot.machine.limbs, robot.machine.rods
+    geometry, limbs, rods = robot.machine.mechanism.geometry, robot.machine.limbs, robot.machine.rods
     at, J_C = robot.kinematics, robot.machine.mechanism.transmission.matrix
     nodes, weights = leggauss(12)
     along, share = rods.length * (nodes + 1) / 2, weights / 2
@@ -182,7 +184,7 @@ def response_by_matrices(robot: Robot, s: complex, ratio: float) -> tuple[np.nda
 @pytest.mark.parametrize("hertz", [2.0, 7.0, 23.0, 90.0, 680.0, 5e3])
 def test_the_model_is_the_matrix_formula(hertz):
     robot, s = robot_at(A, "ch3_full"), 2j * np.pi * hertz
-    found = Response(sdelta.sdelta(level="generalized", posture=A, stiffness="ch3_full", reference_point="C"))
+    found = Response(sdelta(level="generalized", posture=A, stiffness="ch3_full", reference_point="C"))
     to_motors = np.linalg.inv(robot.machine.mechanism.drives_matrix)
     pose, torque = response_by_matrices(robot, s, 0.01)
     expected = np.vstack([pose, to_motors.T @ torque])
@@ -197,13 +199,13 @@ def test_the_model_is_the_matrix_formula(hertz):
 def test_deflections_close_the_limbs():
     """N x = D_J (q + [theta; 0]): the pose follows from tubes and deflections."""
     robot, s = robot_at(A), 2j * np.pi * 200.0
-    found = Response(sdelta.sdelta(level="generalized", posture=A, reference_point="C"), damping_ratio=0.0)
+    found = Response(sdelta(level="generalized", posture=A, reference_point="C"), damping_ratio=0.0)
     q = found(s, TWISTS + TIPS, WRENCH)
     np.testing.assert_allclose(robot.of_limbs @ q, found(s, POSE, WRENCH), rtol=1e-9)
 
 
 def test_rates_and_accelerations_are_derivatives():
-    found, s = Response(sdelta.sdelta(level="generalized", posture=A)), 2j * np.pi * 60.0
+    found, s = Response(sdelta(level="generalized", posture=A)), 2j * np.pi * 60.0
     pose = found(s, POSE, WRENCH)
     np.testing.assert_allclose(found(s, TWIST, WRENCH), s * pose, rtol=1e-9)
     np.testing.assert_allclose(found(s, ACCELERATION, WRENCH), s**2 * pose, rtol=1e-9)
@@ -212,20 +214,20 @@ def test_rates_and_accelerations_are_derivatives():
 def test_it_tends_to_cartesian_with_shafts_as_the_inertia_vanishes():
     """The error at 20 Hz is proportional to the inertia, and 0 inertia is that level, deflections included."""
     s, signals = 2j * np.pi * 20.0, (POSE + REACTION + TWISTS + TIPS, WRENCH)
-    exact = Response(sdelta.sdelta(posture=A, stiffness="ch4_full"))(s, *signals)
+    exact = Response(sdelta(posture=A, stiffness="ch4_full"))(s, *signals)
     scale, errors = np.abs(exact).max(axis=1, keepdims=True), []
     for eps in (1e-2, 1e-3, 1e-4):
-        found = Response(sdelta.sdelta(level="generalized", posture=A, extra_inertia=eps))(s, *signals)
+        found = Response(sdelta(level="generalized", posture=A, extra_inertia=eps))(s, *signals)
         errors.append(np.abs((found - exact) / scale).max())
     assert np.divide(errors[:-1], errors[1:]) == pytest.approx([10, 10], rel=0.05)
-    none = Response(sdelta.sdelta(level="generalized", posture=A, extra_inertia=0.0))
+    none = Response(sdelta(level="generalized", posture=A, extra_inertia=0.0))
     np.testing.assert_array_equal(none(s, *signals), exact)
 
 
 def test_rayleigh_damping_gives_the_ratio_to_the_first_and_the_fourth_mode():
     """At every level, with the printed ratios of the others at `cartesian`."""
     for level, others in (("cartesian", {2: 0.0097674, 5: 0.0146535}), ("generalized", {})):
-        poles = np.linalg.eigvals(linearize(sdelta.sdelta(level=level, damping_model="rayleigh")).A)
+        poles = np.linalg.eigvals(linearize(sdelta(level=level, damping_model="rayleigh")).A)
         poles = np.array(sorted(poles[poles.imag > 0], key=abs))
         ratios = -poles.real / np.abs(poles)
         assert ratios[[0, 3]] == pytest.approx([0.01, 0.01], rel=1e-7)
@@ -235,9 +237,9 @@ def test_rayleigh_damping_gives_the_ratio_to_the_first_and_the_fourth_mode():
 
 def test_a_mode_without_inertia_is_refused():
     with pytest.raises(ModelError, match="have no inertia beyond rounding at extra_inertia 1e-300"):
-        sdelta.sdelta(level="generalized", extra_inertia=1e-300)
+        sdelta(level="generalized", extra_inertia=1e-300)
     with pytest.raises(ModelError, match="extra_inertia is -1, expected a finite number, 0 or more"):
-        sdelta.sdelta(level="generalized", extra_inertia=-1.0)
+        sdelta(level="generalized", extra_inertia=-1.0)
 
 
 # With drives ----------------------------------------------------------------------------------------------------------
@@ -245,7 +247,7 @@ def test_a_mode_without_inertia_is_refused():
 
 def free_motor_frequencies(drive: str, **arguments) -> np.ndarray:
     """Natural frequencies above 1 Hz of the undamped robot with three drives whose motors are free, ascending [Hz]."""
-    members = {"robot": sdelta.sdelta(**arguments), **{f"drive[{j}]": c_drive(level=drive) for j in AXES}}
+    members = {"robot": sdelta(**arguments), **{f"drive[{j}]": c_drive(level=drive) for j in AXES}}
     motions = [f"{word}{order}" for word in ("slide", "angle") for order in ("", "_rate")]
     joined = [(f"drive[{j}].tube.{name}", f"robot.drive[{j}].{name}") for j in AXES for name in motions]
     joined += [(f"robot.drive[{j}].{load}", f"drive[{j}].tube.{load}") for j in AXES for load in ("force", "torque")]
@@ -311,7 +313,7 @@ def test_free_motor_resonances_are_those_printed(drive, stiffness, printed):
 )
 def test_printed_torques_of_a_forced_motion(side, hertz, printed):
     """Largest of the motors for 1 mm or 1 mrad at S, ideal drives on the springs of chapter 4 (section 11)."""
-    members = {"reference": sdelta_reference(), "robot": sdelta.sdelta()}
+    members = {"reference": sdelta_reference(), "robot": sdelta()}
     members |= {f"drive[{j}]": c_drive(level="ideal") for j in AXES}
     motions = [f"{word}{order}" for word in ("slide", "angle") for order in ("", "_rate", "_acceleration")]
     joined = [(f"reference.drive[{j}].{name}", f"drive[{j}].command.{name}") for j in AXES for name in motions]

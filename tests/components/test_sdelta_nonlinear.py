@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from parts_by_name import part
 from random_postures import numbers_in, postures
 from robot_response import A
 from scipy.integrate import solve_ivp
@@ -15,7 +16,8 @@ from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Geometry, Post
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload, with_payload
 from hfsa.components._mechanics.sdelta_stiffness import Rods, Shafts
 from hfsa.components._modelling.linearize import linearize
-from hfsa.components.sdelta import analyze, sdelta
+
+analyze, sdelta = part("sdelta").analysis, part("sdelta").model
 
 FINITE_ELEMENTS = 100 / 6.6506e-4
 BEAM = ByHand()
@@ -416,12 +418,12 @@ def test_flag_beyond_the_printed_singular_poses(turn, move):
     machine = Machine(sdelta(level="nonlinear"))
     arm, at = arm_of(SYMMETRIC), np.array(SYMMETRIC.position)
     u0, phi0 = BEAM.tubes(np.eye(3), at)
-    for part, flag in ((0.5, 0), (0.99, 0), (1.001, 1), (1.05, 1)):
-        vector_there = part * np.deg2rad(turn)
-        Q, a = rotation(vector_there), at + part * 1e-3 * np.array(move)
+    for share, flag in ((0.5, 0), (0.99, 0), (1.001, 1), (1.05, 1)):
+        vector_there = share * np.deg2rad(turn)
+        Q, a = rotation(vector_there), at + share * 1e-3 * np.array(move)
         u, phi = BEAM.tubes(Q, a)
         x = state(vector_there, a + Q @ arm - at - arm)
-        assert machine.out(x, tube_inputs(u - u0, phi - phi0))["platform.workspace_left"] == flag, part
+        assert machine.out(x, tube_inputs(u - u0, phi - phi0))["platform.workspace_left"] == flag, share
 
 
 def test_flag_where_a_limb_is_as_short_as_its_rod():

@@ -2,11 +2,17 @@
 
 import numpy as np
 import pytest
+from parts_by_name import part
 
 from hfsa.components import ModelError
 from hfsa.components._mechanics.elastostatics import indices
+from hfsa.components._mechanics.sdelta_geometry import Geometry, Posture
+from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
+from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.components._modelling.study import bounds, optimum, response_map, slopes
-from hfsa.components.sdelta import CUBE, Geometry, Payload, Posture, Rods, analyze, study, trajectory
+
+SDELTA = part("sdelta")
+analyze, study, trajectory = SDELTA.analysis, SDELTA.design_study, SDELTA.path_study
 
 A = Posture((10, 5, 8), (0.005, 0.003, 0.155))
 

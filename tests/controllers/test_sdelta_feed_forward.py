@@ -8,6 +8,7 @@ from robot_response import Response
 from hfsa.components import ModelError
 from hfsa.components._mechanics.sdelta_geometry import Posture
 from hfsa.components._mechanics.sdelta_kinematics import Kinematics
+from hfsa.components._mechanics.sdelta_robot import Machine
 from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components.sdelta import analyze, sdelta
@@ -50,7 +51,9 @@ def test_elastic_feed_forward_tends_to_rigid_with_one_over_stiffness():
     error = []
     for factor in 100.0 * 2 ** np.arange(4):
         rods = Rods(tip_stiffness=factor * 1.778e5)
-        elastic, rigid = (response(10.0, NOMINAL + TORQUE, level=level, rods=rods) for level in ("elastic", "rigid"))
+        elastic, rigid = (
+            response(10.0, NOMINAL + TORQUE, level=level, machine=Machine(rods=rods)) for level in ("elastic", "rigid")
+        )
         error.append(np.abs(elastic - rigid).max(axis=1))
     orders = np.log2(np.divide(error[:-1], error[1:]))
     np.testing.assert_allclose(orders, 1, atol=0.02)

@@ -7,6 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hfsa.components import ModelError
+from hfsa.components._mechanics.rrr_design import Design
 from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.controllers._feedback import poles, sample_time_limit
 from hfsa.controllers.stage_closed_loop import analyze
@@ -86,7 +87,7 @@ def test_middle_gains_settle_at_once_and_leave_a_bias(kp, kv):
 @pytest.mark.parametrize("kp", [0.0, 1.0, 3e6, 1e9, 1e17])
 def test_the_stage_balances_where_it_is_said_to_rest(level, kinematics, kp):
     """Kp e = H(r - e), of elongations that differ."""
-    reference, links = np.array([12e-6, 3e-6, 7e-6]), {"level": level, "kinematics": kinematics}
+    reference, links = np.array([12e-6, 3e-6, 7e-6]), {"level": level, "design": Design(kinematics)}
     error = pd(kp, 1.0, elongation=tuple(reference), **links)["final_error"]
     rest = analyze_stage(elongation=tuple(reference - error), **links)
     np.testing.assert_allclose(kp * error, rest["force"], rtol=1e-9, atol=1e-9)

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsa.components import Model, ModelError, rrr_stage
+from hfsa.components._mechanics.rrr_design import Design
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL, forward
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
@@ -104,10 +105,10 @@ def test_feed_forward_holds_the_stage(model, r):
 @pytest.mark.parametrize("model", MODELS)
 def test_feed_forward_holds_the_stage_with_the_calibrated_links(model):
     """316.2 N hold 12 um on all stacks, in place of 348.9 N."""
-    made = functions(stage_feed_forward(model=model, kinematics="calibrated"))
+    made = functions(stage_feed_forward(model=model, design=Design("calibrated")))
     for r in ([12e-6] * 3, [0.0, 12e-6, 3e-6]):
         out = np.array(made.out(0.0, [], [], r, [52.0625e6, 833 / 150])).ravel()
-        holding = rrr_stage.analyze(level=model, kinematics="calibrated", elongation=tuple(r))
+        holding = rrr_stage.analyze(level=model, design=Design("calibrated"), elongation=tuple(r))
         assert out[:3] == pytest.approx(holding["force"], rel=1e-9, abs=1e-9)
         assert out[3:] == pytest.approx(holding["voltage"], rel=1e-9, abs=1e-9)
     out = np.array(made.out(0.0, [], [], [12e-6] * 3, [52.0625e6, 833 / 150])).ravel()
@@ -167,9 +168,9 @@ def entry(controller: Model, output: str, source: str, z: complex) -> complex:
 @pytest.mark.parametrize("kinematics", ["nominal", "calibrated"])
 @pytest.mark.parametrize("delay", [False, True])
 def test_bode_sentence_of_computed_torque(delay, kinematics):
-    rest = rrr_stage.analyze(level="constant_jacobian", kinematics=kinematics)
+    rest = rrr_stage.analyze(level="constant_jacobian", design=Design(kinematics))
     kp, kv, z = (2 * np.pi * 300) ** 2, 2 * 2 * np.pi * 300, np.exp(2j * np.pi * 200 * 50e-6)
-    controller = stage_computed_torque(model="constant_jacobian", kinematics=kinematics, delay=delay)
+    controller = stage_computed_torque(model="constant_jacobian", design=Design(kinematics), delay=delay)
     turn = 1 / z if delay else 1
     ahead = 75e-6 if delay else 25e-6
     for i, j in ((1, 1), (1, 2), (3, 2)):

@@ -7,6 +7,7 @@ import pytest
 
 from hfsa.components import rrr_stage
 from hfsa.components._mechanics.pzt import Stack
+from hfsa.components._mechanics.rrr_design import Design
 from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.linear.linearize import linear_response
@@ -69,7 +70,7 @@ def test_computed_torque_tracks_on_stacks_with_the_calibrated_links(ran):
     """A ramp by 0.59 nm, as with the nominal ones; three axes by 0.3 um, where a stack would have to pull."""
     peaks = {k: np.abs(ran("stage_tracking", 0.05, ERRORS, law="ctc", kinematics=k)[1]).max() for k in LINKS}
     assert peaks["calibrated"] == pytest.approx(peaks["nominal"], rel=0.02)
-    pulling = rrr_stage.analyze(kinematics="calibrated", elongation=(8e-6, 0.0, 0.0))
+    pulling = rrr_stage.analyze(design=Design("calibrated"), elongation=(8e-6, 0.0, 0.0))
     assert pulling["force"][1:] == pytest.approx([-12.0, -12.0], abs=0.2)
     assert pulling["voltage"][1] < 0
     clipped = ["voltage.axis[2].saturation", "voltage.axis[2].command"]
@@ -111,7 +112,7 @@ def test_the_extremes_hold_for_the_calibrated_links(ran, law):
 @pytest.mark.parametrize("kinematics", LINKS)
 def test_the_extremes_tick_by_the_mass_of_their_yaw(kinematics):
     """0.3 of 2 m / Kv, to one digit."""
-    mass = np.linalg.eigvalsh(rrr_stage.analyze(kinematics=kinematics)["inertia"])[0]
+    mass = np.linalg.eigvalsh(rrr_stage.analyze(design=Design(kinematics))["inertia"])[0]
     gains = {"law": "pd", "proportional_gain": 0, "derivative_gain": 1e7}
     scene = load_scene("stage_extremes", {**gains, "kinematics": kinematics})
     assert scene.step_size == scene.system["controller"].start["sample_time"] == float(f"{0.6 * mass / 1e7:.0e}")

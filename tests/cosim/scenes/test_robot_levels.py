@@ -7,6 +7,7 @@ from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_generalized import generalized_modes, mass_matrix
 from hfsa.components._mechanics.sdelta_geometry import Geometry, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE
+from hfsa.components._mechanics.sdelta_kinematics import Mechanism, Transmission
 from hfsa.components._mechanics.sdelta_robot import Machine, Robot
 from hfsa.components._mechanics.sdelta_stiffness import Rods
 from hfsa.cosim import sweep
@@ -17,7 +18,7 @@ OWN = {"geometry.base_radius": 0.48, "rods.diameter": 0.013, "gear": 5.0, "pitch
 
 def by_matrices(frequency: np.ndarray) -> np.ndarray:
     """Response of the pose of S to its command at level `generalized`, (frequencies, 6, 6), in physical coordinates."""
-    machine = Machine(Geometry(base_radius=0.48), Rods(diameter=0.013), gear=5.0, pitch=0.05)
+    machine = Machine(Mechanism(Geometry(base_radius=0.48), Transmission(0.05, 5.0)), Rods(diameter=0.013))
     robot = Robot.at(Posture((10, 5, 8), (0.005, 0.003, 0.155)), "ch3_full", CUBE, machine)
     M, K = mass_matrix(robot), np.diag(1 / robot.springs.compliance)
     omega, shapes = generalized_modes(robot, M)

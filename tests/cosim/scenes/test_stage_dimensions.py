@@ -5,6 +5,7 @@ import pytest
 from stage_by_hand import Linkage
 
 from hfsa.components import ModelError
+from hfsa.components._mechanics.rrr_design import Design
 from hfsa.components.rrr_stage import analyze
 from hfsa.cosim.assembly.agreement import conflicts, disagreements
 from hfsa.cosim.assembly.build import build
@@ -98,7 +99,7 @@ def test_given_matrices_reach_the_law(ran):
     matrices = {
         "stiffness": SLIM.stiffness.ravel().tolist(),
         "mass": SLIM.mass.ravel().tolist(),
-        "jacobian": analyze(level="jacobian", kinematics="measured")["jacobian"].ravel().tolist(),
+        "jacobian": analyze(level="jacobian", design=Design("measured"))["jacobian"].ravel().tolist(),
     }
     drive = {"law": "ctc", "actuator": "force", "motion": "three_axis", **matrices}
     assert np.abs(ran("stage_tracking", 0.1, ERRORS, **drive)).max() < 0.5e-9

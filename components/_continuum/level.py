@@ -1,0 +1,47 @@
+"""Level `continuum` of the stage: its ports, states and outputs, declared in a model."""
+
+import casadi as ca
+
+from hfsa.components._continuum.design import Continuum
+from hfsa.components._continuum.dynamics import equations
+from hfsa.components._continuum.necks import largest_stress
+from hfsa.components._mechanics.rrr_levels import (
+    MOVE,
+    Motion,
+    declare_contact,
+    declare_loads,
+    declare_stack_damping,
+    declare_stacks,
+    declare_stress,
+)
+from hfsa.components._modelling.model import Model
+
+DAMPING = 0.01
+"""Damping ratio of each mode (typical)."""
+
+
+def elastic(m: Model, design: Continuum) -> Motion:
+    """Add the modes of a stage, the outputs of stacks and necks; return the motion of the platform.
+
+    Raises:
+        ModelError: as `solution` of a shape that cannot be built or meshed.
+    """
+    solved = design.solved(design.size)
+    small, stack = design.small(solved.stage), design.stack
+    words = "Damping ratio of each mode, without that of the stacks"
+    damping = m.parameter("damping_ratio", DAMPING, "1", words, min=0)
+    drive, wrench, base = declare_loads(m, "source")
+    c = declare_stack_damping(m, stack)
+    mode = f"mode[1..{len(small.omega)}]"
+    coordinates = m.state(f"{mode}.displacement", "m", "Largest displacement in the mode", nominal=MOVE[0])
+    rates = m.state(f"{mode}.velocity", "m/s", "Rate of the displacement", nominal=MOVE[1])
+    radius = design.dimensions.links_at_rest.radius
+    found = equations(small, radius, coordinates, rates, ca.vertcat(drive, wrench), base, damping, c)
+    m.der[coordinates], m.der[rates] = rates, found.acceleration
+    (at, x), (rate, v), (acceleration, a) = (ca.vertsplit(part, 3) for part in found.motion)
+    declare_stacks(m, at, rate)
+    inertia = stack.tip_mass * (acceleration + ca.DM(solved.stage.pushes) @ base)
+    declare_contact(m, drive - stack.stiffness * at - c * rate - inertia)
+    stress = largest_stress(design, solved, found.motion.place)
+    declare_stress(m, design.dimensions.hinge, stress, "Largest von Mises stress in the necks")
+    return Motion(x, v, a)

@@ -1,0 +1,109 @@
+"""Drawings of a part, as data: points, lines and triangles with values, which `hfsa analyze PART --picture FILE` draws.
+
+    def picture(*, kind: str = "tilted") -> Drawing:
+        ends = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0]])
+        beam = Layer(ends, np.array([[0, 1]]), "body", "beam")
+        return Drawing("One beam", [Panel([beam], unit="m")])
+
+A part offers pictures by such a function beside `analyze`, with arguments of its own. How a layer looks follows
+from its role and from the number of points of a cell; with values it is coloured, and the panel has a scale.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsa.components._modelling.errors import ModelError, one_of
+
+Role = Literal["body", "rest", "moved", "axis", "mark"]
+"""What a layer shows: a body, one at rest beside its moved self, the moved one, an axis, or a mark."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Cells that look alike; arrays may be given as lists.
+
+    Attributes:
+        points: coordinates, (points, 2) or (points, 3), in the unit of the panel.
+        cells: indices of the points of each cell: (cells, 1) for points, (cells, 2) for lines, (cells, 3) for faces.
+        role: what they show.
+        name: entry in the legend, empty for none.
+        values: value of every point, (points,), in the unit of the panel's scale; `None` without.
+        texts: text beside every point; empty for none.
+
+    Raises:
+        ModelError: arrays of other shapes; an index of no point; a number that is not finite.
+    """
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    role: Role = "body"
+    name: str = ""
+    values: NDArray[np.float64] | None = None
+    texts: Sequence[str] = ()
+
+    def __post_init__(self):
+        points, cells = np.asarray(self.points, dtype=float), np.asarray(self.cells, dtype=int)
+        values = None if self.values is None else np.asarray(self.values, dtype=float)
+        if points.ndim != 2 or points.shape[1] not in (2, 3):
+            raise ModelError(f"a layer's points are of shape {points.shape}, expected (points, 2) or (points, 3)")
+        if cells.ndim != 2 or cells.shape[1] not in (1, 2, 3):
+            raise ModelError(f"a layer's cells are of shape {cells.shape}, expected (cells, 1), (cells, 2), (cells, 3)")
+        if cells.size and not 0 <= cells.min() <= cells.max() < len(points):
+            raise ModelError(
+                f"a layer's cells have indices from {cells.min()} to {cells.max()}, expected 0 to {len(points) - 1}"
+            )
+        if values is not None and values.shape != (len(points),):
+            raise ModelError(f"a layer's values are of shape {values.shape}, expected ({len(points)},)")
+        for words, numbers in (("points", points), ("values", values)):
+            if numbers is not None and not np.all(np.isfinite(numbers)):
+                raise ModelError(f"a layer's {words} have NaN or infinity, expected finite numbers")
+        if self.texts and len(self.texts) != len(points):
+            raise ModelError(f"a layer has {len(self.texts)} texts, expected {len(points)}, one per point")
+        one_of(self.role, get_args(Role), "a layer's role")
+        for field, array in (("points", points), ("cells", cells), ("values", values)):
+            object.__setattr__(self, field, array)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Layers along common axes, of two or of three dimensions.
+
+    Attributes:
+        layers: layers, the first behind.
+        unit: unit of the coordinates.
+        axes: names of the axes, (2,) or (3,).
+        title: heading; empty for none.
+        quantity, quantity_unit: words and unit of the layers' values; empty without.
+
+    Raises:
+        ModelError: layers of different dimensions, or of another number than there are axes.
+    """
+
+    layers: Sequence[Layer]
+    unit: str = "m"
+    axes: Sequence[str] = ("X", "Y", "Z")
+    title: str = ""
+    quantity: str = ""
+    quantity_unit: str = "1"
+
+    def __post_init__(self):
+        found = {layer.points.shape[1] for layer in self.layers}
+        if found != {len(self.axes)}:
+            words = " and ".join(map(str, sorted(found))) or "no"
+            raise ModelError(f"a panel has {len(self.axes)} axes and layers of {words} dimensions, expected the same")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A drawing: panels beside each other below a title; `ModelError` without a panel."""
+
+    title: str
+    panels: Sequence[Panel]
+
+    def __post_init__(self):
+        if not self.panels:
+            raise ModelError(f"the drawing {self.title!r} has no panel, expected one or more")

@@ -1,0 +1,120 @@
+"""Pictures of parts: what a drawing holds stands in the figure, at its place and in its colour."""
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, PolyCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from hfsa.components import ModelError
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel
+from hfsa.cosim.cli import main
+from hfsa.cosim.figures.drawing import drawing_figure
+
+SQUARE = np.array([[0.0, 0.0], [2e-3, 0.0], [2e-3, 1e-3], [0.0, 1e-3]])
+HALVES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def flat(**more) -> Panel:
+    """A plate of two triangles with stresses, a line and a point."""
+    plate = Layer(SQUARE, HALVES, name="plate", values=np.array([0.0, 3e6, 6e6, 0.0]))
+    line = Layer(SQUARE, np.array([[0, 1], [1, 2]]), "rest", "edge")
+    point = Layer(SQUARE[:1], np.array([[0]]), "mark", texts=["A"])
+    return Panel([plate, line, point], axes=("x", "y"), quantity="stress", quantity_unit="Pa", **more)
+
+
+def test_a_flat_panel_shows_its_cells_in_a_readable_unit():
+    axes, bar = drawing_figure(Drawing("Plate", [flat(title="loaded")])).axes
+    faces, lines, points = axes.collections
+    assert isinstance(faces, PolyCollection)
+    assert isinstance(lines, LineCollection)
+    # a face is closed: its first vertex comes again
+    np.testing.assert_allclose([path.vertices[:3] for path in faces.get_paths()], 1e3 * SQUARE[HALVES])
+    np.testing.assert_allclose(lines.get_segments(), 1e3 * SQUARE[[[0, 1], [1, 2]]])
+    np.testing.assert_allclose(points.get_offsets(), [[0.0, 0.0]])
+    np.testing.assert_allclose(faces.get_array(), [3.0, 2.0])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (mm)", "y (mm)")
+    assert bar.get_ylabel() == "stress (MPa)"
+    assert (faces.norm.vmin, faces.norm.vmax) == (0.0, 6.0)
+    assert axes.get_aspect() == 1.0
+    assert [text.get_text().strip() for text in axes.texts] == ["A"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["plate", "edge"]
+
+
+def test_a_solid_panel_has_axes_of_equal_scale():
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 4.0]])
+    faces = Layer(corners, np.array([[0, 1, 2]]))
+    lines = Layer(corners, np.array([[0, 3]]), "axis", values=np.array([1.0, 0.0, 0.0, 3.0]))
+    figure = drawing_figure(Drawing("Solid", [Panel([faces, lines], unit="1"), flat()]))
+    solid = figure.axes[0]
+    found = solid.collections
+    assert {type(item) for item in found} == {Poly3DCollection, Line3DCollection}
+    spans = np.diff([solid.get_xlim3d(), solid.get_ylim3d(), solid.get_zlim3d()]).ravel()
+    np.testing.assert_allclose(spans / spans[0], [1.0, 2.0, 4.0])
+    assert solid.get_xlabel() == "X"
+    figure.canvas.draw()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        pytest.param(
+            lambda: Layer([1.0, 2.0], [[0]]), r"points are of shape \(2,\), expected \(points, 2\)", id="flat"
+        ),
+        pytest.param(lambda: Layer(SQUARE, [0, 1]), r"cells are of shape \(2,\)", id="cells"),
+        pytest.param(lambda: Layer(SQUARE, [[0, 4]]), r"indices from 0 to 4, expected 0 to 3", id="index"),
+        pytest.param(
+            lambda: Layer(SQUARE, [[0]], values=[1.0]), r"values are of shape \(1,\), expected \(4,\)", id="values"
+        ),
+        pytest.param(lambda: Layer(SQUARE * np.nan, [[0]]), r"points have NaN or infinity", id="nan"),
+        pytest.param(lambda: Layer(SQUARE, [[0]], texts=["a"]), r"1 texts, expected 4", id="texts"),
+        pytest.param(lambda: Layer(SQUARE, [[0]], "bodi"), r"role is 'bodi'; did you mean body", id="role"),
+        pytest.param(lambda: Panel([Layer(SQUARE, [[0]])]), r"3 axes and layers of 2 dimensions", id="axes"),
+        pytest.param(lambda: Panel([]), r"3 axes and layers of no dimensions", id="empty"),
+        pytest.param(lambda: Drawing("It", []), r"the drawing 'It' has no panel", id="no panel"),
+    ],
+)
+def test_a_drawing_that_cannot_be_drawn_is_refused(make, words):
+    with pytest.raises(ModelError, match=words):
+        make()
+
+
+OWN = '''
+"""A triangle."""
+
+import numpy as np
+
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel
+
+
+def analyze(*, size: float = 1.0) -> dict:
+    """Return its area."""
+    return {"area": size**2 / 2}
+
+
+def picture(*, size: float = 1.0, turned: bool = False) -> Drawing:
+    """Return it."""
+    if size > 9:
+        return "large"
+    points = size * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    return Drawing("Triangle", [Panel([Layer(points, [[0, 1, 2]], name="face")], axes=("x", "y"))])
+'''
+
+
+def test_a_part_of_ones_own_has_a_picture(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "triangle.py").write_text(OWN)
+    command = ["analyze", "./triangle.py", "--picture"]
+    assert main([*command, "it.png", "-p", "size=2"]) == 0
+    assert "Triangle\nit.png" in capsys.readouterr().out
+    assert (tmp_path / "it.png").read_bytes().startswith(b"\x89PNG")
+    for words, more in {
+        "has no argument 'sise'; did you mean size": ["it.png", "-p", "sise=2"],
+        "expected one of .png": ["it.txt"],
+        "--sensitivity and --picture are different studies": ["it.png", "--sensitivity"],
+        "returned a str, expected a Drawing": ["it.png", "-p", "size=10"],
+        "a picture is of one level of the part and takes none": ["it.png", "--level", "fine"],
+    }.items():
+        assert main([*command, *more]) == 2
+        assert words in capsys.readouterr().err
+    assert main(["analyze", "mass_on_spring", "--picture", "it.png"]) == 2
+    assert "mass_on_spring offers no picture; these do: " in capsys.readouterr().err
