@@ -28,12 +28,14 @@ class Field(NamedTuple):
         triangles: nodes of the triangles, shape (m, 6).
         displacement: displacements of the nodes, shape (n, 2) [m].
         stress: von Mises stresses at the corners of the triangles, shape (m, 3) [Pa].
+        joined: whether a node is on a cut between two thirds, shape (n,).
     """
 
     points: np.ndarray
     triangles: np.ndarray
     displacement: np.ndarray
     stress: np.ndarray
+    joined: np.ndarray
 
 
 def field(design: Continuum, elongation: Sequence[float]) -> Field:
@@ -51,7 +53,9 @@ def field(design: Continuum, elongation: Sequence[float]) -> Field:
         displacements.append(own.reshape(-1, 2) @ to_stage.T)
         stresses.append(von_mises(corner_stress(mesh, every, own, plate), plate))
     triangles = np.vstack([mesh.triangles + leg * len(mesh.points) for leg in range(len(points))])
-    return Field(np.vstack(points), triangles, np.vstack(displacements), np.vstack(stresses))
+    on_cut = np.isin(np.arange(len(mesh.points)), [*mesh.on["cut"], *mesh.on["turned cut"]])
+    joined = np.tile(on_cut, len(points))
+    return Field(np.vstack(points), triangles, np.vstack(displacements), np.vstack(stresses), joined)
 
 
 def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
@@ -61,8 +65,9 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
     largest = float(np.linalg.norm(found.displacement, axis=1).max())
     factor = _SHOWN * size / largest if largest else 1.0
     moved = found.points + factor * found.displacement
-    rim = _rim(found.triangles)
-    peak = found.triangles.ravel()[6 * (found.stress.argmax() // 3) + found.stress.argmax() % 3]
+    rim = _rim(found.triangles, found.joined)
+    peak = found.triangles[np.unravel_index(found.stress.argmax(), found.stress.shape)]
+    mark = Layer(found.points[[peak]], np.array([[0]]), "mark", "largest stress")
     away = np.abs(found.points[found.triangles[:, :3]] - found.points[peak]).max(axis=(1, 2))
     at = ", ".join(f"{1e6 * value:.4g}" for value in elongation)
     body = design.body
@@ -71,11 +76,10 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
         [
             _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles"),
             _panel(
-                [Layer(found.points, rim, "rest", "at rest"), Layer(moved, rim, "moved", "moved")],
+                [Layer(found.points, rim, "rest", "at rest"), Layer(moved, rim, "moved", "moved"), mark],
                 f"Displacements up to {1e6 * largest:.4g} um, times {factor:.3g}",
             ),
-            _stress(found, np.full(len(away), True), f"Largest stress {found.stress.max() / 1e6:.4g} MPa"),
-            _stress(found, away < _WINDOW * size, "About the largest stress"),
+            _stress(found, away < _WINDOW * size),
         ],
     )
 
@@ -85,8 +89,9 @@ def _panel(layers: Sequence[Layer], title: str) -> Panel:
     return Panel(layers, axes=("X", "Y"), title=title)
 
 
-def _stress(found: Field, chosen: np.ndarray, title: str) -> Panel:
+def _stress(found: Field, chosen: np.ndarray) -> Panel:
     """Return the panel of the stress over chosen triangles, linear between the corners of each."""
+    title = f"About the largest stress, {found.stress.max() / 1e6:.4g} MPa"
     nodes, stress = found.triangles[chosen], found.stress[chosen]
     values = np.hstack([stress, (stress + np.roll(stress, -1, axis=1)) / 2])
     cells = 6 * np.arange(len(nodes))[:, None, None] + _PARTS
@@ -99,7 +104,7 @@ def _edges(triangles: np.ndarray) -> np.ndarray:
     return np.unique(np.sort(triangles[:, _EDGES].reshape(-1, 2), axis=1), axis=0)
 
 
-def _rim(triangles: np.ndarray) -> np.ndarray:
-    """Return those that one triangle alone has."""
+def _rim(triangles: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """Return those that one triangle alone has and that are on no cut."""
     pairs, counts = np.unique(np.sort(triangles[:, _EDGES].reshape(-1, 2), axis=1), axis=0, return_counts=True)
-    return pairs[counts == 1]
+    return pairs[(counts == 1) & ~joined[pairs].all(axis=1)]
