@@ -49,6 +49,7 @@ import numpy as np
 from hfsa.components import Drawing, Model, ModelError
 from hfsa.components._continuum.design import THESIS_BODY, Body, continuum
 from hfsa.components._continuum.drawing import drawing
+from hfsa.components._continuum.extra import unavailable
 from hfsa.components._continuum.level import elastic
 from hfsa.components._continuum.results import elastic_numbers
 from hfsa.components._mechanics.pzt import STROKE_IN_USE, TOKIN, Stack
@@ -70,6 +71,11 @@ from hfsa.components._modelling.study import Study
 
 Level = Literal["jacobian", "constant_jacobian", "exact", "continuum"]
 Causality = Literal["source", "force"]
+
+LADDER = ("jacobian", "constant_jacobian", "continuum")
+"""Levels of small motions; `exact` is of links that move far, but are rigid."""
+UNAVAILABLE = unavailable("continuum")
+"""Levels that this machine cannot build, with the reason."""
 
 FACTS = {
     **STAGE,
