@@ -29,9 +29,8 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components import Model
-from hfsa.components._mechanics.beam_kinds import KindName
-from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
+from hfsa.components._mechanics.beam_module import without_rounding
+from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, USUAL, SpringDesign, displacement_outputs
 from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
     ACCELERATION,
@@ -48,31 +47,20 @@ from hfsa.components._mechanics.rigid_body import (
 
 def beam_stage(
     *,
-    kind: KindName = "three_beam",
-    tilt: float | None = None,
-    count: int | None = None,
-    length_error: tuple[float, ...] | None = None,
-    material: Material = ALUMINIUM,
-    dimensions: Dimensions = NORMALISED,
+    module: SpringDesign = USUAL,
     platform: Body = DISC,
 ) -> Model:
     """Return the platform on its module.
 
     Args:
-        kind: kind of the module, see `_mechanics/beam_kinds.py`.
-        tilt: angle of the beams [deg]; default 45.
-        count: number of beams between two bodies.
-        length_error: relative length error of each beam, as in `beam_module`.
-        material: material of the beams; default aluminium.
-        dimensions: dimensions of the module [m]; by default round beams 50 mm long and 2 mm thick, the rest as in
-            `beam_module`, relative to the length.
+        module: kind, dimensions, material or list of the beams.
         platform: mass, inertia and mass centre of the platform.
 
     Raises:
         ModelError: as `beam_module`; a platform without mass or inertia.
     """
-    module = spring("beam_stage", kind, tilt, count, length_error, material, dimensions)
-    M, K = mass_matrix(platform, "beam_stage: platform"), module.dimensional_stiffness()
+    beams = module.module("beam_stage")
+    M, K = mass_matrix(platform, "beam_stage: platform"), beams.dimensional_stiffness()
     m = Model("BeamStage", "Platform on compliant beams")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode", min=0)
     load = declare_vector(m.input, "wrench", WRENCH, "on the platform at the reference point")
@@ -86,7 +74,7 @@ def beam_stage(
     m.der[q], m.der[rate] = rate, acceleration
     for six, column in ((POSE, q), (TWIST, rate), (ACCELERATION, acceleration)):
         output_vector(m, "platform", six, column, "of the platform, relative to the base")
-    displacement_outputs(m, module, q)
+    displacement_outputs(m, beams, q)
     return m
 
 
@@ -101,12 +89,7 @@ UNITS = {
 
 def analyze(
     *,
-    kind: KindName = "three_beam",
-    tilt: float | None = None,
-    count: int | None = None,
-    length_error: tuple[float, ...] | None = None,
-    material: Material = ALUMINIUM,
-    dimensions: Dimensions = NORMALISED,
+    module: SpringDesign = USUAL,
     platform: Body = DISC,
 ) -> dict[str, Any]:
     """Return stiffness, mass matrix and modes of the stage; arguments and errors as `beam_stage`.
@@ -117,7 +100,7 @@ def analyze(
         natural_frequencies_hz: natural frequencies, ascending, (6,) [Hz].
         shapes: mode shapes as columns, their largest entry 1, metres and radians, (6, 6).
     """
-    K = spring("beam_stage", kind, tilt, count, length_error, material, dimensions).dimensional_stiffness()
+    K = module.module("beam_stage").dimensional_stiffness()
     M = mass_matrix(platform, "beam_stage: platform")
     found = modes(M, K)
     largest = found.shapes[np.argmax(np.abs(found.shapes), axis=0), range(6)]

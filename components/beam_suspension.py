@@ -35,9 +35,8 @@ import numpy as np
 
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.beam_assembly import at_point
-from hfsa.components._mechanics.beam_kinds import KindName
-from hfsa.components._mechanics.beam_module import ALUMINIUM, NORMALISED, Dimensions, Material, without_rounding
-from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, displacement_outputs, spring
+from hfsa.components._mechanics.beam_module import without_rounding
+from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, USUAL, SpringDesign, displacement_outputs
 from hfsa.components._mechanics.body_facts import BODY_CENTER, BODY_INERTIA, BODY_MASS
 from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
@@ -64,12 +63,7 @@ _HERE = (0.0, 0.0, 0.0)
 
 def beam_suspension(
     *,
-    kind: KindName = "three_beam",
-    tilt: float | None = None,
-    count: int | None = None,
-    length_error: tuple[float, ...] | None = None,
-    material: Material = ALUMINIUM,
-    dimensions: Dimensions = NORMALISED,
+    module: SpringDesign = USUAL,
     platform: Body = DISC,
     from_base: Triple = _HERE,
     from_platform: Triple = _HERE,
@@ -77,12 +71,7 @@ def beam_suspension(
     """Return the beams between two bodies, which are parts of their own.
 
     Args:
-        kind: kind of the module, see `_mechanics/beam_kinds.py`.
-        tilt: angle of the beams [deg]; default 45.
-        count: number of beams between two bodies.
-        length_error: relative length error of each beam, as in `beam_module`.
-        material: material of the beams; default aluminium.
-        dimensions: dimensions of the module [m], as in `beam_stage`.
+        module: kind, dimensions, material or list of the beams.
         platform: body whose modes have the damping ratio; the suspension does not include its mass. Its mass centre is
             given from the stage's reference point.
         from_base: b, the stage's reference point from the base's origin at rest [m].
@@ -91,8 +80,8 @@ def beam_suspension(
     Raises:
         ModelError: as `beam_module`; a platform without mass or inertia; a point that is not finite.
     """
-    module = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions)
-    K, M = module.dimensional_stiffness(), mass_matrix(platform, "beam_suspension: platform")
+    beams = module.module("beam_suspension")
+    K, M = beams.dimensional_stiffness(), mass_matrix(platform, "beam_suspension: platform")
     m = Model("BeamSuspension", "Compliant beams without mass between two bodies")
     ratio = m.parameter("damping_ratio", DAMPING_RATIO, "1", "Damping ratio of every mode of the platform", min=0)
     arms = {"base": _arm("from_base", from_base), "platform": _arm("from_platform", from_platform)}
@@ -105,7 +94,7 @@ def beam_suspension(
     wrench = -(stiffness @ delta) - ratio * (damping @ rate)
     for end, sign in (("base", -1), ("platform", 1)):
         output_vector(m, end, WRENCH, sign * (arms[end].T @ wrench), f"of the beams on the {end} at its origin")
-    displacement_outputs(m, module, delta)
+    displacement_outputs(m, beams, delta)
     return m
 
 
@@ -120,12 +109,7 @@ UNITS = {
 
 def analyze(
     *,
-    kind: KindName = "three_beam",
-    tilt: float | None = None,
-    count: int | None = None,
-    length_error: tuple[float, ...] | None = None,
-    material: Material = ALUMINIUM,
-    dimensions: Dimensions = NORMALISED,
+    module: SpringDesign = USUAL,
     platform: Body = DISC,
     damping_ratio: float = DAMPING_RATIO,
 ) -> dict[str, Any]:
@@ -143,7 +127,7 @@ def analyze(
     """
     if not 0 <= damping_ratio < math.inf:
         raise ModelError(f"beam_suspension: damping_ratio is {damping_ratio:g}, expected 0 or more")
-    K = spring("beam_suspension", kind, tilt, count, length_error, material, dimensions).dimensional_stiffness()
+    K = module.module("beam_suspension").dimensional_stiffness()
     M = mass_matrix(platform, "beam_suspension: platform")
     omega = modes(M, K).omega
     return {

@@ -3,6 +3,8 @@
     jacobian            (x, y, yaw) = J0 l
     constant_jacobian   M(l) l'' + c + beta K0 l' + dP/dl = Q + J0^T w - G(l) a_b
     exact               the same equations over the pose, every link at its length, l(pose) in closed form
+    flexible_hinges     M [l; q]'' + K ([l; q] + beta [l'; q']) = [Q; w] - G a_b, over elongations and pose q: rigid
+                        links on necks that give along, across and in bending
 
 l are the stacks' elongations, w the wrench on the platform, a_b the acceleration of the base, K0 = d2P/dl2 at rest; T
 and P are in `_mechanics/rrr_dynamics.py`. The causality defines Q:
@@ -34,6 +36,17 @@ stack) up to one resonance at 2225 Hz, 30 dB high; forces of sum zero produce a 
 904.7 Hz, 38 dB high. With `force` the resonances are at 1334.7 Hz, 26 dB, and at 529.05 Hz, 34 dB. Above the resonances
 -40 dB per decade.
 
+`flexible_hinges` (`_mechanics/rrr_hinged.py`) has no fitted number, and other arguments: the contact of stack and
+lever, which decides the motion, the bolts of the platform, and the plate that the stage is cut from. It shows what the
+rigid links of the source leave out. Elongations of 0 to 12 um move the source's platform by 77 x 71 um and 2.16 mrad;
+with pinned bolts this is 70 x 65 um and 1.97 mrad on ball tips, 67 x 61 um and 1.87 mrad on flat stacks (`stack`), and
+33 x 30 um and 0.93 mrad where the levers are held sideways (`locked`); 36 x 42 um and 0.97 mrad were measured, in
+between. A stack feels 16 N/um instead of 28 N/um on flat stacks, so that the ramp to 12 um needs 146 V and is reached,
+and 66 N/um when locked, where 150 V end at 7.1 um. With `contact=ball` the Jacobian tends to that of rigid links as the
+necks become thin, with a difference in proportion to t / r, and with rigid bolts the stiffness does so too. The level
+is linear. Its stresses, those of beams of the necks' profile, are a quarter (free sideways) to a half (locked) above
+those of finite elements.
+
 Links, hinges and masses are arguments, by default those of the source. A Jacobian, a stiffness or an inertia that is
 measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
 
@@ -43,11 +56,10 @@ mass of the stacks.
 
 from typing import Any, Literal, get_args
 
-import casadi as ca
 import numpy as np
 
 from hfsa.components import Drawing, Model, ModelError
-from hfsa.components._continuum.design import THESIS_BODY, Body, continuum
+from hfsa.components._continuum.design import continuum
 from hfsa.components._continuum.drawing import drawing
 from hfsa.components._continuum.extra import unavailable
 from hfsa.components._continuum.level import elastic
@@ -61,25 +73,28 @@ from hfsa.components._mechanics.rrr_facts import (
     STACK_VOLTAGE,
     STAGE,
 )
-from hfsa.components._mechanics.rrr_levels import declare_motion, declare_stress, dynamic, kinematic, over_states
+from hfsa.components._mechanics.rrr_hinged import hinged
+from hfsa.components._mechanics.rrr_hinged_numbers import hinged_numbers
+from hfsa.components._mechanics.rrr_levels import declare_hinges, declare_motion, dynamic, flexible, kinematic
 from hfsa.components._mechanics.rrr_numbers import UNITS as UNITS
 from hfsa.components._mechanics.rrr_numbers import Triple, dynamic_numbers, elongations_at, kinematic_numbers
+from hfsa.components._mechanics.rrr_outline import THESIS_PLATE, Plate
 from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.study import Study
 
-Level = Literal["jacobian", "constant_jacobian", "exact", "continuum"]
+Level = Literal["jacobian", "constant_jacobian", "exact", "flexible_hinges", "continuum"]
 Causality = Literal["source", "force"]
 
-LADDER = ("jacobian", "constant_jacobian", "continuum")
-"""Levels of small motions; `exact` is of links that move far, but are rigid."""
+LADDER = ("jacobian", "constant_jacobian", "flexible_hinges", "continuum")
+"""Levels of growing truth about the structure; `exact` is that of finite motion on rigid links, beside them."""
 UNAVAILABLE = unavailable("continuum")
 """Levels that this machine cannot build, with the reason."""
 
 FACTS = {
     **STAGE,
-    DAMPING_TIME: Known("damping_time", levels=("constant_jacobian", "exact")),
+    DAMPING_TIME: Known("damping_time", levels=("constant_jacobian", "exact", "flexible_hinges")),
     STACK_STIFFNESS: Known("stack.stiffness", when=("causality", "source")),
     STACK_COUPLING: Known("stack.blocking_force", per="stack.full_voltage", of_analysis=True),
     STACK_VOLTAGE: Known("stack.full_voltage", of_analysis=True),
@@ -92,39 +107,41 @@ def rrr_stage(
     causality: Causality = "source",
     design: Design = THESIS_DESIGN,
     stack: Stack = TOKIN,
-    body: Body = THESIS_BODY,
+    plate: Plate = THESIS_PLATE,
+    mesh: float | None = None,
 ) -> Model:
     """Return the stage about rest.
 
     Args:
-        level: `jacobian` (kinematic), `constant_jacobian`, `exact` or `continuum` (dynamic).
+        level: `jacobian` (kinematic), `constant_jacobian`, `exact`, `flexible_hinges` or `continuum` (dynamic).
         causality: whether the stage includes the stacks' stiffness, damping and tip mass (`source`) or not (`force`);
             without effect at level `jacobian`.
         design: links, hinges and masses, the arguments `kinematics`, `links`, `hinge`, `masses`, and matrices in their
             place, `jacobian`, `stiffness`, `mass` (`_mechanics/rrr_design.py`). Level `jacobian` has a Jacobian alone,
             level `exact` takes none; `measured` is a Jacobian without links.
         stack: data sheet of the stacks; the defaults of the parameters `stack.stiffness`, `.damping`, `.tip_mass`.
-        body: contacts, bolts, outline and mesh of an elastic stage, the arguments `contact`, `bolts`, `outline` and
-            `mesh`, at level `continuum`.
+        plate: the arguments `contact`, `bolts` and `outline` (`_mechanics/rrr_outline.py`), of levels `flexible_hinges`
+            and `continuum`.
+        mesh: size of the triangles at the necks [m], of level `continuum` (default: an eighth of their thickness).
 
     Raises:
         ModelError: an unknown level, parameter set or causality; `measured` at a dynamic level; dimensions that cannot
             be built; a singular Jacobian; a stiffness or mass that is not symmetric and positive definite.
     """
-    _check(level, causality)
+    _check(level, causality, mesh)
     m = Model("RrrStage", "3-RRR piezo stage")
-    if level == "continuum":
-        declare_motion(m, elastic(m, continuum(design, causality, stack, body)))
-        return m
-    body.check_unused(level)
     if level == "jacobian":
         declare_motion(m, kinematic(m, design.jacobian_at_rest))
         return m
-    mechanism = over_states(m, level, design)
-    declare_motion(m, dynamic(m, mechanism, ca.DM(design.stiffness_at_rest), causality, stack))
-    angle = ca.mmax(ca.fabs(mechanism.hinges))
-    m.output("hinge.angle", angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
-    declare_stress(m, design.hinge, design.hinge.stress_per_angle * angle, "Bending stress in that hinge")
+    if level == "continuum":
+        declare_motion(m, elastic(m, continuum(design, causality, stack, plate, mesh)))
+        return m
+    if level == "flexible_hinges":
+        motion, hinges = flexible(m, hinged(design, plate, stack), causality, stack)
+    else:
+        motion, hinges = dynamic(m, level, design, causality, stack)
+    declare_motion(m, motion)
+    declare_hinges(m, hinges)
     return m
 
 
@@ -134,7 +151,8 @@ def analyze(
     causality: Causality = "source",
     design: Design = THESIS_DESIGN,
     stack: Stack = TOKIN,
-    body: Body = THESIS_BODY,
+    plate: Plate = THESIS_PLATE,
+    mesh: float | None = None,
     elongation: Triple = (0.0, 0.0, 0.0),
     pose: Triple | None = None,
     voltage: Triple = (0.0, 0.0, 0.0),
@@ -153,11 +171,15 @@ def analyze(
         elongation: elongations at that pose, (3,) [m].
         range: ranges of x, y, yaw over elongations from 0 to 12 um, (3,).
         step: least steps of x, y [m] and yaw [rad] by a stack that moves them, at its smallest step, (3,).
-        hinge_stiffness: stiffness of each hinge [N.m/rad] (eq 2.3).
-        hinge_angle, hinge_stress: angle from rest [rad] and bending stress [Pa] by hinge, A1 to C3 (eqs 2.4, 2.6).
+        hinge_stiffness: stiffness of each hinge [N.m/rad] (eq 2.3); at level `flexible_hinges` of the profile, and
+            `hinge_stiffness_along`, `hinge_stiffness_across` its axis [N/m].
+        hinge_angle, hinge_stress: angle from rest [rad] and bending stress [Pa] by hinge, A1 to C3 (eqs 2.4, 2.6); at
+            level `flexible_hinges` by neck, D1 to D3 those of the stacks, with the stress of forces.
         allowed_angle, allowed_stress: largest angle of a hinge [rad], and its stress [Pa] (eqs 2.6, 3.6).
         hinge_limit: the hinge that bends most, and the elongations from which on it exceeds the allowable angle.
         inertia, stiffness: inertia and stiffness of the stage without stacks, (3, 3) [kg], [N/m].
+        platform_stiffness_free, _bonded, _blocked: at level `flexible_hinges` the stiffness on the pose without stacks,
+            with them, and with elongations held, (3, 3) [N/m, N, N.m/rad].
         natural_frequencies_hz, natural_frequencies_bonded_hz: natural frequencies without and with stacks, ascending,
             (3,) [Hz].
         force: forces of the stacks that hold the elongations, (3,) [N].
@@ -170,7 +192,7 @@ def analyze(
         ModelError: as `rrr_stage`; an invalid data sheet; elongations without a pose, a pose out of reach, or both
             given; elongations, a pose or voltages that are not finite.
     """
-    _check(level, causality)
+    _check(level, causality, mesh)
     for name, values, unit in (
         ("elongation", elongation, "m"),
         ("pose", pose or (), "m, rad"),
@@ -182,13 +204,15 @@ def analyze(
     if pose is not None and any(elongation):
         raise ModelError("rrr_stage: elongation and pose are given; each follows from the other, leave one out")
     if level == "continuum":
-        whole = continuum(design, "source", stack, body)
+        whole = continuum(design, "source", stack, plate, mesh)
         return elastic_numbers(whole, elongation if pose is None else whole.elongations(pose), voltage, resolution)
-    body.check_unused(level)
     if pose is not None:
-        elongation = elongations_at(level, design, pose)
+        J = hinged(design, plate, stack).jacobian if level == "flexible_hinges" else None
+        elongation = elongations_at(level, design, pose) if J is None else tuple(np.linalg.solve(J, pose).tolist())
     if level == "jacobian":
         return kinematic_numbers(design.jacobian_at_rest, elongation, resolution)
+    if level == "flexible_hinges":
+        return hinged_numbers(hinged(design, plate, stack), stack, elongation, voltage, resolution)
     return dynamic_numbers(level, design, stack, elongation, voltage, resolution)
 
 
@@ -197,7 +221,8 @@ def picture(
     level: Level = "constant_jacobian",
     dimensions: Dimensions = THESIS_DIMENSIONS,
     stack: Stack = TOKIN,
-    body: Body = THESIS_BODY,
+    plate: Plate = THESIS_PLATE,
+    mesh: float | None = None,
     elongation: Triple = (STROKE_IN_USE, 0.0, 0.0),
     pose: Triple | None = None,
 ) -> Drawing:
@@ -212,7 +237,7 @@ def picture(
         raise ModelError(f"rrr_stage: level {level} has no body to draw; expected level continuum")
     _check_finite("elongation", elongation, "m")
     _check_finite("pose", pose or (), "m, rad")
-    whole = continuum(dimensions, "source", stack, body)
+    whole = continuum(dimensions, "source", stack, plate, mesh)
     return drawing(whole, elongation if pose is None else whole.elongations(pose))
 
 
@@ -247,10 +272,12 @@ def study(
     return design_study(dimensions, stack, goals, objective, f"rrr_stage, kinematics {dimensions.kinematics}")
 
 
-def _check(level: str, causality: str) -> None:
-    """Raise `ModelError` for an unknown level or causality."""
+def _check(level: str, causality: str, mesh: float | None) -> None:
+    """Raise `ModelError` for an unknown level or causality, and for a mesh at a level without one."""
     one_of(level, get_args(Level), "rrr_stage: level")
     one_of(causality, get_args(Causality), "rrr_stage: causality")
+    if mesh is not None and level != "continuum":
+        raise ModelError(f"rrr_stage: mesh is {mesh:g} m, but level {level} has none; expected level continuum")
 
 
 def _check_finite(name: str, values: tuple[float, ...], unit: str) -> None:

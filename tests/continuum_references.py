@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfsa.components._continuum.design import Body, Continuum, Solved
+from hfsa.components._continuum.design import Continuum, Solved
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_contact import Bolts, Contact
 from hfsa.components._mechanics.rrr_design import Dimensions
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL
+from hfsa.components._mechanics.rrr_outline import Plate
 
 SIZE = 0.1e-3
 """Size of the meshes of the tests [m]."""
@@ -70,7 +71,7 @@ PLATFORM = {
 
 def design(contact: Contact = "stack", bolts: Bolts = "pin", size: float = SIZE, **dimensions: object) -> Continuum:
     """Return the stage of the source with a contact and a joint, or with other dimensions."""
-    return Continuum(Dimensions(**dimensions), Body(contact, bolts, mesh=size), TOKIN)  # type: ignore[arg-type]
+    return Continuum(Dimensions(**dimensions), Plate(contact, bolts), TOKIN, size)  # type: ignore[arg-type]
 
 
 @cache

@@ -15,8 +15,7 @@ from hfsa.components._continuum.stage import Joints, Stage
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.components._mechanics.rrr_contact import Bolts, Contact
 from hfsa.components._mechanics.rrr_design import Design, Dimensions
-from hfsa.components._mechanics.rrr_outline import THESIS_OUTLINE, Outline
-from hfsa.components._modelling.arguments import ArgumentGroup
+from hfsa.components._mechanics.rrr_outline import Plate
 from hfsa.components._modelling.errors import ModelError, one_of
 
 MODES = {"pin": 6, "rigid": 3}
@@ -27,48 +26,27 @@ _COARSEST, _FINEST = 1 / 4, 1 / 100
 
 
 @dataclass(frozen=True)
-class Body(ArgumentGroup):
-    """An elastic stage beside its dimensions.
+class Continuum:
+    """A stage at level `continuum`.
 
     Attributes:
-        contact: how a stack holds the end of its lever, by `_mechanics/rrr_contact.py`.
-        bolts: whether the bolts of the platform let its end blocks turn, `pin`, or not, `rigid`.
-        outline: lengths [m] of the plate beside those of links and hinges, Poisson's ratio, density [kg/m3].
-        mesh: size of the triangles at the necks [m] (default: an eighth of their thickness).
-    """
-
-    contact: Contact = "stack"
-    bolts: Bolts = "pin"
-    outline: Outline = THESIS_OUTLINE
-    mesh: float | None = None
-
-    def check_unused(self, level: str) -> None:
-        """Raise `ModelError` for a mesh at a level without one."""
-        if self.mesh is not None:
-            raise ModelError(
-                f"rrr_stage: mesh is {self.mesh:g} m, but level {level} has none; expected level continuum"
-            )
-
-
-THESIS_BODY = Body()
-"""That of the source, with contacts as stacks make them."""
-
-
-@dataclass(frozen=True)
-class Continuum:
-    """A stage at level `continuum`; of the masses those of the platform are used.
+        dimensions: of the masses those of the platform are used; the piece has that of its material.
+        plate: contacts, bolts and outline.
+        stack: data sheet of the stacks.
+        mesh: size of the triangles at the necks [m]; `None` for an eighth of their thickness, within bounds.
 
     Raises:
-        ModelError: links without dimensions, an unknown contact or joint, a size of the mesh out of bounds.
+        ModelError: an unknown contact or joint, a size of the mesh out of bounds.
     """
 
     dimensions: Dimensions
-    body: Body
+    plate: Plate
     stack: Stack
+    mesh: float | None = None
 
     def __post_init__(self):
-        one_of(self.body.contact, get_args(Contact), "rrr_stage: contact")
-        one_of(self.body.bolts, get_args(Bolts), "rrr_stage: bolts")
+        one_of(self.plate.contact, get_args(Contact), "rrr_stage: contact")
+        one_of(self.plate.bolts, get_args(Bolts), "rrr_stage: bolts")
         radius = self.dimensions.hinge.radius
         if not (math.isfinite(self.size) and _FINEST * radius <= self.size <= _COARSEST * radius):
             raise ModelError(
@@ -79,20 +57,20 @@ class Continuum:
     @property
     def size(self) -> float:
         """Size of the triangles at the necks [m]."""
-        if self.body.mesh is not None:
-            return self.body.mesh
+        if self.mesh is not None:
+            return self.mesh
         hinge = self.dimensions.hinge
         return max(min(hinge.thickness / 8, hinge.radius / 10), _FINEST * hinge.radius)
 
     @cached_property
     def shape(self) -> Shape:
         """Dimensions and material of the piece."""
-        return Shape(self.dimensions.links_at_rest, self.dimensions.hinge, self.body.outline)
+        return Shape(self.dimensions.links_at_rest, self.dimensions.hinge, self.plate.outline)
 
     def solved(self, size: float) -> "Solved":
         """Return the stage with triangles of a size [m] at the necks; errors as of `solution`."""
         found = _solution(self.shape, size)
-        joints = Joints(self.body.contact, self.body.bolts, self.stack)
+        joints = Joints(self.plate.contact, self.plate.bolts, self.stack)
         bolt = centers(*self.shape).bolt
         return Solved(found, Stage(found.piece, bolt, self.shape.links, self.dimensions.masses, joints))
 
@@ -102,7 +80,7 @@ class Continuum:
 
     def small(self, stage: Stage) -> Reduced:
         """Return the small model of a stage on its stacks."""
-        return reduced(stage, self.stack, MODES[self.body.bolts])
+        return reduced(stage, self.stack, MODES[self.plate.bolts])
 
 
 class Solved(NamedTuple):
@@ -112,11 +90,11 @@ class Solved(NamedTuple):
     stage: Stage
 
 
-def continuum(dimensions: Dimensions, causality: str, stack: Stack, body: Body) -> Continuum:
+def continuum(dimensions: Dimensions, causality: str, stack: Stack, plate: Plate, mesh: float | None) -> Continuum:
     """Return the arguments of level `continuum`.
 
     Raises:
-        ModelError: as `Continuum`; stacks outside the stage; matrices in place of those that follow from the body.
+        ModelError: as `Continuum`; stacks outside the stage; matrices in place of those that follow from the plate.
     """
     if causality != "source":
         raise ModelError(
@@ -126,9 +104,9 @@ def continuum(dimensions: Dimensions, causality: str, stack: Stack, body: Body) 
     for name in ("jacobian", "stiffness", "mass"):
         if isinstance(dimensions, Design) and getattr(dimensions, name) is not None:
             raise ModelError(
-                f"rrr_stage: {name} is given, but at level continuum it follows from the body; leave it out"
+                f"rrr_stage: {name} is given, but at level continuum it follows from the plate; leave it out"
             )
-    return Continuum(dimensions, body, stack)
+    return Continuum(dimensions, plate, stack, mesh)
 
 
 @lru_cache(maxsize=4)

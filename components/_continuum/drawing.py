@@ -41,7 +41,7 @@ class Field(NamedTuple):
 def field(design: Continuum, elongation: Sequence[float]) -> Field:
     """Return the piece at elongations (3,) [m], in the axes of the stage."""
     solved = design.solved(design.size)
-    stage, (mesh, piece), plate = solved.stage, solved.solution, design.shape.plate
+    stage, (mesh, piece), material = solved.stage, solved.solution, design.shape.material
     motion = np.concatenate([elongation, stage.statics.jacobian @ elongation])
     interface = stage.statics.interface @ motion
     every = np.arange(len(mesh.triangles))
@@ -51,7 +51,7 @@ def field(design: Continuum, elongation: Sequence[float]) -> Field:
         own = piece.shapes @ interface[as_leg_2(leg)]
         points.append(mesh.points @ to_stage.T)
         displacements.append(own.reshape(-1, 2) @ to_stage.T)
-        stresses.append(von_mises(corner_stress(mesh, every, own, plate), plate))
+        stresses.append(von_mises(corner_stress(mesh, every, own, material), material))
     triangles = np.vstack([mesh.triangles + leg * len(mesh.points) for leg in range(len(points))])
     on_cut = np.isin(np.arange(len(mesh.points)), [*mesh.on["cut"], *mesh.on["turned cut"]])
     joined = np.tile(on_cut, len(points))
@@ -70,9 +70,9 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
     mark = Layer(found.points[[peak]], np.array([[0]]), "mark", "largest stress")
     away = np.abs(found.points[found.triangles[:, :3]] - found.points[peak]).max(axis=(1, 2))
     at = ", ".join(f"{1e6 * value:.4g}" for value in elongation)
-    body = design.body
+    plate = design.plate
     return Drawing(
-        f"3-RRR stage, contact {body.contact}, bolts {body.bolts}, elongations {at} um",
+        f"3-RRR stage, contact {plate.contact}, bolts {plate.bolts}, elongations {at} um",
         [
             _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles"),
             _panel(

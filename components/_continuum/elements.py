@@ -20,7 +20,7 @@ _ORDER = 4
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
-class Plate(NamedTuple):
+class Material(NamedTuple):
     """Material and thickness of a plate.
 
     Attributes:
@@ -45,13 +45,13 @@ class Plate(NamedTuple):
         return E * nu / plane, E / (2 * (1 + nu))
 
 
-def matrices(mesh: Mesh, plate: Plate) -> tuple[sparse.csr_array, sparse.csr_array]:
+def matrices(mesh: Mesh, material: Material) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Return stiffness [N/m] and mass [kg] of a mesh, shape (2 n, 2 n)."""
     fem = library("skfem")
     helpers = library("skfem.helpers")
     grid = fem.MeshTri2(mesh.points.T, mesh.triangles.T)
     basis = fem.Basis(grid, fem.ElementVector(fem.ElementTriP2()), intorder=_ORDER)
-    first, second = plate.lame
+    first, second = material.lame
 
     def stiffness(u, v, _):
         strain, virtual = helpers.sym_grad(u), helpers.sym_grad(v)
@@ -66,10 +66,10 @@ def matrices(mesh: Mesh, plate: Plate) -> tuple[sparse.csr_array, sparse.csr_arr
     place[basis.element_dofs] = own
     by = sparse.csr_array((np.ones(basis.N), (place, np.arange(basis.N))))
     K, M = (by @ fem.BilinearForm(form).assemble(basis) @ by.T for form in (stiffness, mass))
-    return sparse.csr_array(plate.depth * K), sparse.csr_array(plate.depth * plate.density * M)
+    return sparse.csr_array(material.depth * K), sparse.csr_array(material.depth * material.density * M)
 
 
-def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, plate: Plate) -> np.ndarray:
+def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, material: Material) -> np.ndarray:
     """Return the stresses xx, yy, xy [Pa] at the corners of triangles, shape (m, 3, 3, ...).
 
     `triangles` are their numbers (m,), `displacement` has the shape (2 n, ...); axis 1 is the corner, axis 2 the
@@ -83,20 +83,20 @@ def corner_stress(mesh: Mesh, triangles: np.ndarray, displacement: np.ndarray, p
     gradient = np.einsum("mcib,miak->mcabk", gradients, moved)
     xx, yy = gradient[:, :, 0, 0], gradient[:, :, 1, 1]
     xy = gradient[:, :, 0, 1] + gradient[:, :, 1, 0]
-    first, second = plate.lame
+    first, second = material.lame
     sphere = first * (xx + yy)
     stress = np.stack([sphere + 2 * second * xx, sphere + 2 * second * yy, second * xy], axis=2)
     return stress.reshape(*stress.shape[:3], *displacement.shape[1:])
 
 
-def von_mises(stress: np.ndarray, plate: Plate) -> np.ndarray:
+def von_mises(stress: np.ndarray, material: Material) -> np.ndarray:
     """Return the von Mises stress [Pa] of stresses xx, yy, xy along the last axis."""
-    return np.sqrt(von_mises_squared(stress[..., 0], stress[..., 1], stress[..., 2], plate))
+    return np.sqrt(von_mises_squared(stress[..., 0], stress[..., 1], stress[..., 2], material))
 
 
-def von_mises_squared(xx: Any, yy: Any, xy: Any, plate: Plate) -> Any:
+def von_mises_squared(xx: Any, yy: Any, xy: Any, material: Material) -> Any:
     """Return the square of the von Mises stress [Pa2], numbers or expressions."""
-    zz = plate.poisson * (xx + yy) if plate.is_thick else 0.0
+    zz = material.poisson * (xx + yy) if material.is_thick else 0.0
     return ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2
 
 

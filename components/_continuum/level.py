@@ -8,7 +8,6 @@ from hfsa.components._continuum.necks import largest_stress
 from hfsa.components._mechanics.rrr_levels import (
     MOVE,
     Motion,
-    declare_contact,
     declare_loads,
     declare_stack_damping,
     declare_stacks,
@@ -30,18 +29,16 @@ def elastic(m: Model, design: Continuum) -> Motion:
     small, stack = design.small(solved.stage), design.stack
     words = "Damping ratio of each mode, without that of the stacks"
     damping = m.parameter("damping_ratio", DAMPING, "1", words, min=0)
-    drive, wrench, base = declare_loads(m, "source")
+    loads = declare_loads(m, "source")
     c = declare_stack_damping(m, stack)
     mode = f"mode[1..{len(small.omega)}]"
     coordinates = m.state(f"{mode}.displacement", "m", "Largest displacement in the mode", nominal=MOVE[0])
     rates = m.state(f"{mode}.velocity", "m/s", "Rate of the displacement", nominal=MOVE[1])
-    radius = design.dimensions.links_at_rest.radius
-    found = equations(small, radius, coordinates, rates, ca.vertcat(drive, wrench), base, damping, c)
+    forces, radius = ca.vertcat(loads.drive, loads.wrench), design.shape.links.radius
+    found = equations(small, radius, coordinates, rates, forces, loads.base, damping, c)
     m.der[coordinates], m.der[rates] = rates, found.acceleration
     (at, x), (rate, v), (acceleration, a) = (ca.vertsplit(part, 3) for part in found.motion)
-    declare_stacks(m, at, rate)
-    inertia = stack.tip_mass * (acceleration + ca.DM(solved.stage.pushes) @ base)
-    declare_contact(m, drive - stack.stiffness * at - c * rate - inertia)
-    stress = largest_stress(design, solved, found.motion.place)
-    declare_stress(m, design.dimensions.hinge, stress, "Largest von Mises stress in the necks")
+    inertia = stack.tip_mass * (acceleration + ca.DM(solved.stage.pushes) @ loads.base)
+    declare_stacks(m, "source", at, rate, loads.drive - stack.stiffness * at - c * rate - inertia)
+    declare_stress(m, largest_stress(design, solved, found.motion.place), design.dimensions.hinge.allowed_stress)
     return Motion(x, v, a)

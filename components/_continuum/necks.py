@@ -14,12 +14,12 @@ from hfsa.components._continuum.stress import neck_stresses
 
 def largest_stress(design: Continuum, solved: Solved, place: ca.SX) -> ca.SX:
     """Return the largest von Mises stress [Pa] over the necks at elongations and pose (6, 1); 0 at rest."""
-    statics, plate = solved.stage.statics, design.shape.plate
+    statics, material = solved.stage.statics, design.shape.material
     squares = []
-    for found in neck_stresses(*solved.solution, plate, statics.interface).values():
+    for found in neck_stresses(*solved.solution, material, statics.interface).values():
         for points in few_points(found, statics.stiffness):
             xx, yy, xy = (ca.DM(points[:, component]) @ place for component in range(3))
-            squares.append(von_mises_squared(xx, yy, xy, plate))
+            squares.append(von_mises_squared(xx, yy, xy, material))
     largest = ca.mmax(ca.vertcat(*squares))
     # the slope of a root at 0 is not finite
     return ca.if_else(largest > 0, ca.sqrt(largest), 0)

@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from hfsa.components._continuum.boundary import Point
-from hfsa.components._continuum.elements import Plate, matrices
+from hfsa.components._continuum.elements import Material, matrices
 from hfsa.components._continuum.meshing import Mesh
 from hfsa.components._mechanics.rrr_kinematics import OFFSETS
 
@@ -52,9 +52,9 @@ class Piece(NamedTuple):
     unknowns: int
 
 
-def solve(mesh: Mesh, plate: Plate, contact: Point, bolt: Point) -> Piece:
+def solve(mesh: Mesh, material: Material, contact: Point, bolt: Point) -> Piece:
     """Return the piece of three thirds with the mesh of one, whose contact edge is about `contact` [m]."""
-    K, M = matrices(mesh, plate)
+    K, M = matrices(mesh, material)
     free, held = _constraints(mesh, contact, bolt)
     K, M = (sparse.block_diag([matrix] * 3, format="csr") for matrix in (K, M))
     inner = (free.T @ K @ free).tocsc()

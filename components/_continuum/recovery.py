@@ -26,7 +26,7 @@ def few_points(found: NeckStress, stiffness: np.ndarray) -> np.ndarray:
     motions = np.linalg.solve(np.linalg.cholesky(stiffness).T, directions.T).T
     # the three legs are alike: what is enough for one is so for the others
     stress = np.einsum("pkm,cm->cpk", found.by_motion[0], motions)
-    equivalent = von_mises(stress, found.plate)
+    equivalent = von_mises(stress, found.material)
     peaks = equivalent.max(axis=1)
     chosen: list[int] = []
     best = np.zeros(_MOTIONS)

@@ -131,7 +131,7 @@ def _hertz(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
 def _peaks(design: Continuum, solved: Solved, elongation: np.ndarray) -> dict[str, dict[str, Peak]]:
     """Return the peaks of all twelve necks at elongations, and of those of leg 1 over the stroke of all stacks."""
     statics = solved.stage.statics
-    necks = neck_stresses(*solved.solution, design.shape.plate, statics.interface)
+    necks = neck_stresses(*solved.solution, design.shape.material, statics.interface)
 
     def motions(elongations: np.ndarray) -> np.ndarray:
         return np.hstack([elongations, elongations @ statics.jacobian.T])

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hfsa.components._continuum.elements import Plate
+from hfsa.components._continuum.elements import Material
 from hfsa.components._continuum.extra import missing
 from hfsa.components._continuum.meshing import Mesh, mesh
 from hfsa.components._continuum.outline import NECKS, centers, pad, third
@@ -40,11 +40,11 @@ class Shape(NamedTuple):
     outline: Outline
 
     @property
-    def plate(self) -> Plate:
+    def material(self) -> Material:
         """The material of the piece, with its depth."""
         hinge, outline = self.hinge, self.outline
         is_thick = outline.plane == "strain"
-        return Plate(hinge.elastic_modulus, outline.poisson, outline.density, hinge.width, is_thick)
+        return Material(hinge.elastic_modulus, outline.poisson, outline.density, hinge.width, is_thick)
 
 
 class Solution(NamedTuple):
@@ -66,7 +66,7 @@ def solution(shape: Shape, size: float) -> Solution:
     if kept is not None:
         return kept
     made = mesh(boundary, {label: scale * size for label, scale in _SIZES.items()}, {"cut": "turned cut"})
-    found = Solution(made, solve(made, shape.plate, pad(*shape), centers(*shape).bolt))
+    found = Solution(made, solve(made, shape.material, pad(*shape), centers(*shape).bolt))
     keep(_packed(found), file)
     return found
 

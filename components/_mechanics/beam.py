@@ -17,6 +17,8 @@ Source: the paper of 2013 on beam modules.
 
 import numpy as np
 
+from hfsa.components._mechanics.beam_section import Section
+
 LENGTH_POWERS = np.array(
     [
         [1, 0, 0, 0, 0, 0],
@@ -32,7 +34,7 @@ LENGTH_POWERS = np.array(
 
 def beam(slenderness: float, torsion: float) -> np.ndarray:
     """Return the stiffness of a beam from its slenderness d and torsion delta (eq 1), shape (6, 6)."""
-    return _bending(12.0, 12.0) + np.diag([slenderness, 0.0, 0.0, torsion, 0.0, 0.0])
+    return prismatic(Section(slenderness, torsion, 1.0, 1.0))
 
 
 def sheet(thickness: float, width: float, poisson: float) -> np.ndarray:
@@ -42,8 +44,16 @@ def sheet(thickness: float, width: float, poisson: float) -> np.ndarray:
     K11 = 12 (1 - nu^2) / t^2, stiff bending along Z (u / t)^2 (1 - nu^2) times the soft one along Y, K44 = 2 (1 - nu).
     """
     plate = 1 - poisson**2
-    axial, torsion = 12 * plate / thickness**2, 2 * (1 - poisson)
-    return _bending(12.0, 12 * (width / thickness) ** 2 * plate) + np.diag([axial, 0.0, 0.0, torsion, 0.0, 0.0])
+    return prismatic(Section(12 * plate / thickness**2, 2 * (1 - poisson), 1.0, (width / thickness) ** 2 * plate))
+
+
+def prismatic(section: Section) -> np.ndarray:
+    """Return the stiffness from normalised rigidities: the axial one by EI / L^2, the others by EI, shape (6, 6)."""
+    along_y, along_z = 12 * section.along_y, 12 * section.along_z
+    K = np.diag([section.axial, along_y, along_z, section.torsion, along_z / 3, along_y / 3])
+    K[1, 5] = K[5, 1] = -along_y / 2
+    K[2, 4] = K[4, 2] = along_z / 2
+    return K
 
 
 def of_length(K: np.ndarray, length: float) -> np.ndarray:
@@ -52,11 +62,3 @@ def of_length(K: np.ndarray, length: float) -> np.ndarray:
     With lam = 1 / length its entries are d lam, 12 lam^3, 6 lam^2, delta lam and 4 lam.
     """
     return K / length**LENGTH_POWERS
-
-
-def _bending(along_y: float, along_z: float) -> np.ndarray:
-    """Return the bending part of a stiffness from K22 and K33, shape (6, 6)."""
-    K = np.diag([0.0, along_y, along_z, 0.0, along_z / 3, along_y / 3])
-    K[1, 5] = K[5, 1] = -along_y / 2
-    K[2, 4] = K[4, 2] = along_z / 2
-    return K

@@ -4,12 +4,16 @@
 translations divided by the length of a beam; beams are linear up to 0.1.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from hfsa.components._mechanics.beam_kinds import KINDS
-from hfsa.components._mechanics.beam_module import Dimensions, Material, Module, Normalised, compliant_module
+from hfsa.components._mechanics.beam_arguments import NORMALISED, Dimensions, Normalised
+from hfsa.components._mechanics.beam_kinds import ASSEMBLY, KINDS, KindName
+from hfsa.components._mechanics.beam_list import BeamList
+from hfsa.components._mechanics.beam_module import Module, compliant_module
+from hfsa.components._mechanics.beam_section import ALUMINIUM, Material
+from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.model import Model, one_of
 
 LENGTH, DIAMETER = 0.05, 2e-3
@@ -20,26 +24,47 @@ SMALL = 0.1
 """Largest normalised displacement of linear beams."""
 
 
-def spring(
-    label: str,
-    kind: str,
-    tilt: float | None,
-    count: int | None,
-    length_error: tuple[float, ...] | None,
-    material: Material,
-    dimensions: Dimensions,
-) -> Module:
-    """Return a module with dimensions, by default with beams of length `LENGTH` and diameter `DIAMETER`.
+@dataclass(frozen=True)
+class SpringDesign(ArgumentGroup):
+    """Arguments of a module with dimensions, by default of round beams of length `LENGTH` and diameter `DIAMETER`.
 
-    Raises `ModelError` as `compliant_module`; the message for an unknown kind begins with `label`.
+    Attributes:
+        kind: kind of the module, see `beam_kinds.py`.
+        tilt, outer_tilt: angles of the beams [deg], as in `beam_module`.
+        count: number of beams between two bodies.
+        length_error: relative length error of each beam, as in `beam_module`.
+        material: material of the beams; default aluminium.
+        dimensions: dimensions of the module [m]; others as in `beam_module`, relative to the length.
+        beams: with kind `assembly`, the .toml file that lists its beams, see `beam_list.py`.
     """
-    one_of(kind, KINDS, f"{label}: kind")
-    if dimensions.length is None:
-        dimensions = replace(dimensions, length=LENGTH)
-    if KINDS[kind].element == "beam" and dimensions.diameter is None and dimensions.side is None:
-        dimensions = replace(dimensions, diameter=DIAMETER)
-    given = Normalised(tilt=tilt, count=count, length_error=length_error)
-    return compliant_module(kind, given, material, dimensions)
+
+    kind: KindName = "three_beam"
+    tilt: float | None = None
+    outer_tilt: float | None = None
+    count: int | None = None
+    length_error: tuple[float, ...] | None = None
+    material: Material = ALUMINIUM
+    dimensions: Dimensions = NORMALISED
+    beams: BeamList | None = None
+
+    def module(self, label: str) -> Module:
+        """Return the module.
+
+        Raises `ModelError` as `compliant_module`; the message for an unknown kind begins with `label`.
+        """
+        one_of(self.kind, [*KINDS, ASSEMBLY], f"{label}: kind")
+        dimensions = self.dimensions
+        if self.kind != ASSEMBLY and dimensions.length is None:
+            dimensions = replace(dimensions, length=LENGTH)
+        is_beam = self.kind != ASSEMBLY and KINDS[self.kind].element == "beam"
+        if is_beam and dimensions.diameter is None and dimensions.side is None:
+            dimensions = replace(dimensions, diameter=DIAMETER)
+        given = Normalised(tilt=self.tilt, outer_tilt=self.outer_tilt, count=self.count, length_error=self.length_error)
+        return compliant_module(self.kind, given, self.material, dimensions, self.beams)
+
+
+USUAL = SpringDesign()
+"""Three round beams of aluminium."""
 
 
 def displacement_outputs(m: Model, module: Module, q: ca.SX) -> None:

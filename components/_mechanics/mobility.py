@@ -63,12 +63,14 @@ class Mobility(NamedTuple):
     Attributes:
         center: centre of compliance, shape (3,).
         eigenvalues: eigenvalues of C there, in descending order, shape (6,).
+        eigenvectors: their eigenvectors as columns, shape (6, 6).
         separation: largest ratio of neighbouring eigenvalues.
         freedoms: eigenvectors before the cut, the most compliant first, also for a separation below 10.
     """
 
     center: np.ndarray
     eigenvalues: np.ndarray
+    eigenvectors: np.ndarray
     separation: float
     freedoms: list[Freedom]
 
@@ -88,8 +90,8 @@ def mobility(C: np.ndarray) -> Mobility:
     ratios = values[:-1] / values[1:]
     cut = int(np.argmax(ratios)) + 1
     equal = groups(np.log(values), EQUAL)
-    basis = np.hstack([canonical(vectors[:, group], _FORMS) for group in equal])[:, :cut]
-    return Mobility(center, values, float(ratios[cut - 1]), [_freedom(x, center) for x in basis.T])
+    basis = np.hstack([canonical(vectors[:, group], _FORMS) for group in equal])
+    return Mobility(center, values, basis, float(ratios[cut - 1]), [_freedom(x, center) for x in basis.T[:cut]])
 
 
 def center_of_compliance(C: np.ndarray) -> np.ndarray:

@@ -73,18 +73,18 @@ class Design(Dimensions):
 
     def __post_init__(self):
         if self.jacobian is not None:
-            J = _matrix("jacobian", self.jacobian)
+            J = matrix("jacobian", self.jacobian)
             if np.linalg.matrix_rank(J / np.linalg.norm(J, axis=1, keepdims=True).clip(1e-300)) < 3:
                 raise ModelError(f"jacobian is {J.tolist()}, which is singular; expected three independent rows")
         for name, given, unit in (("stiffness", self.stiffness, "N/m"), ("mass", self.mass, "kg")):
             if given is not None:
-                _check_definite(name, _matrix(name, given), unit)
+                _check_definite(name, matrix(name, given), unit)
 
     @cached_property
     def jacobian_at_rest(self) -> np.ndarray:
         """J from elongations to pose, shape (3, 3) [m/m; m/m; rad/m]."""
         if self.jacobian is not None:
-            return _matrix("jacobian", self.jacobian)
+            return matrix("jacobian", self.jacobian)
         return jacobian(self.kinematics, self.links)
 
     def mechanism(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
@@ -99,17 +99,17 @@ class Design(Dimensions):
         mass, stiffness = self._at_rest
         length, speed = built.parts[3:], built.part_rates[3:]
         if self.mass is not None:
-            more = ca.DM(_matrix("mass", self.mass) - mass)
+            more = ca.DM(matrix("mass", self.mass) - mass)
             built = built._replace(kinetic=built.kinetic + speed.T @ more @ speed / 2)
         if self.stiffness is not None:
-            more = ca.DM(_matrix("stiffness", self.stiffness) - stiffness)
+            more = ca.DM(matrix("stiffness", self.stiffness) - stiffness)
             built = built._replace(springs=length.T @ more @ length / 2)
         return built
 
     @cached_property
     def stiffness_at_rest(self) -> np.ndarray:
         """K0 = d2P/dl2 at rest, the same at both dynamic levels, shape (3, 3) [N/m]."""
-        return self._at_rest[1] if self.stiffness is None else _matrix("stiffness", self.stiffness)
+        return self._at_rest[1] if self.stiffness is None else matrix("stiffness", self.stiffness)
 
     def _of_links(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
         """Return the mechanism of links, hinges and masses."""
@@ -135,7 +135,7 @@ THESIS_DIMENSIONS, THESIS_DESIGN = Dimensions(), Design()
 """Those of the source."""
 
 
-def _matrix(name: str, values: Matrix) -> np.ndarray:
+def matrix(name: str, values: Matrix) -> np.ndarray:
     """Return nine numbers as a matrix (3, 3); `ModelError` unless they are finite."""
     if len(values) != 9 or not np.all(np.isfinite(values)):
         raise ModelError(f"{name} is {values}, expected nine finite numbers, row by row")

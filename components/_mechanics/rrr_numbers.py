@@ -26,6 +26,8 @@ UNITS = {
     "range": "m; m; rad",
     "step": "m; m; rad",
     "hinge_stiffness": "N.m/rad",
+    "hinge_stiffness_along": "N/m",
+    "hinge_stiffness_across": "N/m",
     "hinge_angle": "rad",
     "hinge_stress": "Pa",
     "allowed_angle": "rad",

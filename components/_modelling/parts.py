@@ -121,11 +121,12 @@ class Part:
         return getattr(self.module, "UNITS", {})
 
     def with_contents(self, arguments: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
-        """Return arguments of the model or of the analysis with tables in place of the paths of documents.
+        """Return arguments of the part's functions with tables in place of the paths of documents.
 
         Relative paths count from `folder`, by default from the working folder; `ModelError` for a file that is wrong.
         """
-        known = {**self.analysis_arguments, **self.arguments}
+        functions = (self.build, self.analyze, self.study, self.trajectory, self.picture)
+        known = {name: argument for function in functions for name, argument in arguments_of(function).items()}
         return with_contents(self.name, known, arguments, read_value, folder)
 
     def has_argument(self, name: str) -> bool:

@@ -138,8 +138,8 @@ def results_file(output: Path | None, name: str, kind: str, force: bool) -> Path
     return path
 
 
-def described_part(name: str, words: Mapping[str, str]) -> str:
-    """Return the name of a part with its arguments, as typed."""
+def described_part(name: str, words: Mapping[str, Any]) -> str:
+    """Return the name of a part with its arguments, as typed, or the tables of files."""
     return " ".join([name, *(f"{key}={value}" for key, value in words.items())])
 
 

@@ -68,14 +68,14 @@ class StudyRequest:
         return bool(requested)
 
 
-def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[str, str]) -> tuple[Any, str, bool]:
+def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[str, Any]) -> tuple[Any, str, bool]:
     """Return the answer as data and as text, and whether it is valid: an optimum must have converged.
 
     Args:
         study: study of the part.
         request: options of the study, with `is_study`.
         name: name of the part.
-        words: arguments of the study, as typed.
+        words: arguments of the study, as typed, with the tables of files.
     """
     if request.sensitivity:
         return *_sensitivity(study), True

@@ -72,11 +72,14 @@ def analyze(
         part = following(name, available_parts())
         file = _shell.results_file(output, part.name, "path", force)
         study = part.path_study(**values)
-        _shell.answer(*path_answer(study, path, file, _shell.described_part(part.name, values), force), json)
+        _shell.answer(
+            *path_answer(study, path, file, _shell.described_part(part.name, part.with_contents(values)), force), json
+        )
         return _shell.DONE
     if is_study:
-        study = studied(name, available_parts()).design_study(**values)
-        data, text, is_found = study_answer(study, request, part_named(name, available_parts()).name, values)
+        part = studied(name, available_parts())
+        study = part.design_study(**values)
+        data, text, is_found = study_answer(study, request, part.name, part.with_contents(values))
         _shell.answer(data, text, json)
         return _shell.DONE if is_found else _shell.PROBLEMS
     part = part_named(name, available_parts())

@@ -7,7 +7,7 @@ from hfsa.cosim.scenes._stage import Stage
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
-Level = Literal["constant_jacobian", "exact"]
+Level = Literal["constant_jacobian", "exact", "flexible_hinges"]
 
 FULL_VOLTAGE = 150.0
 """Full voltage of a stack by default [V]."""
@@ -37,7 +37,7 @@ def biased_stage(
         "stage",
         "rrr_stage",
         level,
-        design.dynamic,
+        design.itself,
         {"damping_time": damping_time, **pzt.on_stage, **_rest(level, design, pzt, bias)},
     )
     at_bias = {"command.voltage": bias, "voltage": bias, "amplifier.resistance": resistance}
@@ -51,10 +51,10 @@ def biased_stage(
 
 def _rest(level: str, design: Stage, pzt: Pzt, bias: float) -> dict[str, Analysis]:
     """Return the states of the stage at equilibrium under the bias."""
-    arguments = {"level": level, **design.dynamic, **pzt.arguments, "voltage": [bias] * 3}
-    if level == "exact":
-        return {
-            "center.position[1..2]": Analysis("rrr_stage", "pose_at_voltage[1..2]", arguments),
-            "center.rotation": Analysis("rrr_stage", "pose_at_voltage[3]", arguments),
-        }
-    return {"leg[1..3].elongation": Analysis("rrr_stage", "elongation_at_voltage", arguments)}
+    arguments = {"level": level, **design.itself, **pzt.arguments, "voltage": [bias] * 3}
+    elongations = {"leg[1..3].elongation": Analysis("rrr_stage", "elongation_at_voltage", arguments)}
+    pose = {
+        "center.position[1..2]": Analysis("rrr_stage", "pose_at_voltage[1..2]", arguments),
+        "center.rotation": Analysis("rrr_stage", "pose_at_voltage[3]", arguments),
+    }
+    return {"constant_jacobian": elongations, "exact": pose}.get(level, elongations | pose)

@@ -1,6 +1,8 @@
 """Payload of a beam module, as an argument of scenes that is passed on to parts."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 
@@ -23,6 +25,11 @@ class Payload:
         return {f"{name}.mass": self.mass, f"{name}.inertia": self.inertia, f"{name}.center": self.center}
 
 
-def module(kind: str, tilt: float | None) -> dict[str, Any]:
+Beams = Path | Mapping[str, Any]
+"""The path of a .toml file that lists beams, or its table."""
+
+
+def module(kind: str, tilt: float | None, beams: Beams | None) -> dict[str, Any]:
     """Return a beam module as arguments of a component."""
-    return {"kind": kind} if tilt is None else {"kind": kind, "tilt": tilt}
+    arguments = {"kind": kind, "tilt": tilt, "beams": beams}
+    return {name: value for name, value in arguments.items() if value is not None}

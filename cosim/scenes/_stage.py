@@ -49,6 +49,16 @@ class Masses:
 
 
 @dataclass(frozen=True)
+class Outline:
+    """Plate that the stage is cut from: lengths [m], Poisson's ratio, density [kg/m3] (`components`, `rrr_outline`)."""
+
+    drive_height: float | None = None
+    bolt_distance: float | None = None
+    pad_height: float | None = None
+    poisson: float | None = None
+
+
+@dataclass(frozen=True)
 class Stage:
     """Design of the stage, arguments of a scene by their own names; each property is arguments of a component.
 
@@ -56,6 +66,7 @@ class Stage:
         kinematics: parameter set of the links.
         links, hinge, masses: dimensions, material and masses of its parts.
         jacobian, stiffness, mass: matrices on the elongations in place of those of its parts.
+        contact, bolts, outline: contact with the stacks, joint of the platform, plate (level `flexible_hinges`).
     """
 
     is_argument_group: ClassVar[bool] = True
@@ -67,6 +78,15 @@ class Stage:
     jacobian: Matrix | None = None
     stiffness: Matrix | None = None
     mass: Matrix | None = None
+    contact: Literal["locked", "slide", "ball", "stack"] = "stack"
+    bolts: Literal["pin", "rigid"] = "pin"
+    outline: Outline = Outline()
+
+    @property
+    def itself(self) -> dict[str, Any]:
+        """Of the stage."""
+        plate = {"contact": self.contact, "bolts": self.bolts, **given(self.outline, "outline")}
+        return {**self.dynamic, **plate}
 
     @property
     def kinematic(self) -> dict[str, Any]:

@@ -12,7 +12,7 @@ The load is connected directly from the source to the stage. `auto` extrapolates
 stable: for a lower band `--to 520 --step 5e-6` is as accurate.
 """
 
-from hfsa.cosim.scenes._payload import Payload, module
+from hfsa.cosim.scenes._payload import Beams, Payload, module
 from hfsa.cosim.scenes._scale import beam_pose
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, System
@@ -24,6 +24,7 @@ def beam_bode(
     *,
     kind: str = "three_beam",
     tilt: float | None = None,
+    beams: Beams | None = None,
     platform: Payload = DISC,
     damping_ratio: float = 0.01,
 ) -> Scene:
@@ -32,10 +33,11 @@ def beam_bode(
     Args:
         kind: kind of module, as in `beam_module`.
         tilt: tilt of the beams, for kinds with tilted beams [deg] (default: 45).
+        beams: with kind `assembly`, the .toml file that lists the beams.
         platform: mass, inertia and mass centre of the platform.
         damping_ratio: damping ratio of every mode.
     """
-    arguments = {**module(kind, tilt), **platform.arguments("platform")}
+    arguments = {**module(kind, tilt, beams), **platform.arguments("platform")}
     return Scene(
         System([Component("stage", "beam_stage", None, arguments, {"damping_ratio": damping_ratio})]),
         inputs=["stage.wrench.force[1..3]", "stage.wrench.torque[1..3]"],

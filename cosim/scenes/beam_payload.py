@@ -19,7 +19,7 @@ In one FMU, `--fuse suspension,payload`, the response is that of the merged susp
 
 from typing import Literal
 
-from hfsa.cosim.scenes._payload import Payload, module
+from hfsa.cosim.scenes._payload import Beams, Payload, module
 from hfsa.cosim.scenes._scale import beam_pose
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -36,6 +36,7 @@ def beam_payload(
     suspension: Literal["merged", "massless"] = "merged",
     kind: str = "double_tilted",
     tilt: float | None = None,
+    beams: Beams | None = None,
     payload: Payload = AHEAD,
     damping_ratio: float = 0.01,
 ) -> Scene:
@@ -46,10 +47,11 @@ def beam_payload(
             wrenches with the payload.
         kind: kind of module, as in `beam_module`.
         tilt: tilt of the beams, for kinds with tilted beams [deg] (default: 45).
+        beams: with kind `assembly`, the .toml file that lists the beams.
         payload: mass, inertia and mass centre of the payload.
         damping_ratio: damping ratio of every mode.
     """
-    beams, start = {**module(kind, tilt), **payload.arguments("platform")}, {"damping_ratio": damping_ratio}
+    beams, start = {**module(kind, tilt, beams), **payload.arguments("platform")}, {"damping_ratio": damping_ratio}
     if suspension == "merged":
         system = System([Component("payload", "beam_stage", None, beams, start)])
     else:

@@ -38,7 +38,7 @@ _MOTIONS = (
 
 def stage_accelerometer(
     *,
-    stage: Literal["jacobian", "constant_jacobian", "exact"] = "constant_jacobian",
+    stage: Literal["jacobian", "constant_jacobian", "exact", "flexible_hinges"] = "constant_jacobian",
     pzt: Pzt = TOKIN,
     bias: float = 75.0,
     damping_time: float = 6.02e-6,
@@ -62,13 +62,13 @@ def stage_accelerometer(
         damping: damping ratio in the plane of the sensor (default: the design's).
         mounting: mounting of the sensor on the platform, from its centre.
         machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
-            `jacobian`, `stiffness` and `mass` (`_stage.py`).
+            `jacobian`, `stiffness` and `mass`, for level `flexible_hinges` `contact`, `bolts`, `outline` (`_stage.py`).
 
     Raises:
         StructureError: for a bias outside the range of the stacks.
     """
     if stage == "jacobian":
-        moved = System([Component("stage", "rrr_stage", stage, machine.dynamic)])
+        moved = System([Component("stage", "rrr_stage", stage, machine.itself)])
         inputs, amplitude = "stage.stack[1..3].elongation", {"m": 1e-7}
     else:
         moved = biased_stage("stage_accelerometer", stage, machine, pzt, bias, damping_time, resistance)

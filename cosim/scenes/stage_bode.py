@@ -48,7 +48,7 @@ def stage_bode(
         damping_time: damping time of the hinges, beta [s].
         resistance: output resistance of the amplifiers [Ohm].
         machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
-            `jacobian`, `stiffness` and `mass` (`_stage.py`).
+            `jacobian`, `stiffness` and `mass`, for level `flexible_hinges` `contact`, `bolts`, `outline` (`_stage.py`).
 
     Raises:
         StructureError: for a bias outside the range of the stacks.

@@ -58,7 +58,7 @@ def stage_tracking(
     motion: Literal["ramp", "three_axis", "step"] = "ramp",
     rate: float = 3e-6,
     pose: tuple[float, float, float] = (2.5e-6, 1e-6, -1e-4),
-    stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
+    stage: Literal["constant_jacobian", "exact", "flexible_hinges"] = "constant_jacobian",
     model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     pzt: Pzt = TOKIN,
     stack: Literal["static", "linear", "hysteretic"] = "static",
@@ -91,7 +91,7 @@ def stage_tracking(
         delay: whether the command of PD and computed torque is delayed by one sample time.
         damping_time: damping of the stage per stiffness [s], for the stage and computed torque.
         machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
-            `jacobian`, `stiffness` and `mass` (`_stage.py`).
+            `jacobian`, `stiffness` and `mass`, for level `flexible_hinges` `contact`, `bolts`, `outline` (`_stage.py`).
     """
     base = law.removesuffix("_ff")
     if base == "integral" and actuator == "force":
@@ -216,6 +216,6 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piec
 
 def _stage(level: str, machine: Stage, damping_time: float, pzt: Pzt | None) -> _Piece:
     """Return the stage, with the stiffness of the stacks if there are any."""
-    arguments = {"causality": "force" if pzt is None else "source", **machine.dynamic}
+    arguments = {"causality": "force" if pzt is None else "source", **machine.itself}
     start = {"damping_time": damping_time, **({} if pzt is None else pzt.on_stage)}
     return _Piece([Component("stage", "rrr_stage", level, arguments, start)], [])

@@ -21,8 +21,10 @@ EXPECTED = {
     "parallelogram": ("T", 30, -0.5),
     "four_sheet": ("R", 498, -0.5),
     "double_four_sheet": ("R", 331, -0.5),
+    "sheet_ring": ("R", 498, -0.5),
+    "double_sheet_ring": ("R", 498, -0.5),
 }
-"""Types, separation, x of the centre of compliance; those of double and double_four_sheet are printed nowhere."""
+"""Types, separation, x of the centre of compliance; those of double, double_four_sheet and rings are not printed."""
 
 KIND = pytest.mark.parametrize("kind", EXPECTED)
 coordinate = st.floats(-5, 5)

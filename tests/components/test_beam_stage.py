@@ -4,18 +4,17 @@ import casadi as ca
 import numpy as np
 import pytest
 import scipy.linalg
+from parts_by_name import part
 
-import hfsa.components
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.rigid_body import Body
-from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components.beam_stage import analyze, beam_stage
 
-PART = find([hfsa.components])["beam_stage"]
+PART = part("beam_stage")
+analyze, beam_stage = PART.analysis, PART.model
 KIND = pytest.mark.parametrize("kind", KINDS)
 E, G, LENGTH, DIAMETER, RADIUS = 69e9, 26e9, 0.05, 2e-3, 0.03
 OFF_CENTRE = Body(0.3, (2e-4, 1e-4, 3e-4), (0.01, -0.02, 0.03))

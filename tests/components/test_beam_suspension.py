@@ -3,20 +3,19 @@
 import control
 import numpy as np
 import pytest
+from parts_by_name import part
 
-import hfsa.components
 from hfsa.components import Model, ModelError
-from hfsa.components import beam_stage as stage
 from hfsa.components._mechanics.beam_kinds import KINDS
 from hfsa.components._mechanics.rigid_body import Body
-from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
-from hfsa.components.beam_suspension import analyze, beam_suspension
 from hfsa.components.rigid_body import rigid_body
 
-PARTS = find([hfsa.components])
+stage = part("beam_stage")
+PART = part("beam_suspension")
+analyze, beam_suspension = PART.analysis, PART.model
 KIND = pytest.mark.parametrize("kind", KINDS)
 OFF_CENTRE = Body(0.3, (2e-4, 1e-4, 3e-4), (0.01, -0.02, 0.03))
 FROM_BASE, FROM_PLATFORM = (0.08, 0.01, -0.02), (-0.03, 0.02, 0.05)
@@ -41,9 +40,9 @@ def moment_about_world(wrench: np.ndarray, origin) -> np.ndarray:
 @KIND
 def test_the_wrenches_are_those_of_the_stiffness_and_of_the_damping_of_the_stage(kind):
     poses, twists = gains(beam_suspension(kind=kind, platform=OFF_CENTRE))
-    K = stage.analyze(kind=kind, platform=OFF_CENTRE)["stiffness"]
-    system = linearize(stage.beam_stage(kind=kind, platform=OFF_CENTRE))
-    M = stage.analyze(kind=kind, platform=OFF_CENTRE)["mass"]
+    K = stage.analysis(kind=kind, platform=OFF_CENTRE)["stiffness"]
+    system = linearize(stage.model(kind=kind, platform=OFF_CENTRE))
+    M = stage.analysis(kind=kind, platform=OFF_CENTRE)["mass"]
     for found, expected in ((poses, K), (twists, -M @ system.A[6:, 6:])):
         size = np.sqrt(np.diag(expected))
         for rows, columns, sign in ((0, 0, -1), (0, 6, 1), (6, 0, 1), (6, 6, -1)):
@@ -81,7 +80,7 @@ def test_it_is_the_stage_with_a_rigid_body(kind):
     body, beams = linearize(rigid_body(body=OFF_CENTRE)), linearize(beam_suspension(kind=kind, platform=OFF_CENTRE))
     back = control.ss([], [], [], beams.D[6:12, 12:24])
     closed = control.feedback(body[:12, :6], back, sign=1)
-    expected = linearize(stage.beam_stage(kind=kind, platform=OFF_CENTRE))
+    expected = linearize(stage.model(kind=kind, platform=OFF_CENTRE))
     scale = np.abs(expected.A).max()
     np.testing.assert_allclose(closed.A, expected.A, atol=1e-9 * scale)
     np.testing.assert_allclose(body.B, expected.B, atol=1e-9)
@@ -102,7 +101,7 @@ def test_bode_plots():
 
 
 def test_the_analysis_is_that_of_the_stage_and_its_limits_are_two_c_by_k():
-    found, expected = analyze(damping_ratio=0.02), stage.analyze()
+    found, expected = analyze(damping_ratio=0.02), stage.analysis()
     np.testing.assert_array_equal(found["stiffness"], expected["stiffness"])
     np.testing.assert_array_equal(found["natural_frequencies_hz"], expected["natural_frequencies_hz"])
     H = expected["shapes"]
@@ -134,7 +133,7 @@ def test_a_turned_base_displaces_what_is_far_from_it():
 
 
 @pytest.mark.parametrize(
-    ("part", "arguments", "message"),
+    ("name", "arguments", "message"),
     [
         ("beam_suspension", {"dimensions.length": 0}, "dimensions.length is 0 m, expected above 0"),
         ("beam_suspension", {"dimensions.diameter": 0.01}, "slenderness d .* is 400, expected at least 1200"),
@@ -146,11 +145,11 @@ def test_a_turned_base_displaces_what_is_far_from_it():
         ("rigid_body", {"body.center": "inf,0,0"}, "expected finite numbers"),
     ],
 )
-def test_mistakes_are_named(part, arguments, message):
+def test_mistakes_are_named(name, arguments, message):
     with pytest.raises(ModelError, match=message):
-        PARTS[part].model(**arguments)
+        part(name).model(**arguments)
 
 
 def test_an_analysis_with_negative_damping_is_refused():
     with pytest.raises(ModelError, match=r"damping_ratio is -0\.1, expected 0 or more"):
-        PARTS["beam_suspension"].analysis(damping_ratio=-0.1)
+        PART.analysis(damping_ratio=-0.1)

@@ -161,7 +161,7 @@ def test_all_finite_elements_at_once_respond_as_the_reduced_piece():
     """One mesh, its own constraints, and the damped equations, solved: what modes above 78 kHz leave out is small."""
     plan = design("locked", "pin", 0.25e-3)
     mesh, contacts, bolts, fixed, rotations = whole_piece(plan)
-    K, M = matrices(mesh, plan.shape.plate)
+    K, M = matrices(mesh, plan.shape.material)
     n = len(mesh.points)
     held = np.unique(np.concatenate([*fixed, *contacts, *bolts]))
     free = np.setdiff1d(np.arange(n), held)

@@ -9,10 +9,10 @@ pytest.importorskip("skfem")
 from scipy.sparse.linalg import spsolve
 
 from hfsa.components._continuum.boundary import Boundary, arcs, line
-from hfsa.components._continuum.elements import Plate, corner_stress, matrices, von_mises
+from hfsa.components._continuum.elements import Material, corner_stress, matrices, von_mises
 from hfsa.components._continuum.meshing import Mesh, mesh
 
-PLATE = Plate(101e9, 0.3, 8250.0, 10e-3)
+PLATE = Material(101e9, 0.3, 8250.0, 10e-3)
 THICK = PLATE._replace(is_thick=True)
 T, R, STUB, WIDTH = 0.8e-3, 1e-3, 2e-3, 10e-3
 
@@ -38,7 +38,7 @@ def neck(size: float, stub: float = STUB, width: float = WIDTH) -> Mesh:
 COARSE = neck(0.3e-3)
 
 
-def by_hand(mesh: Mesh, plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+def by_hand(mesh: Mesh, plate: Material) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and mass, dense, by shape functions written in area coordinates and a rule of degree five."""
     a, b = 0.445948490915965, 0.091576213509771
     points = [(1 - 2 * p, p) for p in (a, b)] + [(p, p) for p in (a, b)] + [(p, 1 - 2 * p) for p in (a, b)]
@@ -127,7 +127,7 @@ def test_von_mises_of_simple_states():
     assert von_mises(np.array([100.0, 100.0, 0.0]), incompressible) == pytest.approx(0, abs=1e-9)
 
 
-def neck_stiffness(plate: Plate, size: float, stub: float = STUB) -> np.ndarray:
+def neck_stiffness(plate: Material, size: float, stub: float = STUB) -> np.ndarray:
     """Stiffness on the displacement and rotation of one end about the neck, the other held, shape (3, 3)."""
     found = neck(size, stub)
     K, _ = matrices(found, plate)

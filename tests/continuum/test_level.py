@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsa.components import ModelError
-from hfsa.components._continuum.design import Body
 from hfsa.components._continuum.drawing import field
 from hfsa.components._continuum.outline import NECKS
 from hfsa.components._continuum.recovery import TOLERANCE
@@ -19,6 +18,7 @@ from hfsa.components._continuum.reduced import bonded, reduced
 from hfsa.components._continuum.stress import neck_stresses
 from hfsa.components._mechanics.pzt import TOKIN, Stack
 from hfsa.components._mechanics.rrr_design import Design
+from hfsa.components._mechanics.rrr_outline import Plate
 from hfsa.components._modelling.functions import functions, is_linear
 from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
@@ -27,7 +27,7 @@ from hfsa.cosim.cli import main
 from hfsa.fmus.c_code import generate
 
 UM = 1e-6
-LOCKED = Body("locked", "pin")
+LOCKED = Plate("locked", "pin")
 
 
 def ports(level: str) -> set[str]:
@@ -42,7 +42,7 @@ def test_it_has_the_ports_of_the_other_levels():
 
 @pytest.mark.parametrize(("bolts", "states"), [("pin", 12), ("rigid", 6)])
 def test_it_is_linear_and_has_few_states(bolts, states):
-    model = rrr_stage(level="continuum", body=Body("stack", bolts))
+    model = rrr_stage(level="continuum", plate=Plate("stack", bolts))
     model.check()
     assert len(model.of(Kind.STATE)) == states
     assert is_linear(model)
@@ -51,8 +51,8 @@ def test_it_is_linear_and_has_few_states(bolts, states):
 class System:
     """The model about rest: A, B, C, D by names."""
 
-    def __init__(self, body: Body, **values: float):
-        model = rrr_stage(level="continuum", body=body)
+    def __init__(self, plate: Plate, **values: float):
+        model = rrr_stage(level="continuum", plate=plate)
         found = linearize(model, values)
         self.A, self.B, self.C, self.D = (np.asarray(part) for part in (found.A, found.B, found.C, found.D))
         self.inputs = [name.replace("/", ".") for name in found.input_labels]
@@ -71,7 +71,7 @@ PLACE = ("stack[1].elongation", "platform.position", "platform.rotation")
 @pytest.mark.parametrize(("contact", "bolts"), [("locked", "pin"), ("stack", "rigid")])
 def test_it_responds_as_all_modes(contact, bolts):
     """Elongations and pose by all inputs are exact at 0 Hz; to 5 kHz the pose errs by 1.2 %, elongations by 7 %."""
-    system = System(Body(contact, bolts), **{"stack.damping": 0.0})
+    system = System(Plate(contact, bolts), **{"stack.damping": 0.0})
     stage = solved(contact, bolts).stage
     K, _, B = bonded(stage, TOKIN)
     names = [f"stack[{i}].elongation" for i in (1, 2, 3)]
@@ -146,7 +146,7 @@ def test_the_stress_output_is_the_largest_of_all_corners(drive):
     plan, found = design("locked"), solved("locked")
     statics = found.stage.statics
     motion = np.linalg.solve(statics.stiffness, np.array(drive) * [800, 800, 800, 200, 200, 5])
-    necks = neck_stresses(*found.solution, plan.shape.plate, statics.interface)
+    necks = neck_stresses(*found.solution, plan.shape.material, statics.interface)
     exact = max(necks[neck].peak(leg, motion[None]).stress for neck in NECKS for leg in range(3))
     assert (1 - 2 * TOLERANCE) * exact <= largest(motion) <= exact * (1 + 1e-9)
 
@@ -178,7 +178,7 @@ def test_rest_is_rest_to_the_last_bit_and_its_derivatives_are_finite():
 
 def test_the_analysis_answers_with_errors_that_hold():
     """Each number is nearer to the reference than its error says; values are those of pin and locked."""
-    found = analyze(level="continuum", body=LOCKED, elongation=(12 * UM, 0.0, 0.0), voltage=(150.0, 150.0, 150.0))
+    found = analyze(level="continuum", plate=LOCKED, elongation=(12 * UM, 0.0, 0.0), voltage=(150.0, 150.0, 150.0))
     error = found["mesh_error"]
     assert found["jacobian"][2, 0] == pytest.approx(-25.9617, rel=error["jacobian"])
     assert found["stiffness"][0, 0] == pytest.approx(29.600e6, rel=error["stiffness"])
@@ -204,7 +204,7 @@ def test_another_stack_holds_sideways_by_its_own_stiffness():
     """A stack twice as stiff and as large in cross-section moves the stage less; contact `stack`."""
     wide = Stack(blocking_force=2 * 833.0)
     moved = [analyze(level="continuum", stack=stack)["jacobian"][2, 0] for stack in (TOKIN, wide)]
-    locked = analyze(level="continuum", body=LOCKED)["jacobian"][2, 0]
+    locked = analyze(level="continuum", plate=LOCKED)["jacobian"][2, 0]
     assert abs(moved[0]) > abs(moved[1]) > abs(locked)
 
 
@@ -215,10 +215,10 @@ def test_another_stack_holds_sideways_by_its_own_stiffness():
         ({"design": Design(stiffness=(3e7, 0, 0, 0, 3e7, 0, 0, 0, 3e7))}, "stiffness is given, but at level continuum"),
         ({"design": Design("measured")}, "kinematics 'measured' is a Jacobian without link dimensions"),
         ({"design": Design("calibrated")}, "outline.slot_face is 1 mm, expected more than 15.339 mm"),
-        ({"body": Body("glued")}, "contact is 'glued'"),
-        ({"body": Body(bolts="loose")}, "bolts is 'loose'"),
-        ({"body": Body(mesh=1e-3)}, "mesh is 0.001 m, expected 1e-05 to 0.00025 m"),
-        ({"body": Body(mesh=float("nan"))}, "mesh is nan m, expected"),
+        ({"plate": Plate("glued")}, "contact is 'glued'"),
+        ({"plate": Plate(bolts="loose")}, "bolts is 'loose'"),
+        ({"mesh": 1e-3}, "mesh is 0.001 m, expected 1e-05 to 0.00025 m"),
+        ({"mesh": float("nan")}, "mesh is nan m, expected"),
     ],
     ids=["causality", "matrix", "measured", "calibrated", "contact", "bolts", "mesh", "nan"],
 )
@@ -231,7 +231,7 @@ def test_what_it_cannot_do_is_refused(arguments, words):
 def test_a_mesh_at_a_level_without_one_is_refused():
     for level in ("jacobian", "constant_jacobian", "exact"):
         with pytest.raises(ModelError, match=f"mesh is 0.0001 m, but level {level} has none"):
-            rrr_stage(level=level, body=Body(mesh=1e-4))
+            rrr_stage(level=level, mesh=1e-4)
     with pytest.raises(ModelError, match="level exact has no body to draw"):
         picture(level="exact")
 
@@ -252,7 +252,7 @@ def test_the_field_moves_contacts_bolts_and_holes_as_they_are_held():
     known = {tuple(place): found.displacement[i] for place, i in zip(places, first, strict=True)}
     for place, value in zip(where, found.displacement, strict=True):
         np.testing.assert_allclose(value, known[tuple(place)], atol=1e-14)
-    peak = analyze(level="continuum", body=LOCKED, elongation=(12 * UM, 0.0, 0.0))["hinge_stress"]["A1"]
+    peak = analyze(level="continuum", plate=LOCKED, elongation=(12 * UM, 0.0, 0.0))["hinge_stress"]["A1"]
     assert found.stress.max() == pytest.approx(peak, rel=1e-9)
 
 

@@ -22,7 +22,7 @@ def peaks(contact, bolts) -> dict[str, list[float]]:
     """Largest von Mises stress [MPa] in every case of stacks at 12 um."""
     found, plan = solved(contact, bolts), design(contact, bolts)
     statics = found.stage.statics
-    necks = neck_stresses(*found.solution, plan.shape.plate, statics.interface)
+    necks = neck_stresses(*found.solution, plan.shape.material, statics.interface)
 
     def largest(elongations) -> float:
         at = 12 * UM * np.array(elongations, dtype=float)

@@ -3,12 +3,14 @@
 from typing import Any
 
 import numpy as np
+from parts_by_name import part
 
-from hfsa.components import beam_module
 from hfsa.components._mechanics.beam import LENGTH_POWERS, beam
-from hfsa.components._mechanics.beam_assembly import one_on_another, ring, side_by_side
-from hfsa.components._mechanics.beam_module import Dimensions, Material
+from hfsa.components._mechanics.beam_arguments import Dimensions
+from hfsa.components._mechanics.beam_assembly import at_point, compliance, ring
+from hfsa.components._mechanics.beam_section import Material
 
+_MODULE = part("beam_module")
 _RADIUS, _TILT = 0.6, np.pi / 4
 _E, _G = 69e9, 26e9
 """Of the examples [Pa]; G is printed nowhere."""
@@ -18,18 +20,19 @@ def beams_to_first_order() -> np.ndarray:
     """Compliance of three beams, the one at (0, 0, -r) 5 % short, with its stiffness to first order in that."""
     K = beam(1e4, 2 * _G / _E)
     short = K * (1 + 0.05 * LENGTH_POWERS)
-    return side_by_side([K, short, K], ring(_RADIUS, 0.0, 3))
+    return compliance(ring(_RADIUS, 0.0, 3), [K, short, K])
 
 
 def beams_of_rounded_halves() -> np.ndarray:
     """Compliance of a double tilted module of halves that are rounded to the digits printed of them."""
-    inner, outer = (_rounded(beam_module.analyze(kind=kind)["compliance"]) for kind in ("tilted", "inverted"))
-    return one_on_another(inner, outer, -(2 * _RADIUS / np.tan(_TILT) + np.cos(_TILT)))
+    inner, outer = (_rounded(_MODULE.analysis(kind=kind)["compliance"]) for kind in ("tilted", "inverted"))
+    J = at_point((-(2 * _RADIUS / np.tan(_TILT) + np.cos(_TILT)), 0.0, 0.0))
+    return inner + J @ outer @ J.T
 
 
 def beams_screws() -> dict[str, Any]:
     """Screws that the columns 2 to 6 of a tilted module's compliance are: pitches, distances from the stage, drifts."""
-    slides, turns = np.split(beam_module.analyze(kind="tilted")["compliance"][:, 1:], 2)
+    slides, turns = np.split(_MODULE.analysis(kind="tilted")["compliance"][:, 1:], 2)
     squares = np.sum(turns**2, axis=0)
     radius = np.sqrt(np.sum(slides**2, axis=0) / squares)
     return {
@@ -42,7 +45,7 @@ def beams_screws() -> dict[str, Any]:
 
 def beams_four_by_three() -> float:
     """Compliance of a double tilted module of four beams by that of three."""
-    three, four = (beam_module.analyze(kind=kind)["compliance"] for kind in ("double_tilted", "double_tilted_four"))
+    three, four = (_MODULE.analysis(kind=kind)["compliance"] for kind in ("double_tilted", "double_tilted_four"))
     return float(np.linalg.norm(four) / np.linalg.norm(three))
 
 
@@ -61,7 +64,7 @@ def beams_round() -> dict[str, Any]:
 
 def _round_beams(material: Material) -> np.ndarray:
     """Normalised compliance of three beams of a material."""
-    return beam_module.analyze(dimensions=Dimensions(length=1.0, diameter=0.04), material=material)["compliance"]
+    return _MODULE.analysis(dimensions=Dimensions(length=1.0, diameter=0.04), material=material)["compliance"]
 
 
 def _rounded(C: np.ndarray) -> np.ndarray:

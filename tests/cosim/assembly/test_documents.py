@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
 from hfsa.components import ModelError
@@ -149,3 +151,17 @@ def test_an_analysis_takes_a_file(folder, capsys):
     assert main(["analyze", str(folder / "springs.py"), "-p", "springs=no.toml"]) == 2
     assert "error: " in (error := capsys.readouterr().err)
     assert "no.toml cannot be read: No such file or directory" in error
+
+
+@pytest.mark.slow
+def test_the_map_of_a_list_holds_its_content(folder, capsys):
+    command = ["analyze", "beam_module", "-p", "kind=assembly", "-p", "beams=rod.toml"]
+    Path("rod.toml").write_text("[[beam]]\nstart = [0, 0, 0]\nend = [0.1, 0, 0]\ndiameter = 1e-3\n")
+    assert main([*command, "--map", "beam[1].diameter=1e-3:2e-3,beam[1].end[1]=0.05:0.2", "-o", "map.h5"]) == 0
+    with h5py.File("map.h5") as file:
+        assert "'diameter': 0.001" in file["system"].attrs["scene"]
+        C, width = file["map/C22"][:], file["map/beam[1].diameter"][:]
+        length = file["map/beam[1].end[1]"][:]
+    expected = np.divide.outer(1 / (np.pi / 64 * width**4), 3 * 69e9 / length**3)
+    np.testing.assert_allclose(C[np.isfinite(C)], expected[np.isfinite(C)], rtol=1e-9)
+    assert 0.9 < np.mean(np.isfinite(C)) <= 1
