@@ -36,6 +36,11 @@ class Equations(NamedTuple):
     motion: Motion
 
 
+def largest_displacements(small: Reduced, radius: float) -> np.ndarray:
+    """Return the largest displacement in each mode of mass 1, of l, q and the bolts at a radius [m], shape (n,)."""
+    return np.abs(small.shapes * np.array([1.0, 1.0, 1.0, 1.0, 1.0, radius])[:, None]).max(axis=0)
+
+
 def equations(
     small: Reduced, radius: float, coordinates: ca.SX, rates: ca.SX, force: ca.SX, base: ca.SX, damping: ca.SX, c: ca.SX
 ) -> Equations:
@@ -44,7 +49,7 @@ def equations(
     `force` (6, 1) are blocking forces and wrench [N; N.m], `base` the acceleration of the base (2, 1) [m/s2], `damping`
     the damping ratio, `c` the damping of the stacks [N.s/m].
     """
-    largest = np.abs(small.shapes * np.array([1.0, 1.0, 1.0, 1.0, 1.0, radius])[:, None]).max(axis=0)
+    largest = largest_displacements(small, radius)
     shapes, omega = ca.DM(small.shapes / largest), ca.DM(small.omega)
     rate = shapes @ rates
     loads = force - ca.vertcat(c * rate[:3], ca.SX.zeros(3, 1))

@@ -13,6 +13,7 @@ import numpy as np
 
 from hfsa.components._continuum.accuracy import reduction_error
 from hfsa.components._continuum.design import Continuum, Solved
+from hfsa.components._continuum.dynamics import largest_displacements
 from hfsa.components._continuum.reduced import bonded, frequencies
 from hfsa.components._continuum.stress import Peak, neck_stresses
 from hfsa.components._mechanics.pzt import STROKE_IN_USE
@@ -93,8 +94,16 @@ def _linear(
         "force": _of_all(force),
         "voltage": _of_all((force + stack.stiffness * elongation) / stack.coupling),
         "elongation_at_voltage": _of_all(at_voltage),
+        "mode_at_voltage": _of_all(_at_rest(design, solved, voltage)),
         "pose_at_voltage": _Number(J @ at_voltage, per_elongation * _largest(at_voltage)),
     }
+
+
+def _at_rest(design: Continuum, solved: Solved, voltage: np.ndarray) -> np.ndarray:
+    """Return the coordinates of the modes of the small model in equilibrium at voltages [m]."""
+    small = design.small(solved.stage)
+    force = design.stack.coupling * voltage
+    return largest_displacements(small, design.shape.links.radius) * (small.shapes[:3].T @ force) / small.omega**2
 
 
 def _own(value: Any) -> _Number:

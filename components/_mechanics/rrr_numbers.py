@@ -51,6 +51,7 @@ UNITS = {
     "force": "N",
     "voltage": "V",
     "elongation_at_voltage": "m",
+    "mode_at_voltage": "m",
     "pose_at_voltage": "m; m; rad",
     "saturated": "1",
 }
