@@ -50,6 +50,7 @@ from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import ModelError, one_of
 from hfsa.components._modelling.noise import white_noise
+from hfsa.components._modelling.rounding import rounded
 
 FACTS = {
     GEAR: Known("gear"),
@@ -252,5 +253,4 @@ def _rounded(m: Model, angle: ca.SX) -> ca.SX:
     """Return the angles rounded to steps of the encoder, which are fixed on the motor."""
     resolution = m.parameter("encoder.resolution", 0.0, "rad", "Step of the encoder, 0 for none", min=0, nominal=1e-4)
     offset = m.parameter("encoder.offset[1..2]", 0.0, "rad", "Motor angle at the posture, from the encoder's zero")
-    step = ca.if_else(resolution > 0, resolution, 1)
-    return ca.if_else(resolution > 0, step * ca.floor((angle + offset) / step + 0.5) - offset, angle)
+    return ca.if_else(resolution > 0, rounded(angle + offset, resolution) - offset, angle)

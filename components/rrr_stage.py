@@ -65,6 +65,7 @@ from hfsa.components._continuum.extra import unavailable
 from hfsa.components._continuum.level import elastic
 from hfsa.components._continuum.results import elastic_numbers
 from hfsa.components._mechanics.pzt import STROKE_IN_USE, TOKIN, Stack
+from hfsa.components._mechanics.rrr_calibration import calibration_of
 from hfsa.components._mechanics.rrr_design import THESIS_DESIGN, THESIS_DIMENSIONS, Design, Dimensions
 from hfsa.components._mechanics.rrr_facts import (
     DAMPING_TIME,
@@ -80,6 +81,7 @@ from hfsa.components._mechanics.rrr_numbers import UNITS as UNITS
 from hfsa.components._mechanics.rrr_numbers import Triple, dynamic_numbers, elongations_at, kinematic_numbers
 from hfsa.components._mechanics.rrr_outline import THESIS_PLATE, Plate
 from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
+from hfsa.components._modelling.calibration import Calibration
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.study import Study
@@ -270,6 +272,23 @@ def study(
     one_of(objective, get_args(Objective), "rrr_stage: objective")
     goals = Goals(stroke, least_yaw, least_frequency, largest_stress)
     return design_study(dimensions, stack, goals, objective, f"rrr_stage, kinematics {dimensions.kinematics}")
+
+
+def calibration(*, dimensions: Dimensions = THESIS_DIMENSIONS, turn: float = 0.0) -> Calibration:
+    """Return the calibration of the links from measured poses, at level `constant_jacobian`.
+
+    A table has the columns elongation_1 to elongation_3 [m] and some of x, y [m], yaw [rad]; a Jacobian has those rows.
+
+    Args:
+        dimensions: the links to start from, of the arguments `kinematics` and `links`.
+        turn: angle from the axes of the measurement to those of the stage [deg]; 53.961 in the source.
+
+    Raises:
+        ModelError: dimensions that cannot be built; a turn that is not finite.
+    """
+    if not np.isfinite(turn):
+        raise ModelError(f"rrr_stage: turn is {turn:g} deg, expected a finite angle")
+    return calibration_of(dimensions, turn)
 
 
 def _check(level: str, causality: str, mesh: float | None) -> None:

@@ -71,6 +71,7 @@ import numpy as np
 from hfsa.components import Model
 from hfsa.components._mechanics.modes import Damping, DampingOf
 from hfsa.components._mechanics.screws import shift
+from hfsa.components._mechanics.sdelta_calibration import calibration_of
 from hfsa.components._mechanics.sdelta_facts import (
     DAMPING_MODEL,
     DAMPING_RATIO,
@@ -88,7 +89,7 @@ from hfsa.components._mechanics.sdelta_facts import (
 )
 from hfsa.components._mechanics.sdelta_geometry import SYMMETRIC, Posture
 from hfsa.components._mechanics.sdelta_inertia import CUBE, Payload
-from hfsa.components._mechanics.sdelta_kinematics import by_drive, declare_tube_constants
+from hfsa.components._mechanics.sdelta_kinematics import THESIS, Mechanism, by_drive, declare_tube_constants
 from hfsa.components._mechanics.sdelta_levels import (
     MOVE,
     TURN,
@@ -111,6 +112,7 @@ from hfsa.components._mechanics.sdelta_numbers import (
 from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, THESIS_STRUCTURE, Machine, Robot, Structure
 from hfsa.components._mechanics.sdelta_stiffness import Preset
 from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
+from hfsa.components._modelling.calibration import Calibration
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.model import ModelError, one_of
@@ -348,6 +350,15 @@ def trajectory(
     design = Design(posture, stiffness, payload, machine.with_limbs())
     _ = design.robot()
     return path_study(design, f"sdelta, stiffness {stiffness}")
+
+
+def calibration(*, mechanism: Mechanism = THESIS) -> Calibration:
+    """Return the calibration of triangles and drives from motor angles motor_L1 to motor_R3 [rad] at postures.
+
+    A table has the columns x, y, z [m], rz, rx, ry [deg] of the postures, and motor angles; what it does not name is
+    that of the symmetric posture. `mechanism` are the arguments `geometry`, `gear` and `pitch` to start from.
+    """
+    return calibration_of(mechanism)
 
 
 def _point(point: tuple[float, float, float]) -> np.ndarray:

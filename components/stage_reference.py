@@ -25,7 +25,7 @@ from hfsa.components import Model, ModelError
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_design import Design, Matrix
 from hfsa.components._mechanics.rrr_facts import GEOMETRY, STACK_STROKE
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, Kinematics, LinkChanges, inverse
+from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, KinematicsSet, LinkChanges, inverse
 from hfsa.components._modelling.facts import Known
 from hfsa.components._modelling.model import one_of
 
@@ -75,7 +75,7 @@ UNITS = {
 def analyze(
     *,
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    kinematics: Kinematics = "nominal",
+    kinematics: KinematicsSet = "nominal",
     links: LinkChanges = AS_NAMED,
     jacobian: Matrix | None = None,
     stroke: float = TOKIN.stroke,

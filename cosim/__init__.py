@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hfsa.cosim.experiments.stability_map import stability_map
     from hfsa.cosim.experiments.sweep import sweep
     from hfsa.cosim.experiments.trade import trade
+    from hfsa.cosim.figures.signals import plot
     from hfsa.cosim.results.read import read
     from hfsa.cosim.results.stability_map import Axis
     from hfsa.cosim.systems.scene import Scene
@@ -41,6 +42,7 @@ __all__ = [
     "identify",
     "load_scene",
     "open_loop",
+    "plot",
     "read",
     "run",
     "stability",
@@ -61,6 +63,7 @@ _HOMES = {
     "identify": "experiments.identify",
     "load_scene": "assembly.load_scene",
     "open_loop": "experiments.open_loop",
+    "plot": "figures.signals",
     "read": "results.read",
     "run": "experiments.run",
     "stability": "experiments.stability",

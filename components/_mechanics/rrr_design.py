@@ -19,7 +19,7 @@ import numpy as np
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.rrr_dynamics import Mechanism
 from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
-from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, Kinematics, LinkChanges, Links, jacobian, links
+from hfsa.components._mechanics.rrr_kinematics import AS_NAMED, KinematicsSet, LinkChanges, Links, jacobian, links
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
 from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.model import ModelError
@@ -36,13 +36,13 @@ class Dimensions(ArgumentGroup):
     """Links, hinges and masses of a stage; by default those of the source.
 
     Attributes:
-        kinematics: parameter set of the links; `measured` is a Jacobian without links.
+        kinematics: parameter set of the links, or the .toml file of one; `measured` is a Jacobian without links.
         links: lengths [m] and angles [rad] in place of those of the set.
         hinge: dimensions [m] and material [Pa] of the hinges.
         masses: masses [kg] and moments of inertia [kg.m2] of the links.
     """
 
-    kinematics: Kinematics = "nominal"
+    kinematics: KinematicsSet = "nominal"
     links: LinkChanges = AS_NAMED
     hinge: Hinge = THESIS_HINGE
     masses: Masses = THESIS_MASSES

@@ -21,6 +21,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
+from hfsa.components._modelling.documents import Document
 from hfsa.components._modelling.model import ModelError, one_of
 
 Kinematics = Literal["nominal", "calibrated", "measured"]
@@ -184,7 +185,34 @@ AS_NAMED = LinkChanges()
 """The dimensions of the parameter set itself."""
 
 
-def links(kinematics: str, changes: LinkChanges = AS_NAMED) -> Links:
+@dataclass(frozen=True)
+class SavedLinks(Document):
+    """Parameter set of the links in a file, as `hfsa calibrate rrr_stage` writes it; names and units of `Links`."""
+
+    crank: float
+    coupler: float
+    radius: float
+    psi1: float
+    psi2: float
+    arm: float = 3.5e-3
+
+    def __post_init__(self):
+        _ = self.links
+
+    @property
+    def links(self) -> Links:
+        """The links; `ModelError` for dimensions that cannot be built."""
+        return Links(**{field.name: getattr(self, field.name) for field in fields(self)})
+
+    def __str__(self) -> str:
+        return "of a file"
+
+
+KinematicsSet = Kinematics | SavedLinks
+"""Parameter set of the links: its name, or the path of a .toml file."""
+
+
+def links(kinematics: str | SavedLinks, changes: LinkChanges = AS_NAMED) -> Links:
     """Return the links of a parameter set with changes.
 
     Raises:
@@ -195,11 +223,13 @@ def links(kinematics: str, changes: LinkChanges = AS_NAMED) -> Links:
             "rrr_stage: kinematics 'measured' is a Jacobian without link dimensions and valid at level jacobian only; "
             "the other levels take nominal or calibrated, and a jacobian beside them"
         )
+    if isinstance(kinematics, SavedLinks):
+        return replace(kinematics.links, **changes.given)
     sets = {"nominal": NOMINAL, "calibrated": CALIBRATED}
     return replace(sets[one_of(kinematics, sets, "rrr_stage: kinematics")], **changes.given)
 
 
-def jacobian(kinematics: str, changes: LinkChanges = AS_NAMED) -> np.ndarray:
+def jacobian(kinematics: str | SavedLinks, changes: LinkChanges = AS_NAMED) -> np.ndarray:
     """Return J0 of a parameter set with changes, shape (3, 3).
 
     The measured one is rotated by psi - 60 deg into the stage's axes; `ModelError` for changes of its links.

@@ -21,7 +21,7 @@ from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.components._mechanics.rrr_design import Dimensions
 from hfsa.components._mechanics.rrr_hinge import bending_stiffness, stress_per_angle
-from hfsa.components._mechanics.rrr_kinematics import OFFSETS
+from hfsa.components._mechanics.rrr_symbols import LINKS, LinkSymbols
 from hfsa.components._modelling.model import ModelError
 from hfsa.components._modelling.study import Response, Study, Variable
 
@@ -38,14 +38,6 @@ RESPONSES = {
 }
 """Responses of a design study with their units."""
 
-_LINKS = {
-    "crank": ("m", "Length of a crank"),
-    "coupler": ("m", "Length of a coupler"),
-    "radius": ("m", "Radius of the platform's corners"),
-    "psi1": ("rad", "Direction from A2 to C2"),
-    "psi2": ("rad", "Angle of A B C at C"),
-    "arm": ("m", "Arm of a stack on its crank"),
-}
 _HINGE = {
     "elastic_modulus": ("Pa", "Young's modulus of the hinges"),
     "width": ("m", "Width of the hinges"),
@@ -100,49 +92,6 @@ class Goals:
         return margins
 
 
-class _Links(NamedTuple):
-    """Links as expressions, with the attributes of `Links` that level `constant_jacobian` uses."""
-
-    crank: ca.SX
-    coupler: ca.SX
-    radius: ca.SX
-    psi1: ca.SX
-    psi2: ca.SX
-    arm: ca.SX
-
-    @property
-    def psi(self) -> ca.SX:
-        """Direction from B2 to C2 [rad]."""
-        return self.psi1 + self.psi2
-
-    @property
-    def psi3(self) -> ca.SX:
-        """Angle from a crank to its coupler [rad]."""
-        return self.psi2 + ca.asin(self.coupler * ca.sin(self.psi2) / self.crank)
-
-    @property
-    def corners(self) -> list[tuple[ca.SX, ca.SX]]:
-        """C_i0 [m]."""
-        return _legs(self.radius, 0.0)
-
-    @property
-    def couplers(self) -> list[tuple[ca.SX, ca.SX]]:
-        """B_i C_i at rest [m]."""
-        return _legs(self.coupler, self.psi)
-
-    @property
-    def cranks(self) -> list[tuple[ca.SX, ca.SX]]:
-        """A_i B_i at rest [m]."""
-        return _legs(self.crank, self.psi - self.psi3)
-
-    @property
-    def jacobian(self) -> ca.SX:
-        """J0, shape (3, 3) (eqs 2.21, 2.22)."""
-        along = [(*leg, self.radius * ca.sin(self.psi)) for leg in _legs(1.0, self.psi)]
-        rows = ca.vertcat(*[ca.horzcat(*row) for row in along])
-        return -self.crank * ca.sin(self.psi3) / self.arm * ca.inv(rows)
-
-
 class _Hinge(NamedTuple):
     """Hinges as expressions."""
 
@@ -168,26 +117,15 @@ class _Masses(NamedTuple):
     crank_inertia: ca.SX
 
 
-def _legs(length: Any, angle: Any) -> list[tuple[ca.SX, ca.SX]]:
-    """Return vectors of one length at an angle from the direction of each leg."""
-    return [(length * ca.cos(angle + offset), length * ca.sin(angle + offset)) for offset in OFFSETS.tolist()]
-
-
 def design_study(design: Dimensions, stack: Stack, goals: Goals, objective: Objective, title: str) -> Study:
     """Return the study of a design over its dimensions, with a response to maximise; errors as `Dimensions`."""
     variables = _variables(design)
     symbols = {name: variable.symbol for name, variable in variables.items()}
-    links = _Links(*[symbols[f"links.{name}"] for name in _LINKS])
+    links = LinkSymbols(*[symbols[f"links.{name}"] for name in LINKS])
     hinge = _Hinge(*[symbols[f"hinge.{name}"] for name in _HINGE])
     responses = _responses(links, hinge, _masses(design, symbols), stack, goals.stroke)
-    side = math.copysign(1.0, math.sin(design.links_at_rest.psi))
-    obtuse = links.psi2 >= math.pi / 2
     conditions = {f"{name} above 0": v.symbol / abs(v.value) for name, v in variables.items() if "psi" not in name}
-    conditions |= {
-        "an angle psi2 between 0 and pi": ca.sin(links.psi2),
-        "links that close": 1 - links.coupler * ca.if_else(obtuse, 1, ca.sin(links.psi2)) / links.crank,
-        "couplers on their side of the centre": side * ca.sin(links.psi),
-    }
+    conditions |= links.conditions(design.links_at_rest)
     return Study(
         title,
         variables,
@@ -202,7 +140,7 @@ def design_study(design: Dimensions, stack: Stack, goals: Goals, objective: Obje
 def _variables(design: Dimensions) -> dict[str, Variable]:
     """Return the dimensions of a design by name."""
     parts = (
-        ("links", design.links_at_rest, _LINKS),
+        ("links", design.links_at_rest, LINKS),
         ("hinge", design.hinge, _HINGE),
         ("masses", design.masses, _MASSES),
     )

@@ -58,8 +58,9 @@ class Argument:
 
     @property
     def values(self) -> tuple[str, ...]:
-        """Admissible values of a `Literal` argument, otherwise empty."""
-        return get_args(self.annotation) if get_origin(self.annotation) is Literal else ()
+        """Admissible names of a `Literal` argument, or of one that may be a file instead; otherwise empty."""
+        kinds = get_args(self.annotation) if get_origin(self.annotation) in (Union, UnionType) else (self.annotation,)
+        return next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Arguments that are files: tables of a TOML document, read into frozen dataclasses.
+"""Arguments that are files: tables of a TOML document or a CSV file, read into frozen dataclasses.
 
     @dataclass(frozen=True)
     class Beams(Document):
@@ -7,9 +7,10 @@
 
     def beam_stage(*, beams: Beams | None = None) -> Model: ...
 
-The value of such an argument is the path of a `.toml` file, the table that the file holds, or the object itself. The
-object has no path: two files of the same content are equal, and a file that has changed is another value. A scene holds
-the table in place of the path (`with_contents`), so that FMUs, results files and other machines do not need the file.
+The value of such an argument is the path of a `.toml` file, the table that the file holds, or the object itself; a
+class of another `ENDING` reads its files itself, into the same kind of table. The object has no path: two files of the
+same content are equal, and a file that has changed is another value. A scene holds the table in place of the path
+(`with_contents`), so that FMUs, results files and other machines do not need the file.
 
 A class checks its values in `__post_init__`; the message of its `ModelError` continues `FILE: beam[2]: `.
 """
@@ -19,16 +20,28 @@ import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import UnionType
-from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hfsa.components._modelling.errors import ModelError, nearest
 
-ENDING = ".toml"
-"""Ending of the name of a document."""
+ENDINGS = (".toml", ".csv")
+"""Endings of the names of documents."""
 
 
 class Document:
-    """Base of the frozen dataclasses that an argument may read from a file."""
+    """Base of the frozen dataclasses that an argument may read from a file with the name ending `ENDING`."""
+
+    ENDING: ClassVar[str] = ".toml"
+
+    @classmethod
+    def table_of(cls, file: Path) -> Mapping[str, Any]:
+        """Return the table of a file; `ModelError` for a file that cannot be read."""
+        return _table_of(file)
+
+    @property
+    def information(self) -> dict[str, Any]:
+        """What an FMU tells of a document in its constants."""
+        return plain(self)
 
 
 class Annotated(Protocol):
@@ -67,10 +80,10 @@ def read_document(where: str, kind: type[D], value: Any, read: Read) -> D:
     """
     if isinstance(value, kind):
         return value
-    if _is_path(value):
-        return _record(str(value), "", kind, _table_of(Path(value)), read)
+    if isinstance(value, str | Path) and str(value).endswith(kind.ENDING):
+        return _record(str(value), "", kind, kind.table_of(Path(value)), read)
     if not isinstance(value, Mapping):
-        raise ModelError(f"{where} is {value!r}, expected the path of a {ENDING} file or its table")
+        raise ModelError(f"{where} is {value!r}, expected the path of a {kind.ENDING} file or its table")
     return _record(where, "", kind, value, read)
 
 
@@ -113,7 +126,7 @@ def names_file(arguments: Mapping[str, Any]) -> bool:
 
 def _is_path(value: Any) -> bool:
     """Whether a value is the path of a document."""
-    return isinstance(value, str | Path) and str(value).endswith(ENDING)
+    return isinstance(value, str | Path) and str(value).endswith(ENDINGS)
 
 
 def _table_of(file: Path) -> Mapping[str, Any]:

@@ -32,7 +32,8 @@ from hfsa.components._modelling.arguments import (
     read_value,
     takes,
 )
-from hfsa.components._modelling.documents import Document, plain, with_contents
+from hfsa.components._modelling.calibration import Calibration
+from hfsa.components._modelling.documents import Document, with_contents
 from hfsa.components._modelling.drawing import Drawing
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
@@ -62,7 +63,8 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path, `picture` a drawing. `is_own` means that it does not come with hfsa.
+    `trajectory` returns the study of a path, `picture` a drawing, `calibration` what
+    measurements can tell of it. `is_own` means that it does not come with hfsa.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Part:
     study: Callable[..., Study] | None = None
     trajectory: Callable[..., Study] | None = None
     picture: Callable[..., Drawing] | None = None
+    calibration: Callable[..., Calibration] | None = None
     is_own: bool = False
 
     @property
@@ -206,6 +209,14 @@ class Part:
         found = self.picture(**read_arguments(f"{self.name}: a picture", self.picture, arguments))
         return returned(self.picture, Drawing, found)
 
+    def calibration_task(self, level: str | None = None, **arguments: Any) -> Calibration:
+        """Return what the part offers to be calibrated, by default its design study; errors as in `model`."""
+        if self.calibration is None:
+            return Calibration(self.design_study(level, **arguments))
+        arguments = _of_study(self.calibration, f"{self.name}: a calibration", _with_level(level, arguments))
+        found = self.calibration(**read_arguments(f"{self.name}: a calibration", self.calibration, arguments))
+        return returned(self.calibration, Calibration, found)
+
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
     """Return in words what a file defines."""
@@ -228,6 +239,7 @@ def part_of(
         ("study", "a Study"),
         ("trajectory", "a Study"),
         ("picture", "a Drawing"),
+        ("calibration", "a Calibration"),
     ):
         function = getattr(module, word, None) if kind == "part" or word == name else None
         if function is not None and is_own:
@@ -314,7 +326,7 @@ def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[
     assert part.build is not None
     flat: dict[str, float | str] = {}
     for name, value in argument_values(part.name, part.build, given).items():
-        flat |= _constants(name, plain(value) if isinstance(value, Document) else value)
+        flat |= _constants(name, value.information if isinstance(value, Document) else value)
     return {name: value for name, value in flat.items() if name not in taken}
 
 

@@ -1,14 +1,12 @@
 """Paths on the command line: a table of rows to follow, and the numbers of a part along it as data and as text."""
 
-import csv
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hfsa.components._modelling.errors import nearest
+from hfsa.components._modelling.csv_file import read_csv
 from hfsa.components._modelling.study import Study
 from hfsa.cosim.commands._shell import PICTURE, rendered, table
 from hfsa.cosim.figures.path import path_figure, save
@@ -76,54 +74,18 @@ def read_path(source: Path, study: Study) -> Rows:
     """Return the rows of a CSV file whose first row names its columns.
 
     Raises:
-        StructureError: a file that cannot be read; no header or no rows; a column that is unknown, given twice or
-            missing altogether; a row with too few or too many values or one that is no finite number, with its line; a
-            time that does not rise.
+        ModelError: as `read_csv`. StructureError: no column beside the time; a time that does not rise.
     """
-    try:
-        lines = source.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise StructureError(f"--path {source}: cannot be read as text: {error}") from error
-    numbered = [(i, [cell.strip() for cell in row]) for i, row in enumerate(csv.reader(lines), start=1)]
-    numbered = [(i, row) for i, row in numbered if any(row)]
-    known = [*study.variables, TIME]
-    if not numbered:
-        raise StructureError(f"--path {source} is empty, expected a header with some of {', '.join(known)}")
-    (first, header), rows = numbered[0], numbered[1:]
-    if all(_is_number(cell) for cell in header):
-        raise StructureError(
-            f"--path {source}, line {first}: numbers, expected a header that names the columns: {', '.join(known)}"
-        )
-    for name in header:
-        if name not in known:
-            raise StructureError(f"--path {source}, line {first}: no column {name!r}{nearest(name, known)}")
-        if header.count(name) > 1:
-            raise StructureError(f"--path {source}, line {first}: the column {name} is given twice")
-    if set(header) == {TIME}:
-        raise StructureError(f"--path {source}, line {first}: only a time, expected some of {', '.join(known[:-1])}")
-    if not rows:
-        raise StructureError(f"--path {source} has a header, but no rows")
-    for line, row in rows:
-        if len(row) != len(header):
-            raise StructureError(f"--path {source}, line {line}: {len(row)} values, expected {len(header)}")
-        for name, cell in zip(header, row, strict=True):
-            if not (_is_number(cell) and math.isfinite(float(cell))):
-                raise StructureError(f"--path {source}, line {line}: {name} is {cell!r}, expected a finite number")
-    columns = dict(zip(header, np.array([row for _, row in rows], dtype=float).T, strict=True))
+    label, known = f"--path {source}", {name: variable.unit for name, variable in study.variables.items()}
+    found = read_csv(source, {**known, TIME: "s"}, label)
+    columns = dict(found.columns)
     time = columns.pop(TIME, None)
+    if not columns:
+        raise StructureError(f"{label}: only a time, expected some of {', '.join(known)}")
     if time is not None and np.any(np.diff(time) <= 0):
-        line = rows[int(np.argmax(np.diff(time) <= 0)) + 1][0]
-        raise StructureError(f"--path {source}, line {line}: {TIME} does not rise")
+        line = found.lines[int(np.argmax(np.diff(time) <= 0)) + 1]
+        raise StructureError(f"{label}, line {line}: {TIME} does not rise")
     return Rows(time, columns)
-
-
-def _is_number(cell: str) -> bool:
-    """Whether a cell is a number."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _quantity(values: np.ndarray, of: Any) -> PathQuantity:

@@ -30,6 +30,7 @@ from hfsa.cosim.results.files import (
     read_order,
     read_run,
     read_status,
+    read_step_size,
     read_sweep,
 )
 from hfsa.cosim.systems.errors import StructureError
@@ -307,12 +308,16 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
     reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
     values = {name: v[reached] for name, v in recorded.items()}
     limits = active_limits(values["time"], values)
+    stop_time, step_size, rows = float(values["time"].max(initial=0.0)), read_step_size(path), len(values["time"])
+    steps = max(rows - 1, 0) if step_size is None else round(stop_time / step_size)
     data = {
         "file": path,
+        "size": path.stat().st_size,
         "status": status,
         "message": message,
-        "stop_time": float(values["time"].max(initial=0.0)),
-        "steps": max(len(values["time"]) - 1, 0),
+        "stop_time": stop_time,
+        "steps": steps,
+        "rows": rows,
         "variables": [
             {"name": name, "unit": units[name], **_bounds(v), **error_data(errors.get(name))}
             for name, v in values.items()
@@ -323,7 +328,9 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         "order": order_data(read_order(path)),
         "choice": algorithm_data(choice := read_algorithm(path)),
     }
-    lines = [f"{path}: {data['stop_time']:g} s in {data['steps']} steps{f', {status}: {message}' if message else ''}"]
+    kept = f" of which {rows} points are kept," if rows < steps else ""
+    found = f"{stop_time:g} s in {steps} steps,{kept} {_bytes(data['size'])}"
+    lines = [f"{path}: {found}{f', {status}: {message}' if message else ''}"]
     lines += [
         f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}{_error_words(v)}"
         for v in data["variables"]
@@ -335,6 +342,11 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
     lines += [f"  {choice.sentence}"] if choice else []
     return data, "\n".join(lines)
+
+
+def _bytes(size: int) -> str:
+    """Return the size of a file [byte] as text."""
+    return f"{size / 1e6:.3g} MB" if size >= 1e6 else f"{size / 1e3:.3g} kB"
 
 
 def _bounds(values: NDArray[np.float64]) -> dict[str, float]:

@@ -11,6 +11,7 @@ from hfsa.cosim.commands._options import (
     Arguments,
     Force,
     Output,
+    Positive,
     Signals,
     SineOptions,
     SteppingOptions,
@@ -27,6 +28,8 @@ def run(
     parameter: Arguments = None,
     sine: SineOptions = SineOptions(),
     signal: Signals = None,
+    every: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
+    interval: Positive = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     stepping: SteppingOptions = SteppingOptions(),
     tuned: Tuned = None,
@@ -46,6 +49,11 @@ def run(
     signal
         Variable to record in addition to the scene's outputs, repeatable: an output, input or local variable of any
         component. `controller.axis[1..6].command` is a range.
+    every
+        Communication steps from one row of the file to the next (default: 1). The last point is kept, and limits are
+        watched at every step.
+    interval
+        Time from one row of the file to the next [s], a multiple of the step, in place of `--every`.
     stop
         End of the run [s] (default: the scene's).
     output
@@ -63,7 +71,7 @@ def run(
             _shell.named_values(parameter),
             **sine.arguments,
             record=signal or (),
-            **given({"stop_time": stop, "tuned": tuned}),
+            **given({"every": every, "interval": interval, "stop_time": stop, "tuned": tuned}),
             **stepping.arguments,
             verify=verify,
             path=output,

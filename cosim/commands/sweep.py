@@ -15,7 +15,6 @@ from hfsa.cosim.commands._options import (
     Jobs,
     Names,
     Output,
-    Positive,
     Scheduler,
     Signals,
     SteppingOptions,
@@ -100,11 +99,11 @@ def sweep(
     low: Annotated[float | None, Parameter("--from", validator=Number(gt=0))] = None,
     high: Annotated[float | None, Parameter("--to", validator=Number(gt=0))] = None,
     points: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
-    grid: Literal["response", "log"] = "response",
+    grid: Literal["response", "log", "linear"] = "response",
     open_loop: Annotated[str | None, Parameter("--open-loop")] = None,
     input: Names = None,  # noqa: A002 (name of the option)
     signal: Signals = None,
-    amplitude: Positive = None,
+    amplitude: Annotated[float | None, Parameter(validator=Number(gte=0))] = None,
     stepping: SteppingOptions = SteppingOptions(),
     settling: SettlingOptions = SettlingOptions(),
     tuned: Tuned = None,
@@ -132,7 +131,8 @@ def sweep(
     points
         Number of frequencies (default: 40, for `linear` 1000). A single one is the lowest.
     grid
-        Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic axis.
+        Spacing: along the curve of the linear response, resonances included, or evenly on a logarithmic or a linear
+        axis.
     open_loop
         With `--method linear`: connection at which a loop is opened, given by either end or as `start -> end`.
         Writes loop gain and sensitivity instead of the responses of the scene, and prints gain, phase and delay
@@ -142,7 +142,7 @@ def sweep(
     signal
         Output to measure, repeatable (default: all of the scene).
     amplitude
-        Amplitude in the unit of each input (default: the scene's).
+        Amplitude in the unit of each input (default: the scene's). `--method linear` needs none.
     resume
         Continue the file of an interrupted sweep; failed points are measured again.
     output

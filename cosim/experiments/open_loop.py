@@ -21,6 +21,7 @@ from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.setup import Warn, default_path, refuse_order, set_up, with_levels
 from hfsa.cosim.experiments.sweep_plan import usage_errors
+from hfsa.cosim.experiments.sweep_request import EVEN
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.measurement.sweep import points_of, system_record
 from hfsa.cosim.results.files import Plan, Signal, SweepFile
@@ -61,7 +62,7 @@ def open_loop(
     low: float | None = None,
     high: float | None = None,
     points: int | None = None,
-    grid: Literal["response", "log"] = "response",
+    grid: Literal["response", "log", "linear"] = "response",
     step_size: float | None = None,
     algorithm: str | None = None,
     tolerance: float | None = None,
@@ -135,7 +136,7 @@ def _frequencies(
             f"{last:g} Hz is above half the sampling frequency, {loop.highest:g} Hz, the end of its loop gain"
         )
     with usage_errors():
-        if grid == "log":
-            return excitation.logarithmic(first, last, points)
+        if grid in EVEN:
+            return EVEN[grid](first, last, points)
         dense = excitation.logarithmic(first, last, _DENSE)
         return excitation.along_response(dense, loop.gain(dense), points)

@@ -5,6 +5,7 @@ found["robot.platform.position[3]"], found.time
 """
 
 import dataclasses
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,6 +37,9 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
+_MULTIPLE = 1e-6
+"""Relative deviation of an interval from a multiple of the step that is rounding."""
+
 
 @dataclass(frozen=True)
 class SineInput:
@@ -49,6 +53,43 @@ class SineInput:
     amplitude: float | None = None
 
 
+@dataclass(frozen=True)
+class Thinning:
+    """What is left of the points of a run in its file: every so many, or those an interval [s] apart; all by default.
+
+    `StructureError` for both.
+    """
+
+    every: int | None = None
+    interval: float | None = None
+
+    def __post_init__(self):
+        if self.every is not None and self.interval is not None:
+            raise StructureError(
+                f"--every {self.every} and --interval {self.interval:g} both thin the file; expected one of them"
+            )
+
+    def steps(self, step_size: float) -> int:
+        """Return the number of communication steps [s] from one row to the next.
+
+        `StructureError` for an interval that is no multiple of the step.
+        """
+        if self.interval is None:
+            return self.every or 1
+        found = round(self.interval / step_size)
+        if found < 1 or abs(found * step_size - self.interval) > _MULTIPLE * self.interval:
+            below = max(math.floor(self.interval / step_size), 1)
+            raise StructureError(
+                f"--interval {self.interval:g} s is no multiple of the communication step of {step_size:g} s; expected "
+                f"{below * step_size:g} s or {(below + 1) * step_size:g} s"
+            )
+        return found
+
+
+ALL = Thinning()
+"""Every communication point is a row of the file."""
+
+
 @checked(zero=("amplitude",))
 def run(
     scene: str | Path | Scene,
@@ -58,6 +99,8 @@ def run(
     frequency: float | None = None,
     amplitude: float | None = None,
     record: Sequence[str] = (),
+    every: int | None = None,
+    interval: float | None = None,
     step_size: float | None = None,
     stop_time: float | None = None,
     algorithm: str | None = None,
@@ -83,6 +126,8 @@ def run(
         frequency: frequency of the sine [Hz] (default: lower end of the scene's band).
         amplitude: amplitude of the sine in the unit of its input, 0 for no excitation (default: the scene's).
         record: variables recorded in addition to the scene's outputs, also with ranges.
+        every: communication steps from one row of the file to the next (default: 1); the last point is kept.
+        interval: time from one row of the file to the next [s], in place of `every`.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
         keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
@@ -93,6 +138,7 @@ def run(
         StepError: where the run cannot continue; the file holds the values recorded until then. DivergenceError: where
         a signal exceeds its scale. Other errors are those of `sweep`.
     """
+    thinning = Thinning(every, interval)
     file = Path(path) if path is not None else default_path(scene, "_run")
     check_new(file, force)
     setup = set_up(
@@ -111,14 +157,21 @@ def run(
     )
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")
-    options = {"backend": backend, "verified": verify, "keep": keep, "force": force}
+    options = {"thinning": thinning, "backend": backend, "verified": verify, "keep": keep, "force": force}
     written = run_scene(setup, file, sine, **options, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found
 
 
-def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn, keep: Keep = "needed") -> RunPlan:
+def prepare(
+    setup: Setup,
+    sine: SineInput,
+    library: Path | None,
+    warn: Warn,
+    keep: Keep = "needed",
+    thinning: Thinning = ALL,
+) -> RunPlan:
     """Return a run that is ready to start, with FMUs built and connections checked; `StructureError` for a misfit.
 
     Outputs of the scene, further signals and the excited input are recorded. `library` is the stepping loop in C,
@@ -126,6 +179,7 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn, kee
     warnings about the result.
     """
     scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
+    every = thinning.steps(scene.step_size)
     if sine.input or scene.inputs:
         highest = setup.highest
         wanted = [sine.input] if sine.input else scene.inputs[:1]
@@ -169,9 +223,10 @@ def prepare(setup: Setup, sine: SineInput, library: Path | None, warn: Warn, kee
         library,
         scene.tolerance,
         recorded_scales(scene, whole.system, whole.connectors, names),
+        every,
     )
-    if ready.end_sentence:
-        warn(ready.end_sentence)
+    for sentence in filter(None, (ready.end_sentence, ready.size_sentence)):
+        warn(sentence)
     return ready
 
 
@@ -180,6 +235,7 @@ def run_scene(
     path: Path,
     sine: SineInput,
     *,
+    thinning: Thinning = ALL,
     backend: str = BACKENDS[0],
     verified: bool = False,
     keep: Keep = "needed",
@@ -189,12 +245,12 @@ def run_scene(
 ) -> Identity:
     """Run a scene in the time domain, write the file `path`, and return its identity.
 
-    `backend` is one of `BACKENDS`; `verified` adds error estimates; `keep` is that of `run`; `force` replaces a results
-    file.
+    `thinning` says which points are rows of the file; `backend` is one of `BACKENDS`; `verified` adds error estimates;
+    `keep` is that of `run`; `force` replaces a results file.
     """
     for sentence in setup.disagreements:
         warn(sentence)
-    ready = prepare(setup, sine, chosen_loop(backend, warn), warn, keep)
+    ready = prepare(setup, sine, chosen_loop(backend, warn), warn, keep, thinning)
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)

@@ -62,6 +62,14 @@ def with_amplitude(scene: Scene, amplitude: float | None, inputs: Sequence[str],
     return dataclasses.replace(scene, amplitude={**scene.amplitude, **dict.fromkeys(units, amplitude)})
 
 
+def with_nominal_amplitudes(scene: Scene, inputs: Sequence[str], assembly: Assembly) -> Scene:
+    """Return the scene with the nominal size of each given input as amplitude, where the scene has none in its unit."""
+    nominal: dict[str, float] = {}
+    for variable in map(assembly.connector, inputs):
+        nominal.setdefault(variable.unit or "1", abs(variable.nominal))
+    return dataclasses.replace(scene, amplitude={**nominal, **scene.amplitude})
+
+
 def free_inputs(assembly: Assembly) -> list[str]:
     """Return the unconnected inputs (full names), without those for derivatives of other inputs."""
     fed = {connection.end for connection in assembly.system.connections}

@@ -23,7 +23,7 @@ from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.multisine import INPUTS, Design, designed, runs_of
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
-from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude
+from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude, with_nominal_amplitudes
 from hfsa.cosim.experiments.setup import (
     Setup,
     Warn,
@@ -65,7 +65,7 @@ _WITHOUT_AMPLITUDE = 1e-6
 _AT_REST = "points start at rest, which takes longer: their steady state is not known, as {}"
 
 
-@checked(zero=("seed",))
+@checked(zero=("seed", "amplitude"))
 def sweep(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,
@@ -74,7 +74,7 @@ def sweep(
     low: float | None = None,
     high: float | None = None,
     points: int | None = None,
-    grid: Literal["response", "log"] = "response",
+    grid: Literal["response", "log", "linear"] = "response",
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     amplitude: float | None = None,
@@ -111,9 +111,10 @@ def sweep(
             directional derivatives.
         low, high: ends of the band [Hz] (default: the scene's).
         points: number of frequencies (default: 40, for `linear` 1000).
-        grid: spacing of frequencies: `response`, along the curve of the linear response, or `log`.
+        grid: spacing of frequencies: `response`, along the curve of the linear response, `log`, or `linear`.
         inputs, outputs: names, full or short, also with ranges (default: the scene's).
-        amplitude: amplitude in the unit of each input (default: the scene's).
+        amplitude: amplitude in the unit of each input (default: the scene's); the method `linear` needs none, and
+            takes 0 for vanishing sines.
         step_size: communication step size [s] (default: the scene's).
         algorithm, tolerance: as in a scene (default: the scene's).
         fuse: groups of components, each compiled into one FMU, names separated by commas.
@@ -435,4 +436,5 @@ def _selected(setup: Setup, request: SweepRequest) -> tuple[Scene, list[str], li
         free = nearest("", free_inputs(assembly))
         raise StructureError(f"the scene has a motion of its own and no input to excite; name one with --input{free}")
     outputs = find_signals(request.outputs, scene.outputs, assembly.connectors, "output")
-    return with_amplitude(scene, request.amplitude, inputs, assembly), inputs, outputs
+    scene = with_amplitude(scene, request.amplitude or None, inputs, assembly)
+    return with_nominal_amplitudes(scene, inputs, assembly) if request.method == "linear" else scene, inputs, outputs

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.experiments.setup import Warn
-from hfsa.cosim.experiments.sweep_request import SweepRequest
+from hfsa.cosim.experiments.sweep_request import EVEN, SweepRequest
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.sweep import LinearSweep, linear, plan_sweep
 from hfsa.cosim.results.files import Plan, Theory
@@ -55,8 +55,10 @@ def frequencies(draft: Plan, dense: NDArray[np.complex128] | None, request: Swee
             f"--points {points}: from {draft.frequency[0]:g} to {draft.frequency[0]:g} Hz there is one"
         )
     with usage_errors():
-        if request.grid == "log" or dense is None:
-            return excitation.logarithmic(draft.frequency[0], draft.frequency[-1], points)
+        spaced = EVEN.get(request.grid, excitation.logarithmic if dense is None else None)
+        if spaced is not None:
+            return spaced(draft.frequency[0], draft.frequency[-1], points)
+        assert dense is not None
         return _along(draft, dense, points)
 
 

@@ -7,11 +7,15 @@ from typing import Literal
 from hfsa.cosim.assembly.assemble import Keep
 from hfsa.cosim.assembly.native_loop import BACKENDS
 from hfsa.cosim.measurement.rig import PREVIOUS, STARTS, Settings
+from hfsa.cosim.signals import excitation
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 
-GRIDS = ("response", "log")
-"""Spacings of frequencies: even along the curve of the linear response, or even on a logarithmic axis."""
+GRIDS = ("response", "log", "linear")
+"""Spacings of frequencies: even along the curve of the linear response, on a logarithmic axis, or in hertz."""
+
+EVEN = {"log": excitation.logarithmic, "linear": excitation.linear}
+"""Frequencies of the spacings that do not depend on the response, from the ends of the band and their number."""
 
 _AROUND = 1e-6
 """Relative width of the band in which levels and orders are judged for a single frequency."""
@@ -50,6 +54,11 @@ class SweepRequest:
         found = [f"--{name}" for name, value in given.items() if value is not None]
         if found and self.method != "multisine":
             raise StructureError(f"{', '.join(found)} would have no effect: it takes --method multisine")
+        if self.amplitude == 0 and self.method != "linear":
+            raise StructureError(
+                f"--amplitude 0 excites nothing that --method {self.method} could measure; expected a positive "
+                "amplitude, or --method linear, whose response is that to vanishing sines"
+            )
         if self.start == PREVIOUS and self.method != "stepped":
             raise StructureError(
                 f"--start {PREVIOUS} takes --method stepped: {self.method} measures no point after another"
@@ -68,8 +77,10 @@ class SweepRequest:
         )
 
     def band(self, scene: Scene) -> tuple[float, float]:
-        """Return the lowest and the highest frequency [Hz]."""
+        """Return the lowest and the highest frequency [Hz]; a single one is where the band is said to begin."""
         low, high = scene.band
+        if self.points == 1 and self.low is not None and self.high is None:
+            return self.low, self.low
         return low if self.low is None else self.low, high if self.high is None else self.high
 
     def judged_band(self, scene: Scene) -> tuple[float, float]:

@@ -127,16 +127,18 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
 def active_limits(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[ActiveLimit]:
     """Return the limits that were active in a run, the earliest first.
 
-    `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN.
+    `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN. The
+    flags of a thinned file are fractions.
     """
     time, found = np.asarray(time, dtype=float), []
     for name in filter(is_limit, values):
         flags = np.asarray(values[name], dtype=float)
-        acts = flags[np.isfinite(flags)] != 0
+        flags = flags[np.isfinite(flags)]
+        acts = flags != 0
         if acts.any():
             last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # active points at the end
             since = float(time[len(acts) - last]) if last else None
-            found.append(ActiveLimit(name, float(time[np.argmax(acts)]), float(np.mean(acts)), since))
+            found.append(ActiveLimit(name, float(time[np.argmax(acts)]), float(np.mean(flags)), since))
     return sorted(found, key=lambda limit: limit.first_time)
 
 

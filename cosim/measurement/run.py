@@ -3,24 +3,30 @@
     plan = RunPlan(assembly, ("robot.platform.position[3]",), stop_time=5.0, step_size=50e-6, record=record)
     summary = run(plan, path)
 
-The file contains all recorded values; the summary contains warnings and active limits.
+The file contains all recorded values; the summary contains warnings and active limits. With `every` above 1 the file
+has every so many points, the first and the last one reached among them. A limit flag then holds the fraction of the
+points since the row before at which it was active, so that no limit is missed; limits and bounds are judged at every
+point.
 """
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hfsa.cosim.actions.divergence import Scale
+from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
@@ -30,6 +36,9 @@ _BLOCK = 0.1
 
 _UNWRITTEN = 0.8
 """Longest time [s] for which recorded rows stay unwritten, unless a single step takes longer."""
+
+_LARGE = 100_000_000
+"""Size of a file [byte] above which a run warns of it."""
 
 _FASTER = 10
 """Largest ratio of the length of a block to that of the previous one."""
@@ -41,11 +50,12 @@ class RunPlan:
 
     Attributes:
         assembly: the system with its FMUs.
-        names: variables (full names) to record at every communication point.
+        names: variables (full names) to record.
         record: description of the system for the results file.
         library: the stepping loop in C, `None` for Python's.
         tolerance: relative tolerance of the response, for algorithms that choose their steps.
         scales: scales of variables (full names); the run ends beyond a thousand times one.
+        every: communication points from one row of the file to the next.
     """
 
     assembly: Assembly
@@ -57,6 +67,7 @@ class RunPlan:
     library: Path | None = None
     tolerance: float = 1e-3
     scales: Mapping[str, Scale] = field(default_factory=dict)
+    every: int = 1
 
     @property
     def steps(self) -> int:
@@ -65,6 +76,17 @@ class RunPlan:
         if steps < 1:
             raise StructureError(f"stop time {self.stop_time:g} s is less than a step of {self.step_size:g} s")
         return steps
+
+    @property
+    def kept(self) -> NDArray[np.int64]:
+        """Numbers of the points in the file, from 0, (rows,): every so many, and the last."""
+        regular = np.arange(0, self.steps + 1, self.every)
+        return regular if regular[-1] == self.steps else np.append(regular, self.steps)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the points in the file, (rows,) [s]."""
+        return self.kept.astype(np.float64) * self.step_size
 
     @property
     def end(self) -> float:
@@ -81,6 +103,19 @@ class RunPlan:
             f"ends at {self.end:.9g} s"
         )
 
+    @property
+    def size_sentence(self) -> str:
+        """Warning about the size of a file above `_LARGE`; else empty."""
+        rows = math.ceil(self.steps / self.every) + 1
+        size = 8 * (len(self.names) + 1) * rows
+        if size <= _LARGE:
+            return ""
+        every = self.every * 10 ** math.ceil(math.log10(size / _LARGE))
+        return (
+            f"the file will have {size / 1e6:.0f} MB, {len(self.names)} variables at {rows} points; --every "
+            f"{every} makes it {size * self.every / every / 1e6:.0f} MB"
+        )
+
 
 @dataclass(frozen=True)
 class RunSummary:
@@ -95,6 +130,45 @@ class RunSummary:
     warnings: Mapping[str, str]
     limits: Sequence[ActiveLimit]
     file: Identity
+
+
+class Rows:
+    """Rows of a file among the points of a recording: `kept` holds their numbers, `written` counts those taken."""
+
+    def __init__(self, recording: Recording, kept: NDArray[np.int64]):
+        self._recording, self._kept, self.written = recording, kept, 0
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether points were recorded after the last row taken."""
+        return self._recording.rows > self._next
+
+    def take(self) -> dict[str, NDArray[np.float64]]:
+        """Return the rows recorded since the last call, by variable."""
+        reached = int(np.searchsorted(self._kept, self._recording.rows))
+        values = self._at(self._kept[self.written : reached])
+        self.written = reached
+        return values
+
+    def last(self) -> dict[str, NDArray[np.float64]]:
+        """Return the last point recorded, by variable, as a row that is not planned."""
+        return self._at(np.array([self._recording.rows - 1]))
+
+    @property
+    def _next(self) -> int:
+        """Number of the point after the last row taken."""
+        return int(self._kept[self.written - 1]) + 1 if self.written else 0
+
+    def _at(self, points: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
+        """Return the values at points; of a limit flag, the mean since the point before."""
+        values = {name: self._recording[name] for name in self._recording.names}
+        if not len(points):
+            return {name: of_all[:0] for name, of_all in values.items()}
+        begins, end = np.append(self._next, points[:-1] + 1), points[-1] + 1
+        return {
+            name: np.add.reduceat(of_all[:end], begins) / (points + 1 - begins) if is_limit(name) else of_all[points]
+            for name, of_all in values.items()
+        }
 
 
 def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> RunSummary:
@@ -116,15 +190,13 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         recording = master.record(names, rows=steps + 1)
         recording.watch.limit(plan.scales)
         failed = _initialize(master, max(plan.stop_time, plan.end))
-        times = np.arange(steps + 1, dtype=np.float64) * plan.step_size
-        file = RunFile(path, times, units, plan.record, force)
-        written, failure, is_interrupted = 0, "stopped before the end", False
+        rows = Rows(recording, plan.kept)
+        file = RunFile(path, plan.times, units, plan.record, force, plan.step_size)
+        failure, is_interrupted = "stopped before the end", False
 
         def write() -> None:
             """Write the rows recorded since the last call."""
-            nonlocal written
-            file.write(written, {name: recording[name][written:] for name in names})
-            written = recording.rows
+            file.write(rows.written, rows.take())
 
         try:
             if failed is not None:
@@ -146,6 +218,8 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         finally:
             try:
                 write()
+                if rows.is_behind:
+                    file.write(rows.written, rows.last(), recording.time[-1])
             finally:
                 if is_interrupted:
                     file.interrupt()

@@ -7,7 +7,7 @@
 
 For a variable y, recorded with steps H and H / 2, the error of an algorithm of order p is
 
-    max |y_H - y_{H/2}| / (1 - 2^-p)        over the points of the first run        (Richardson)
+    max |y_H - y_{H/2}| / (1 - 2^-p)        over the rows of the first run        (Richardson)
 
 and its relative error is that over the largest |y_H|. The errors of the FMUs' own solvers are equal in both runs and
 not part of the estimate.
@@ -147,4 +147,4 @@ def _at_half_the_step(
             words = f"{message}: {error.message}" if error.message else message
             raise StepError(error.instance, error.function, error.status, error.time, words) from error
         assert master.order is not None
-        return {name: recording[name].copy() for name in names}, master.order
+        return {name: recording[name][plan.kept] for name in names}, master.order

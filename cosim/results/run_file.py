@@ -16,10 +16,15 @@ _ERRORS = ("error_estimate", "relative_error")
 """Attributes of a recorded variable."""
 
 
+_STEP_SIZE = "step_size"
+"""Attribute of `/time`."""
+
+
 class RunFile:
     """Results file of a time-domain run: recorded variables by full name; rows that are not reached stay NaN.
 
-    `force` replaces a results file of hfsa, as `Store.create`. `identity` is independent of the name of the file.
+    `step_size` is the communication step [s]. `force` replaces a results file of hfsa, as
+    `Store.create`. `identity` is independent of the name of the file.
     """
 
     def __init__(
@@ -29,10 +34,13 @@ class RunFile:
         units: Mapping[str, str],
         system: SystemRecord,
         force: bool = False,
+        step_size: float | None = None,
     ):
         def fill(file: Node) -> None:
             """Create the time axis and a dataset for each variable."""
             group = file.create_group("time")
+            if step_size is not None:
+                group.attrs[_STEP_SIZE] = step_size
             hdf5.create_scale(group, "time", time, "s")
             for name, unit in units.items():
                 dataset = hdf5.create_dataset(group, name, ["time"], np.nan, float, unit)
@@ -43,9 +51,14 @@ class RunFile:
         self._store = Store.create(path, system, fill, force)
         self.identity = self._store.identity
 
-    def write(self, row: int, values: Mapping[str, NDArray[np.float64]]) -> None:
-        """Write a block of values of recorded variables, beginning at a row, and flush."""
+    def write(self, row: int, values: Mapping[str, NDArray[np.float64]], time: float | None = None) -> None:
+        """Write a block of values of recorded variables, beginning at a row, and flush.
+
+        `time` [s] is that of the row, where it is not the planned one.
+        """
         with deferred_interrupts():
+            if time is not None:
+                self._store.file["time"]["time"][row] = time
             for name, block in values.items():
                 self._store.file["time"][name][row : row + len(block)] = block
             self._store.flush()
@@ -84,6 +97,15 @@ def read_status(path: str | Path) -> tuple[str, str]:
     file = open_file(path)
     with file, translate_errors(path, "read"):
         return hdf5.status_of(file), hdf5.text(file["time"].attrs["message"])
+
+
+def read_step_size(path: str | Path) -> float | None:
+    """Read the communication step of a time-domain run [s]; `None` where the file is of a version without it."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        found = file["time"].attrs.get(_STEP_SIZE)
+    return None if found is None else float(found)
 
 
 def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:

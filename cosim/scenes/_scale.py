@@ -41,8 +41,8 @@ def robot_pose() -> dict[str, float]:
     return {"robot.platform.rotation[1..3]": ROTATION, "robot.platform.position[1..3]": POSITION}
 
 
-def robot_manoeuvre() -> dict[str, float]:
-    """Return the scale of pose, twist and acceleration, limb wrench, motors and commanded tones of the robot."""
+def robot_manoeuvre(rotation: str, position: str) -> dict[str, float]:
+    """Return the scale of pose, twist and acceleration, limb wrench and motors of the robot, and of its command."""
     return {
         **robot_pose(),
         "robot.platform.angular_velocity[1..3]": ROTATION_RATE,
@@ -56,8 +56,8 @@ def robot_manoeuvre() -> dict[str, float]:
         "reference.motor[1..6].angle": MOTOR_ANGLE,
         "reference.motor[1..6].angle_rate": MOTOR_SPEED,
         "drive[1..3].motor[1..2].required_torque": MOTOR_TORQUE,
-        "tone[1..3].value": ROTATION,
-        "tone[4..6].value": POSITION,
+        rotation: ROTATION,
+        position: POSITION,
     }
 
 

@@ -3,12 +3,15 @@
 A scene owns it once: `Stage` hands each part what it uses.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from hfsa.cosim.scenes._given import given
 
-Kinematics = Literal["nominal", "calibrated"]
+Kinematics = Literal["nominal", "calibrated"] | Path | Mapping[str, Any]
+"""Name of a parameter set of the links, the path of the .toml file of one, or its table."""
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
 """A matrix of shape (3, 3), row by row."""
 
@@ -114,7 +117,7 @@ class Stage:
     @property
     def has_published_inertia(self) -> bool:
         """Whether its inertia on the elongations is that of a parameter set."""
-        has_links = self.links == Links() and self.jacobian is None
+        has_links = isinstance(self.kinematics, str) and self.links == Links() and self.jacobian is None
         return has_links and self.masses == Masses() and self.mass is None
 
 

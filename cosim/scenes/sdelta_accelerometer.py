@@ -26,6 +26,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -51,6 +52,7 @@ def sdelta_accelerometer(
     damping: float | None = None,
     mounting: Mounting = OFF_CENTER,
     machine: Machine = THESIS,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per command.
 
@@ -65,7 +67,10 @@ def sdelta_accelerometer(
         mounting: mounting of the sensor on the platform, from S.
         machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
             `pitch`, `stiffness` and `damping_model` (`_machine.py`).
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
+    command = commanded(motion, "sdelta_accelerometer", 2.0)
     components = [
         accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
         ideal(mounting.at(posture)),
@@ -90,8 +95,8 @@ def sdelta_accelerometer(
         for motion in _PLATFORM
     ]
     return Scene(
-        System(components, connections),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System([*command.components, *components], [*command.connections, *connections]),
+        inputs=command.inputs,
         outputs=[
             "sensor.acceleration_estimate[1..2]",
             "ideal.acceleration_estimate[1..2]",
@@ -101,6 +106,6 @@ def sdelta_accelerometer(
         band=(5.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=5e-6,
-        stop_time=2.0,
+        stop_time=command.stop_time,
         scale={**readings(), "robot.platform.acceleration[3]": ACCELERATION},
     )

@@ -29,6 +29,7 @@ grows by 0.058 1/s per us of step under the other two.
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
@@ -59,6 +60,7 @@ def sdelta_hfsa(
     robot: Literal["cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     drive: Literal["rigid_shaft", "compliant_shaft"] = "rigid_shaft",
     machine: Machine = THESIS,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose under control.
 
@@ -85,6 +87,8 @@ def sdelta_hfsa(
         drive: level of the drives of a robot at level `cartesian`; `compliant_shaft` with a preset without shafts.
         machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
             `pitch`, `stiffness` and `damping_model` (`_machine.py`).
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
     control = Control(
         law=law,
@@ -103,6 +107,7 @@ def sdelta_hfsa(
         machine=machine,
         robot=robot,
     )
+    command = commanded(motion, "sdelta_hfsa", 5.0)
     drive_level = "rotor" if robot == "generalized" else drive
     noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}
     drives = [
@@ -138,13 +143,16 @@ def sdelta_hfsa(
         for start, end in (("reference", "reference"), ("robot", "measured"))
     ]
     return Scene(
-        System([*control.components, *drives, flexible, *errors], [*control.connections, *tubes, *loads, *compared]),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System(
+            [*command.components, *control.components, *drives, flexible, *errors],
+            [*command.connections, *control.connections, *tubes, *loads, *compared],
+        ),
+        inputs=command.inputs,
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
-        stop_time=5.0,
+        stop_time=command.stop_time,
         scale=robot_pose(),
         recorded=[
             "rotation_error.axis[1..3].error",

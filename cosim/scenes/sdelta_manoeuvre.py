@@ -18,6 +18,7 @@ The reference is `linear` or `exact`, the robot linear about its posture, `carte
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_manoeuvre
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -43,6 +44,7 @@ def sdelta_manoeuvre(
     damping: float = 0.01,
     gravity: float = 0.0,
     machine: Machine = THESIS,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: motion of the platform and wrench of the limbs on it.
 
@@ -60,6 +62,8 @@ def sdelta_manoeuvre(
         gravity: gravitational acceleration along -Z [m/s2]; the platform sags from the start.
         machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
             `pitch`, `stiffness` and `damping_model` (`_machine.py`).
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the tones (default: none).
     """
     amplitudes, frequencies = (*rotation, *position), (*rotation_frequency, *position_frequency)
     sides = [f"{kind}{{}}[{i}]" for kind in ("rotation", "position") for i in (1, 2, 3)]
@@ -78,6 +82,10 @@ def sdelta_manoeuvre(
         for i, side in enumerate(sides, 1)
         for output, order in _ORDERS.items()
     ]
+    recorded, stop_time = ("tone[1..3].value", "tone[4..6].value"), 2.0
+    if motion is not None:
+        tones, commands, _, stop_time = commanded(motion, "sdelta_manoeuvre", stop_time)
+        recorded = ("motion.rotation[1..3]", "motion.position[1..3]")
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
     level = "exact" if robot == "nonlinear" else reference
     moved = Component("reference", "sdelta_reference", level, {**posture.arguments, **machine.kinematic})
@@ -86,12 +94,12 @@ def sdelta_manoeuvre(
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"drive[1..3].command.{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"drive[1..3].tube.{motion}", f"robot.drive[1..3].{motion}") for motion in _MOTIONS]
     tubes += [Connection(f"robot.drive[1..3].{load}", f"drive[1..3].tube.{load}") for load in ("force", "torque")]
-    scale = robot_manoeuvre()
+    scale = robot_manoeuvre(*recorded)
     return Scene(
         System([*tones, moved, *drives, shaken], [*commands, *tubes]),
         inputs=[],
         outputs=list(scale),
         step_size=0.2e-3,
-        stop_time=2.0,
+        stop_time=stop_time,
         scale=scale,
     )

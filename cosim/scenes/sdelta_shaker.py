@@ -17,6 +17,7 @@ held for the step of 50 us have an error of 0.45 degrees at 50 Hz and less than 
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
+from hfsa.cosim.scenes._motion import commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -33,6 +34,7 @@ def sdelta_shaker(
     damping: float = 0.01,
     robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     machine: Machine = THESIS,
+    motion: str | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose.
 
@@ -43,7 +45,10 @@ def sdelta_shaker(
         robot: level of the robot; for `nonlinear` the reference is at its level `exact`, for `auto` at `auto`.
         machine: dimensions of the robot, the arguments `geometry`, `rods`, `shafts`, `limbs`, `platform`, `gear`,
             `pitch`, `stiffness` and `damping_model` (`_machine.py`).
+        motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
+            from the posture, in place of the inputs (default: none).
     """
+    command = commanded(motion, "sdelta_shaker", 5.0)
     reference = Component(
         "reference",
         "sdelta_reference",
@@ -54,12 +59,12 @@ def sdelta_shaker(
     shaken = Component("robot", "sdelta", robot, carrying, {"damping_ratio": damping})
     tubes = [Connection(f"reference.drive[1..3].{motion}", f"robot.drive[1..3].{motion}") for motion in MOTIONS]
     return Scene(
-        System([reference, shaken], tubes),
-        inputs=["reference.command.rotation[1..3]", "reference.command.position[1..3]"],
+        System([*command.components, reference, shaken], [*command.connections, *tubes]),
+        inputs=command.inputs,
         outputs=["robot.platform.rotation[1..3]", "robot.platform.position[1..3]"],
         band=(1.0, 50.0),
         amplitude={"rad": 1e-4, "m": 10e-6},
         step_size=50e-6,
-        stop_time=5.0,
+        stop_time=command.stop_time,
         scale=robot_pose(),
     )

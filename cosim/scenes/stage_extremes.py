@@ -26,6 +26,7 @@ With `execution` `continuous` the controller acts at every instant, and the stag
 import math
 from typing import Literal
 
+from hfsa.cosim.scenes._motion import end_of, is_file
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
 from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.errors import StructureError
@@ -58,6 +59,7 @@ def stage_extremes(
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     damping_time: float = 0.0,
     machine: Stage = THESIS,
+    motion: str = "ramp",
 ) -> Scene:
     """Return the scene: tracking errors and forces of the stage on a ramp.
 
@@ -72,11 +74,13 @@ def stage_extremes(
         damping_time: damping of the stage per stiffness [s], also in the model; the published stage has none.
         machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
             `jacobian`, `stiffness` and `mass` (`_stage.py`).
+        motion: `ramp`, or the path of a CSV file as in `stage_tracking`.
 
     Raises:
         StructureError: for negative gains; without a sample time, for gains that need a shorter one than any part
             supports, and for pd on another stage than the published ones; for a sample time of a continuous controller.
     """
+    from_file = is_file(motion, "stage_extremes", ("ramp",))
     kp, kv = (
         own if given is None else given
         for own, given in zip(_GAINS[law], (proportional_gain, derivative_gain), strict=True)
@@ -96,10 +100,12 @@ def stage_extremes(
         "ctc": ("stage_computed_torque", {"model": stage, **machine.dynamic}, damping),
         "pd": ("pd", {"axes": 3, "unit": "m", "effort": "N"}, {}),
     }[law]
-    impact = kv * abs(rate) * (_YAW_MASS[machine.kinematics] if law == "ctc" else 1.0)
+    impact = kv * abs(rate) * (_yaw_mass(machine) if law == "ctc" else 1.0)
     gains = {f"{_AXES}.proportional_gain": kp, f"{_AXES}.derivative_gain": kv}
     components = [
-        Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
+        Component("reference", "stage_path", None, {"motion": motion, **machine.kinematic})
+        if from_file
+        else Component("reference", "stage_reference", None, {"motion": "ramp"}, {"rate": rate}),
         Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
         Component("controller", part, execution, arguments, {**ticking, **gains, **known}),
         Component("stage", "rrr_stage", stage, {"causality": "force", **machine.dynamic}, damping),
@@ -111,7 +117,7 @@ def stage_extremes(
         band=(1.0, 1000.0),
         amplitude={"m": 1e-15},
         step_size=step,
-        stop_time=max(round(_LONG / step), 1) * step,
+        stop_time=max(round((end_of(motion) if from_file else _LONG) / step), 1) * step,
         algorithm=AUTO if execution == "sampled" else "linearized_feedback",
         scale={
             f"tracking.{_AXES}.error": ELONGATION,
@@ -121,6 +127,11 @@ def stage_extremes(
     )
 
 
+def _yaw_mass(machine: Stage) -> float:
+    """Return the modal mass of the yaw by the parameter set of the links, of a set of one's own the nominal one."""
+    return _YAW_MASS[machine.kinematics if isinstance(machine.kinematics, str) else "nominal"]
+
+
 def _sample_time(law: str, kp: float, kv: float, machine: Stage) -> float:
     """Return a round sample time well below the limit; `StructureError` where it is too short or not known."""
     if law == "pd" and not machine.has_published_inertia:
@@ -128,7 +139,7 @@ def _sample_time(law: str, kp: float, kv: float, machine: Stage) -> float:
             "stage_extremes: the stable sample time of pd is known for the published links and masses only; give a "
             "sample_time below 2 m / Kv, m the least eigenvalue of inertia in `hfsa analyze rrr_stage`"
         )
-    mass = 1.0 if law == "ctc" else _YAW_MASS[machine.kinematics]
+    mass = 1.0 if law == "ctc" else _yaw_mass(machine)
     limit = min(2 * kv / kp if kp else math.inf, 2 * mass / kv if kv else math.inf)
     if kv == 0 or _SHARE * limit < _SHORTEST:
         reason = f"is stable below {limit:g} s only" if kv else "is undamped, and unstable at any sample time"

@@ -8,7 +8,9 @@
 
 With the actuator `pzt` the force of a law is converted to a voltage, 0 to 150 V, of three stacks; `force` is an ideal
 force. The ramp of 3 um/s ends at 12 um, but the stacks reach 10.265 um at 150 V, from 3.42 s on: with them every law
-ends 1.735 um short (1.745 um on the exact stage; with linear hinges it would be 1.739 um).
+ends 1.735 um short (1.745 um on the exact stage; with linear hinges it would be 1.739 um). A circle of the platform and
+poses from a file are converted by the exact inverse kinematics. Sensors with steps or noise stand between the
+elongations and all that is fed with them; `sensor.seed` is their seed.
 
 PD is stable, in contrast to the claim of the source: where it is unstable, the sample time is too long for its gains,
 as it would be for computed torque. Its drawback is the bias H(r) / Kp, which feed-forward or an integral removes. On a
@@ -24,6 +26,7 @@ and a run warns of it. The first three outputs are the errors of the elongations
 import math
 from typing import Any, Literal, NamedTuple
 
+from hfsa.cosim.scenes._motion import end_of, is_file
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
 from hfsa.cosim.scenes._stage import THESIS, Stage
@@ -41,7 +44,11 @@ _CONTROLLERS = {"pd": "pd", "ctc": "stage_computed_torque", "integral": "stage_i
 _ORDERS = {"pd": ("", "_rate"), "ctc": ("", "_rate", "_acceleration"), "integral": ("",)}
 _FINER = 5
 """Communication steps per sample time for stacks with dynamics, whose force has a kink at every tick."""
-_STOP_TIMES = {"ramp": 4.0, "three_axis": 0.4, "step": 0.02}
+_STOP_TIMES = {"ramp": 4.0, "three_axis": 0.4, "step": 0.02, "circle": 0.6}
+_TARGET = (2.5e-6, 1e-6, -1e-4)
+"""Final pose of the step, x, y [m] and yaw [rad]."""
+_CENTRE = (0.0, 0.0, -5e-4)
+"""Centre of the circle."""
 
 
 class _Piece(NamedTuple):
@@ -55,9 +62,13 @@ def stage_tracking(
     *,
     law: Literal["pd", "pd_ff", "ctc", "integral", "integral_ff"] = "ctc",
     actuator: Literal["pzt", "force"] = "pzt",
-    motion: Literal["ramp", "three_axis", "step"] = "ramp",
+    motion: Literal["ramp", "three_axis", "step", "circle"] | str = "ramp",
     rate: float = 3e-6,
-    pose: tuple[float, float, float] = (2.5e-6, 1e-6, -1e-4),
+    pose: tuple[float, float, float] | None = None,
+    radius: float = 2e-6,
+    frequency: float = 5.0,
+    sensor_resolution: float = 0.0,
+    sensor_noise: float = 0.0,
     stage: Literal["constant_jacobian", "exact", "flexible_hinges", "continuum"] = "constant_jacobian",
     model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     pzt: Pzt = TOKIN,
@@ -71,14 +82,19 @@ def stage_tracking(
     damping_time: float = 6.02e-6,
     machine: Stage = THESIS,
 ) -> Scene:
-    """Return the scene: tracking errors, forces, voltages and stress on a ramp, a motion of all axes, or a step.
+    """Return the scene: tracking errors, forces, voltages and stress on a motion of its own, or one from a file.
 
     Args:
         law: control law; `integral` and `integral_ff` command voltages and need `pzt`.
         actuator: `pzt` stacks, or an ideal `force`.
-        motion: `ramp` turns the platform, `three_axis` moves all its axes, `step` jumps to `pose`.
+        motion: `ramp` turns the platform, `three_axis` moves all its axes, `step` jumps to `pose`, `circle` goes round
+            it; or the path of a CSV file with columns time [s] and x, y [m], yaw [rad], or elongation_1, _2, _3 [m].
         rate: rate of the ramp [m/s]; 2.5e-6 stays within 150 V.
-        pose: final pose of the step, x, y [m] and yaw [rad] from rest.
+        pose: final pose of the step, or centre of the circle, x, y [m] and yaw [rad] from rest (default: within reach).
+        radius: radius of the circle [m].
+        frequency: turns per second of the circle [Hz].
+        sensor_resolution: step of the sensors of the elongations [m], 0 for none; their rates are ideal.
+        sensor_noise: standard deviation of the noise of these sensors [m], a new value at each tick.
         stage: level of the stage.
         model: level of the model in feed-forward and computed torque.
         pzt: data sheet of the stacks, also in models of the stacks.
@@ -93,6 +109,7 @@ def stage_tracking(
         machine: design of the stage, also in models of it: the arguments `kinematics`, `links`, `hinge`, `masses`,
             `jacobian`, `stiffness` and `mass`, for level `flexible_hinges` `contact`, `bolts`, `outline` (`_stage.py`).
     """
+    from_file = is_file(motion, "stage_tracking", tuple(_STOP_TIMES))
     base = law.removesuffix("_ff")
     if base == "integral" and actuator == "force":
         raise StructureError(f"law {law} commands a voltage, not a force: take actuator pzt, or one of pd, pd_ff, ctc")
@@ -109,11 +126,17 @@ def stage_tracking(
     }[base]
     known = {"pd": {}, "ctc": {"damping_time": damping_time}, "integral": pzt.highest}[base]
     ticking = {"sample_time": sample_time}
+    sensors = {"resolution": sensor_resolution, "noise": sensor_noise, "interval": sample_time}
+    sensed = sensors if sensor_resolution or sensor_noise else None
     pieces = [
-        _reference(motion, rate, pose, machine, pzt),
+        _path(motion, pose or _CENTRE, radius, frequency, machine, pzt)
+        if from_file or motion == "circle"
+        else _reference(motion, rate, pose or _TARGET, machine, pzt),
+        _tracking(),
         *([_feed_forward(base, model, machine, pzt)] if law.endswith("_ff") else []),
         _controller(base, arguments, ticking | known | {f"{_AXES}.{name}": gain for name, gain in gains.items()}),
-        _stacks(base, stack, pzt, ticking) if actuator == "pzt" else _forces(),
+        _measured(base, sensed),
+        _stacks(base, stack, pzt, ticking, sensed) if actuator == "pzt" else _forces(),
         _stage(stage, machine, damping_time, pzt if actuator == "pzt" else None),
     ]
     return Scene(
@@ -130,7 +153,7 @@ def stage_tracking(
         band=(1.0, 1000.0),
         amplitude={"m": 1e-8},
         step_size=sample_time / (_FINER if actuator == "pzt" and stack != "static" else 1),
-        stop_time=_STOP_TIMES[motion],
+        stop_time=end_of(motion) if from_file else _STOP_TIMES[motion],
         scale={
             f"tracking.{_AXES}.error": ELONGATION,
             f"stage.{_STACKS}.elongation": ELONGATION,
@@ -142,18 +165,31 @@ def stage_tracking(
 
 
 def _reference(motion: str, rate: float, pose: tuple[float, float, float], machine: Stage, pzt: Pzt) -> _Piece:
-    """Return the reference motion and the tracking errors."""
+    """Return the reference motion of the stacks."""
     start: dict[str, Any] = {}
     if motion == "ramp":
         start["rate"] = rate
     if motion == "step":
         reached = {"pose": pose, **machine.kinematic, **({} if pzt.stroke is None else {"stroke": pzt.stroke})}
         start["step.elongation[1..3]"] = Analysis("stage_reference", "elongation", reached)
+    return _Piece([Component("reference", "stage_reference", None, {"motion": motion}, start)], [])
+
+
+def _path(
+    motion: str, centre: tuple[float, float, float], radius: float, frequency: float, machine: Stage, pzt: Pzt
+) -> _Piece:
+    """Return the reference motion along a path of the platform: a circle, or that of a file."""
+    known = {**machine.kinematic, **({} if pzt.stroke is None else {"stroke": pzt.stroke})}
+    if motion == "circle":
+        arguments = {"motion": motion, "centre": centre, "radius": radius, **known}
+        return _Piece([Component("reference", "stage_path", None, arguments, {"frequency": frequency})], [])
+    return _Piece([Component("reference", "stage_path", None, {"motion": motion, **known})], [])
+
+
+def _tracking() -> _Piece:
+    """Return the tracking errors."""
     return _Piece(
-        [
-            Component("reference", "stage_reference", None, {"motion": motion}, start),
-            Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"}),
-        ],
+        [Component("tracking", "tracking_error", None, {"axes": 3, "unit": "m"})],
         [
             Connection(f"reference.{_STACKS}.elongation", f"tracking.{_AXES}.reference"),
             Connection(f"stage.{_STACKS}.elongation", f"tracking.{_AXES}.measured"),
@@ -176,16 +212,28 @@ def _feed_forward(base: str, model: str, machine: Stage, pzt: Pzt) -> _Piece:
 
 
 def _controller(base: str, arguments: dict[str, Any], start: dict[str, Any]) -> _Piece:
-    """Return the controller with its reference and measured elongations and their derivatives."""
+    """Return the controller with its reference elongations and their derivatives."""
     connections = [
         Connection(f"reference.{_STACKS}.elongation{order}", f"controller.{_AXES}.reference{order}")
         for order in _ORDERS[base]
     ]
-    connections += [
-        Connection(f"stage.{_STACKS}.elongation{order}", f"controller.{_AXES}.measured{order}")
-        for order in _ORDERS[base][:2]
-    ]
     return _Piece([Component("controller", _CONTROLLERS[base], None, arguments, start)], connections)
+
+
+def _elongations(sensed: dict[str, float] | None) -> str:
+    """Return the elongations that a controller is fed: those of the stage, or the readings of its sensors."""
+    return f"stage.{_STACKS}.elongation" if sensed is None else f"sensor.{_AXES}.reading"
+
+
+def _measured(base: str, sensed: dict[str, float] | None) -> _Piece:
+    """Return the feedback of elongations and ideal rates, through sensors with `sensed` as start values."""
+    fed = [Connection(_elongations(sensed), f"controller.{_AXES}.measured")]
+    if "_rate" in _ORDERS[base]:
+        fed.append(Connection(f"stage.{_STACKS}.elongation_rate", f"controller.{_AXES}.measured_rate"))
+    if sensed is None:
+        return _Piece([], fed)
+    sensor = Component("sensor", "displacement_sensor", None, {"axes": 3, "unit": "m"}, sensed)
+    return _Piece([sensor], [Connection(f"stage.{_STACKS}.elongation", f"sensor.{_AXES}.value"), *fed])
 
 
 def _forces() -> _Piece:
@@ -193,7 +241,7 @@ def _forces() -> _Piece:
     return _Piece([], [Connection(f"controller.{_AXES}.command", f"stage.{_STACKS}.force")])
 
 
-def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piece:
+def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float], sensed: dict[str, float] | None) -> _Piece:
     """Return three stacks on the stage, driven by voltages, or by forces converted to voltages."""
     stacks = pzt.stacks(level)
     coupled = [
@@ -206,7 +254,7 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float]) -> _Piec
         [Component("voltage", "force_to_voltage", start={**ticking, **pzt.line, **pzt.highest}), *stacks],
         [
             Connection(f"controller.{_AXES}.command", f"voltage.{_AXES}.force"),
-            Connection(f"stage.{_STACKS}.elongation", f"voltage.{_AXES}.elongation"),
+            Connection(_elongations(sensed), f"voltage.{_AXES}.elongation"),
             Connection(f"stage.{_STACKS}.elongation_rate", f"voltage.{_AXES}.elongation_rate"),
             Connection(f"voltage.{_AXES}.command", f"{_STACKS}.command.voltage"),
             *coupled,

@@ -1,6 +1,7 @@
 """Excitation of a frequency sweep: frequencies, amplitude, ramp time and measurement window.
 
 frequency = logarithmic(1.0, 50.0, 40)            # evenly spaced on a logarithmic axis
+frequency = linear(10.0, 300.0, 30)               # evenly spaced in hertz
 frequency = along_response(dense, response, 40)   # evenly spaced along the curve: denser at a resonance
 """
 
@@ -21,10 +22,17 @@ def logarithmic(low: float, high: float, points: int) -> NDArray[np.float64]:
 
     A single point is `low`; where `high` equals `low`, there is one point.
     """
-    _check_points(points)
-    if not 0 < low <= high < math.inf:
-        raise ValueError(f"frequencies from {low:g} to {high:g} Hz, expected 0 < lowest <= highest")
+    _check(low, high, points)
     return np.geomspace(low, high, points) if low < high else np.array([low])
+
+
+def linear(low: float, high: float, points: int) -> NDArray[np.float64]:
+    """Return `points` frequencies [Hz] with a constant difference of neighbours, from `low` to `high` exactly.
+
+    A single point is `low`; where `high` equals `low`, there is one point.
+    """
+    _check(low, high, points)
+    return np.linspace(low, high, points) if low < high else np.array([low])
 
 
 def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> NDArray[np.float64]:
@@ -35,8 +43,8 @@ def along_response(frequency: ArrayLike, response: ArrayLike, points: int) -> ND
     several curves the longest step counts. Every local maximum of a magnitude 3 dB above its surroundings is a point,
     so that a sweep of few points contains the resonances. A single point is the lowest frequency.
     """
-    _check_points(points)
     f = np.asarray(frequency, dtype=float)
+    _check(f[0], f[-1], points)
     if points == 1:
         return f[:1]
     curves = np.asarray(response, dtype=complex).reshape(len(f), -1)
@@ -88,7 +96,9 @@ def _rounded_down(value: float) -> float:
     return near if near <= value else float(f"{near - 10 ** (math.floor(math.log10(value)) - 2):.3g}")
 
 
-def _check_points(points: int) -> None:
-    """Raise `ValueError` for fewer than one point."""
+def _check(low: float, high: float, points: int) -> None:
+    """Raise `ValueError` for fewer than one point, and for ends [Hz] that are no band."""
     if points < 1:
         raise ValueError(f"{points} points, expected at least 1")
+    if not 0 < low <= high < math.inf:
+        raise ValueError(f"frequencies from {low:g} to {high:g} Hz, expected 0 < lowest <= highest")

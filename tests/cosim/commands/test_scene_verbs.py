@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import LINEAR, OWN_MOTION, SWEEP, strict_json
+from command_line import LINEAR, MASS, OWN_MOTION, SWEEP, strict_json
 
 from hfsa.cosim.results.files import read_run, read_sweep
 
@@ -232,3 +232,34 @@ def test_a_run_that_turns_nan_is_exit_code_4_and_keeps_what_was_recorded(hfsa, f
     values, _ = read_run("run.h5")
     recorded = np.isfinite(values["box.y"])
     assert 1500 <= np.sum(recorded) <= 1502
+
+
+# Frequencies and amplitudes ------------------------------------------------------------------------------------------
+
+
+def test_one_point_where_a_band_begins_and_a_grid_in_hertz(hfsa):
+    """A single point needs no end of the band, and may lie above that of the scene; a grid in hertz is even."""
+    assert hfsa(*MASS[:2], "--from", "300", "--points", "1", "--jobs", "1", "-o", "one.h5")[0] == 0
+    assert read_sweep("one.h5").frequency.tolist() == [300.0]
+    words = ["--from", "10", "--to", "300", "--points", "30", "--grid", "linear"]
+    for command in (["--method", "linear"], ["--method", "linear", "--open-loop", "controller.axis[1].command"]):
+        scene = "sdelta_hfsa" if "--open-loop" in command else "mass_on_spring"
+        assert hfsa("sweep", scene, *command, *words, "-o", "even.h5", "--force")[0] == 0
+        assert np.allclose(read_sweep("even.h5").frequency, 10 * np.arange(1, 31))
+
+
+def test_a_linear_sweep_needs_no_amplitude(hfsa):
+    """Statics of a force and a torque on the stage, units without an amplitude in the scene: those of thesis ch. 2."""
+    words = ["--input", "stage.wrench.force[1]", "--input", "stage.wrench.torque", "--from", "1", "--points", "1"]
+    for amplitude in ([], ["--amplitude", "0"], ["--amplitude", "2"]):
+        assert hfsa("sweep", "stage_bode", "--method", "linear", *words, *amplitude, "-o", "a.h5", "--force")[0] == 0
+        bode = read_sweep("a.h5")
+        assert abs(bode.entry("stage.platform.position[1]", "stage.wrench.force[1]")[0]) == pytest.approx(
+            1.98978e-7, rel=1e-4
+        )
+        assert abs(bode.entry("stage.platform.rotation", "stage.wrench.torque")[0]) == pytest.approx(
+            1.32936e-4, rel=1e-4
+        )
+    code, _, err = hfsa("sweep", "stage_bode", *words, "-o", "b.h5")
+    assert code == 2
+    assert "is in N, for which no amplitude is given" in err

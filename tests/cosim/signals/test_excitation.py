@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hfsa.cosim.signals.excitation import along_response, amplitude_of, logarithmic, ramp_time, window_steps
+from hfsa.cosim.signals.excitation import along_response, amplitude_of, linear, logarithmic, ramp_time, window_steps
 
 
 def resonance(f, f0, zeta):
@@ -16,14 +16,20 @@ def test_logarithmic_grid_keeps_its_ends():
     assert np.allclose(grid[1:] / grid[:-1], grid[1] / grid[0])
 
 
+def test_linear_grid_is_even_in_hertz_and_keeps_its_ends():
+    assert np.allclose(linear(10.0, 300.0, 30), 10.0 * np.arange(1, 31), rtol=1e-15)
+    assert linear(0.3, 0.7, 7)[[0, -1]].tolist() == [0.3, 0.7]
+
+
+@pytest.mark.parametrize("grid", [logarithmic, linear])
 @pytest.mark.parametrize(("low", "high", "points"), [(0, 1, 3), (2, 1, 3), (1, np.inf, 3), (0, 0, 1), (1, 2, 0)])
-def test_a_grid_that_cannot_be_is_refused(low, high, points):
+def test_a_grid_that_cannot_be_is_refused(grid, low, high, points):
     with pytest.raises(ValueError, match="expected"):
-        logarithmic(low, high, points)
+        grid(low, high, points)
 
 
 def test_one_point_is_the_lowest_frequency():
-    assert logarithmic(3.0, 50.0, 1).tolist() == [3.0]
+    assert linear(3.0, 50.0, 1).tolist() == logarithmic(3.0, 50.0, 1).tolist() == [3.0]
     assert logarithmic(7.3, 7.3, 40).tolist() == [7.3]
     f = np.geomspace(3, 50, 400)
     assert along_response(f, 1 / (1 - (f / 20) ** 2 + 0.02j * f / 20), 1).tolist() == [3.0]

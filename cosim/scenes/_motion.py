@@ -1,0 +1,62 @@
+"""Motions of a scene that are in a file: a table in CSV, which the reference of the scene or a part before it reads."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import DERIVATIVES, nearest
+from hfsa.cosim.systems.system import Component, Connection
+
+ENDING = ".csv"
+"""Ending of the name of a motion file."""
+
+_NO_END = 1.0
+"""End [s] of a run on a file without one, which its reader refuses."""
+
+
+def is_file(motion: str, scene: str, names: Sequence[str]) -> bool:
+    """Whether a motion is a file; `StructureError` where it is neither that nor one of the names."""
+    if not motion.endswith(ENDING) and motion not in names:
+        others = f"one of {', '.join(names)}, or " if names else ""
+        near = nearest(motion, names).partition("; there are")[0]
+        raise StructureError(f"{scene}: motion is {motion!r}, expected {others}the path of a {ENDING} file{near}")
+    return motion.endswith(ENDING)
+
+
+def end_of(motion: str) -> float:
+    """Return the last time in a motion file [s]; 1 s for a file that cannot be read, which its reader refuses."""
+    try:
+        lines = Path(motion).read_text(encoding="utf-8-sig").split()
+        header = [heading.partition("[")[0].strip() for heading in lines[0].split(",")]
+        return float(lines[-1].split(",")[header.index("time")])
+    except (OSError, ValueError, IndexError):
+        return _NO_END
+
+
+class Command(NamedTuple):
+    """Commanded pose of a robot: what generates it, or the inputs that can be excited, and the end of a run [s]."""
+
+    components: list[Component]
+    connections: list[Connection]
+    inputs: list[str]
+    stop_time: float
+
+
+def commanded(motion: str | None, scene: str, stop_time: float) -> Command:
+    """Return the command of `reference`: the motion in a file, or without one free inputs and `stop_time` [s]."""
+    sides = ("rotation", "position")
+    if motion is None:
+        return Command([], [], [f"reference.command.{side}[1..3]" for side in sides], stop_time)
+    is_file(motion, scene, ())
+    orders = ("", *(f"_{derivative}" for derivative in DERIVATIVES[:2]))
+    return Command(
+        [Component("motion", "pose_table", None, {"table": motion})],
+        [
+            Connection(f"motion.{side}{order}[1..3]", f"reference.command.{side}{order}[1..3]")
+            for side in sides
+            for order in orders
+        ],
+        [],
+        end_of(motion),
+    )
