@@ -42,6 +42,11 @@ def compare(file: Path, _work: Path) -> None:
     run(f"compare stage_tracking --over law=pd,pd_ff,ctc,integral_ff -p motion=three_axis -o {file}")
 
 
+def stage_continuum(file: Path, _work: Path) -> None:
+    """The piezo stage by finite elements: its mesh, its deformation and the stress in it."""
+    run(f"analyze rrr_stage --level continuum --mesh 0.2e-3 -p elongation=12e-6,12e-6,0 --picture {file}")
+
+
 def stability(file: Path, work: Path) -> None:
     """Where the robot under delayed PD control is stable."""
     vary = "--vary bandwidth=2:60:24 --vary sample_time=0.25e-3:2e-3:8"
@@ -127,6 +132,7 @@ def shrink(picture: Path, file: Path) -> None:
 MADE = {
     "demo": demo,
     "compare": compare,
+    "stage-continuum": stage_continuum,
     "stability": stability,
     "workspace": workspace,
     "beams": beams,

@@ -69,7 +69,7 @@ def stage_tracking(
     frequency: float = 5.0,
     sensor_resolution: float = 0.0,
     sensor_noise: float = 0.0,
-    stage: Literal["constant_jacobian", "exact", "flexible_hinges"] = "constant_jacobian",
+    stage: Literal["constant_jacobian", "exact", "flexible_hinges", "continuum"] = "constant_jacobian",
     model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     pzt: Pzt = TOKIN,
     stack: Literal["static", "linear", "hysteretic"] = "static",
@@ -264,6 +264,6 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float], sensed: 
 
 def _stage(level: str, machine: Stage, damping_time: float, pzt: Pzt | None) -> _Piece:
     """Return the stage, with the stiffness of the stacks if there are any."""
-    arguments = {"causality": "force" if pzt is None else "source", **machine.itself}
-    start = {"damping_time": damping_time, **({} if pzt is None else pzt.on_stage)}
-    return _Piece([Component("stage", "rrr_stage", level, arguments, start)], [])
+    stacks = {"causality": "force"} if pzt is None else {"causality": "source", **pzt.arguments}
+    start = machine.damping(level, damping_time)
+    return _Piece([Component("stage", "rrr_stage", level, {**machine.itself, **stacks}, start)], [])
