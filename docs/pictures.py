@@ -42,6 +42,11 @@ def compare(file: Path, _work: Path) -> None:
     run(f"compare stage_tracking --over law=pd,pd_ff,ctc,integral_ff -p motion=three_axis -o {file}")
 
 
+def stage_continuum(file: Path, _work: Path) -> None:
+    """The piezo stage by finite elements: its mesh, its deformation and the stress in it."""
+    run(f"analyze rrr_stage --level continuum --mesh 0.2e-3 -p elongation=12e-6,12e-6,0 --picture {file}")
+
+
 def stability(file: Path, work: Path) -> None:
     """Where the robot under delayed PD control is stable."""
     vary = "--vary bandwidth=2:60:24 --vary sample_time=0.25e-3:2e-3:8"
@@ -59,6 +64,13 @@ def workspace(file: Path, work: Path) -> None:
 def beams(file: Path, _work: Path) -> None:
     """Three tilted beams, the axes of their freedoms, and their motions."""
     run(f"analyze beam_module -p kind=tilted --picture {file}")
+
+
+def loop(file: Path, work: Path) -> None:
+    """Elongation of hysteretic stacks over their voltage."""
+    run(f"run stage_tracking -p motion=three_axis -p stack=hysteretic -p law=integral --every 20 -o {work}/loop.h5")
+    signals = "--x stack[1..3].stack.voltage --signal stage.stack[1..3].elongation --from 0.2"
+    run(f"plot {work}/loop.h5 {signals} -o {file}")
 
 
 def one_step(file: Path, _work: Path) -> None:
@@ -120,9 +132,11 @@ def shrink(picture: Path, file: Path) -> None:
 MADE = {
     "demo": demo,
     "compare": compare,
+    "stage-continuum": stage_continuum,
     "stability": stability,
     "workspace": workspace,
     "beams": beams,
+    "loop": loop,
     "one-step": one_step,
     "work-precision": work_precision,
 }

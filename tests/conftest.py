@@ -25,7 +25,10 @@ from hfsa.fmus.c_code import generate
 from hfsa.fmus.export import export
 
 PARTS = {name: part for name, part in find([hfsa.components, hfsa.controllers]).items() if part.build}
-VARIANTS = [(name, level) for name, part in PARTS.items() for level in part.levels or (None,)]
+# of what can be built here: an extra may be missing
+VARIANTS = [
+    (n, level) for n, part in PARTS.items() for level in part.levels or (None,) if level not in part.unavailable
+]
 
 Files = dict[int, Path]
 

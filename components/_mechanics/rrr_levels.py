@@ -156,9 +156,14 @@ def _stack_parameters(m: Model, causality: str, stack: Stack) -> tuple[Any, Any,
         return 0, 0, 0
     return (
         m.parameter("stack.stiffness", stack.stiffness, "N/m", "Stiffness of each stack", min=0),
-        m.parameter("stack.damping", stack.damping, "N.s/m", "Damping of each stack", min=0),
+        declare_stack_damping(m, stack),
         m.parameter("stack.tip_mass", stack.tip_mass, "kg", "Mass of each stack that moves with its tip", min=0),
     )
+
+
+def declare_stack_damping(m: Model, stack: Stack) -> ca.SX:
+    """Declare the damping of the stacks [N.s/m] and return its symbol."""
+    return m.parameter("stack.damping", stack.damping, "N.s/m", "Damping of each stack", min=0)
 
 
 def declare_motion(m: Model, motion: Motion) -> None:
@@ -175,6 +180,11 @@ def declare_motion(m: Model, motion: Motion) -> None:
 def declare_hinges(m: Model, hinges: Hinges) -> None:
     """Declare the largest angle and stress of a hinge as outputs."""
     m.output("hinge.angle", hinges.angle, "rad", "Largest angle of a hinge from rest", nominal=1e-3)
-    m.output("hinge.stress", hinges.stress, "Pa", "Largest stress of a hinge", nominal=1e8)
-    overload, allowed = ca.if_else(hinges.stress > hinges.allowed, 1, 0), hinges.allowed / 1e6
-    m.output("hinge.overload", overload, "1", f"1 while the stress exceeds {allowed:.0f} MPa")
+    declare_stress(m, hinges.stress, hinges.allowed)
+
+
+def declare_stress(m: Model, stress: ca.SX, allowed: float) -> None:
+    """Declare the largest stress of a hinge as an output, and whether it exceeds the allowable one [Pa]."""
+    m.output("hinge.stress", stress, "Pa", "Largest stress of a hinge", nominal=1e8)
+    overload = ca.if_else(stress > allowed, 1, 0)
+    m.output("hinge.overload", overload, "1", f"1 while the stress exceeds {allowed / 1e6:.0f} MPa")

@@ -18,6 +18,8 @@ Triple = tuple[float, float, float]
 CORNERS = STROKE_IN_USE * np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
 """Corners of the elongations in use, (8, 3) [m]."""
 
+_ON_POSE = "N/m, N/m, N; N/m, N/m, N; N, N, N.m/rad"
+
 UNITS = {
     "jacobian": "1; 1; rad/m",
     "pose": "m; m; rad",
@@ -31,17 +33,25 @@ UNITS = {
     "allowed_angle": "rad",
     "allowed_stress": "Pa",
     "hinge_limit": "1",
+    "peak_stress": "Pa",
+    "peak_stacks": "1",
+    "platform_stiffness_free": _ON_POSE,
+    "platform_stiffness_bonded": _ON_POSE,
+    "platform_stiffness_blocked": _ON_POSE,
+    "piece_mass": "kg",
+    "reduction_error": "1",
+    "mesh": "m",
+    "mesh_unknowns": "1",
+    "mesh_error": "1",
     "elongation": "m",
     "inertia": "kg",
     "stiffness": "N/m",
-    "platform_stiffness_free": "N/m, N/m, N; N/m, N/m, N; N, N, N.m/rad",
-    "platform_stiffness_bonded": "N/m, N/m, N; N/m, N/m, N; N, N, N.m/rad",
-    "platform_stiffness_blocked": "N/m, N/m, N; N/m, N/m, N; N, N, N.m/rad",
     "natural_frequencies_hz": "Hz",
     "natural_frequencies_bonded_hz": "Hz",
     "force": "N",
     "voltage": "V",
     "elongation_at_voltage": "m",
+    "mode_at_voltage": "m",
     "pose_at_voltage": "m; m; rad",
     "saturated": "1",
 }

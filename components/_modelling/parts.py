@@ -91,7 +91,12 @@ class Part:
     @property
     def ladder(self) -> tuple[str, ...]:
         """Levels that `auto` chooses among, cheapest first; the last is the reference."""
-        return getattr(self.module, "LADDER", self.levels)
+        return tuple(level for level in getattr(self.module, "LADDER", self.levels) if level not in self.unavailable)
+
+    @property
+    def unavailable(self) -> Mapping[str, str]:
+        """Levels that this machine cannot build, for want of an extra, with the reason."""
+        return getattr(self.module, "UNAVAILABLE", {})
 
     @cached_property
     def arguments(self) -> Mapping[str, Argument]:

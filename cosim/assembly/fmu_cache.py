@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
-from hfsa.cosim.assembly.cache import cache_folder, cache_subfolder
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
 from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fmi.co_simulation import StepError

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from hfsa.cosim.assembly.cache import cache_folder, cache_subfolder
+from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.cosim.masters.native.headers import library_name, sources
 from hfsa.cosim.masters.native.library import installed_library
 from hfsa.fmus.compile import SUFFIX, compile_files

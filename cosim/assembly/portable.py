@@ -20,7 +20,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from hfsa.cosim.assembly.cache import cache_folder, cache_subfolder
+from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.masters.native.headers import library_name
 from hfsa.cosim.systems.errors import StructureError

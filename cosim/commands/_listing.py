@@ -11,10 +11,10 @@ import platform
 from importlib.metadata import entry_points, version
 from typing import Any
 
-from hfsa.cosim.assembly.cache import cache_folder, keep
+from hfsa.components._modelling.cache import cache_folder, keep
+from hfsa.components._modelling.errors import ModelError
 from hfsa.cosim.assembly.sources import all_sources
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.systems.errors import StructureError
 
 _LIBRARIES = ("casadi", "numpy", "scipy")
 _GROUPS = ("hfsa.parts", "hfsa.scenes")
@@ -31,8 +31,8 @@ def whole_listing() -> tuple[dict[str, Any], str]:
     except (OSError, ValueError):
         data, text = _made()
         if not any("error" in entry for entries in data.values() for entry in entries):
-            with contextlib.suppress(OSError, StructureError):  # a cache that cannot be written costs time alone
-                keep(json.dumps([data, text]), file)
+            with contextlib.suppress(OSError, ModelError):  # a cache that cannot be written costs time alone
+                keep(json.dumps([data, text]).encode(), file)
     return data, text
 
 

@@ -16,6 +16,7 @@ def analyze(
     *,
     level: Level = None,
     parameter: Arguments = None,
+    mesh: Annotated[str | None, Parameter(("--mesh",))] = None,
     sensitivity: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
     map: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,  # noqa: A002 (name of the option)
     optimize: Annotated[bool, Parameter(group=DESIGN_STUDY, negative=(), show_default=False)] = False,
@@ -32,6 +33,8 @@ def analyze(
     ----------
     name
         A component, controller or analysis, as in `hfsa list`, or the path of a .py file.
+    mesh
+        Size of the triangles at the necks [m], of a part and level with finite elements: the argument `mesh`.
     sensitivity
         Sensitivity of each response to each dimension, d ln(response) / d ln(dimension), largest first.
     map
@@ -59,7 +62,7 @@ def analyze(
     from hfsa.cosim.commands._studies import StudyRequest, study_answer
 
     refuse_scene(name, "`run`, `sweep` and `stability` examine it")
-    values = _shell.part_arguments(level, parameter)
+    values = _shell.part_arguments(level, [*([] if mesh is None else [f"mesh={mesh}"]), *(parameter or ())])
     request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path, picture)
     is_study = request.is_study()
     if picture is not None:

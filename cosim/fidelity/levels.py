@@ -24,8 +24,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import ModelError
+from hfsa.components._modelling.cache import cache_folder, keep
 from hfsa.components._modelling.catalogue import part_named
-from hfsa.cosim.assembly.cache import cache_folder, keep
 from hfsa.cosim.assembly.fmu_cache import fmu_file, own_parts
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import AUTO, available_parts, level_of
@@ -103,7 +103,7 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     if not file.is_file():
         ladders = _ladders(scene)
         choices = choose_among(scene, ladders, library, REST)
-        keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}), file)
+        keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}).encode(), file)
     return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
 
 
@@ -149,6 +149,8 @@ def _key(scene: Scene) -> str:
     """Return a hash of all that a choice depends on: the scene, FMUs and parts of others, the sources of both wings."""
     digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0{own_parts(scene)}\0".encode())
     foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
+    for component in scene.system.components:
+        digest.update(repr(_absent(component)).encode())
     for file in [*foreign, *sorted(Path(__file__).parents[1].rglob("*.py"))]:
         digest.update(file.read_bytes() + b"\0")
     return digest.hexdigest()[:32]
@@ -169,8 +171,11 @@ class _LevelChoices:
         tolerance = self._scene.tolerance
         for name, levels in self._levels.items():
             evaluated = {level: self._evaluated(name, level) for level in levels[:-1]}
-            self._errors[name] = {**{level: error for level, (error, _) in evaluated.items()}, levels[-1]: 0.0}
-            self._refusals[name] = {level: refusal for level, (_, refusal) in evaluated.items() if refusal}
+            absent = _absent(self._scene.system[name])
+            self._errors[name] = {level: error for level, (error, _) in evaluated.items()}
+            self._errors[name] |= {**dict.fromkeys(absent, math.nan), levels[-1]: 0.0}
+            refusals = {level: refusal for level, (_, refusal) in evaluated.items() if refusal}
+            self._refusals[name] = {**refusals, **absent}
         chosen = {name: self._cheapest(name, tolerance) for name in self._levels}
         together = self._together(chosen)
         while not together <= tolerance:
@@ -239,6 +244,11 @@ class _LevelChoices:
 def _known_levels(component: Component) -> Sequence[str]:
     """Return the ladder of a component's part, cheapest first; none where it has none."""
     return () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).ladder
+
+
+def _absent(component: Component) -> Mapping[str, str]:
+    """Return the levels of a component's part that this machine cannot build, with the reason."""
+    return {} if component.part.endswith(".fmu") else part_named(component.part, available_parts()).unavailable
 
 
 def _levels(component: Component) -> Sequence[str]:

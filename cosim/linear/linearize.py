@@ -145,7 +145,7 @@ class Linearization:
             rates, surely = np.log(size) / period, np.log1p(rounding / size) / period
             turns = np.angle(values) / period
         else:
-            rates, surely, turns = values.real, rounding, values.imag
+            rates, surely, turns = np.real(values), rounding, np.imag(values)
         grows = rates > NEUTRAL + surely
         if not grows.any():
             return Growth()

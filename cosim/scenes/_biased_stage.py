@@ -7,7 +7,7 @@ from hfsa.cosim.scenes._stage import Stage
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Analysis, Component, Connection, System
 
-Level = Literal["constant_jacobian", "exact", "flexible_hinges"]
+Level = Literal["constant_jacobian", "exact", "flexible_hinges", "continuum"]
 
 FULL_VOLTAGE = 150.0
 """Full voltage of a stack by default [V]."""
@@ -37,8 +37,8 @@ def biased_stage(
         "stage",
         "rrr_stage",
         level,
-        design.itself,
-        {"damping_time": damping_time, **pzt.on_stage, **_rest(level, design, pzt, bias)},
+        {**design.itself, **pzt.arguments},
+        {**design.damping(level, damping_time), **_rest(level, design, pzt, bias)},
     )
     at_bias = {"command.voltage": bias, "voltage": bias, "amplifier.resistance": resistance}
     stacks = pzt.stacks("linear", at_bias)
@@ -57,4 +57,5 @@ def _rest(level: str, design: Stage, pzt: Pzt, bias: float) -> dict[str, Analysi
         "center.position[1..2]": Analysis("rrr_stage", "pose_at_voltage[1..2]", arguments),
         "center.rotation": Analysis("rrr_stage", "pose_at_voltage[3]", arguments),
     }
-    return {"constant_jacobian": elongations, "exact": pose}.get(level, elongations | pose)
+    modes = {f"mode[1..{design.modes}].displacement": Analysis("rrr_stage", "mode_at_voltage", arguments)}
+    return {"constant_jacobian": elongations, "exact": pose, "flexible_hinges": elongations | pose}.get(level, modes)

@@ -40,7 +40,7 @@ class Pzt:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """The stack as arguments of an analysis."""
+        """The stack as arguments of an analysis, or of a stage of causality `source`."""
         return given(self, "stack")
 
     def stacks(self, level: str, start: Mapping[str, float] | None = None) -> list[Component]:
@@ -53,12 +53,6 @@ class Pzt:
         }
         values = {**own, **(start or {})}
         return [Component(f"stack[{i}]", "pzt_stack", level, {"causality": "source"}, values) for i in (1, 2, 3)]
-
-    @property
-    def on_stage(self) -> dict[str, Analysis]:
-        """Start values of a stage of causality `source`."""
-        names = {"stiffness": "stiffness", "damping": "damping", "tip_mass": "effective_mass"}
-        return {f"stack.{name}": self._of(key) for name, key in names.items()}
 
     @property
     def line(self) -> dict[str, Analysis]:

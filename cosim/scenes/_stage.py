@@ -69,7 +69,8 @@ class Stage:
         kinematics: parameter set of the links.
         links, hinge, masses: dimensions, material and masses of its parts.
         jacobian, stiffness, mass: matrices on the elongations in place of those of its parts.
-        contact, bolts, outline: contact with the stacks, joint of the platform, plate (level `flexible_hinges`).
+        contact, bolts, outline: contact with the stacks, joint of the platform, plate (levels
+            `flexible_hinges` and `continuum`).
     """
 
     is_argument_group: ClassVar[bool] = True
@@ -84,6 +85,15 @@ class Stage:
     contact: Literal["locked", "slide", "ball", "stack"] = "stack"
     bolts: Literal["pin", "rigid"] = "pin"
     outline: Outline = Outline()
+
+    @property
+    def modes(self) -> int:
+        """Number of modes at level `continuum`: pinned end blocks swing about their bolts."""
+        return 6 if self.bolts == "pin" else 3
+
+    def damping(self, level: str, damping_time: float) -> dict[str, float]:
+        """Start value of the damping; modes of level `continuum` have a damping ratio of their own."""
+        return {} if level == "continuum" else {"damping_time": damping_time}
 
     @property
     def itself(self) -> dict[str, Any]:

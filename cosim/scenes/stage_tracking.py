@@ -26,7 +26,7 @@ and a run warns of it. The first three outputs are the errors of the elongations
 import math
 from typing import Any, Literal, NamedTuple
 
-from hfsa.cosim.scenes._motion import end_of, is_file
+from hfsa.cosim.scenes._motion import MotionFile, end_of, is_file
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
 from hfsa.cosim.scenes._stage import THESIS, Stage
@@ -62,14 +62,14 @@ def stage_tracking(
     *,
     law: Literal["pd", "pd_ff", "ctc", "integral", "integral_ff"] = "ctc",
     actuator: Literal["pzt", "force"] = "pzt",
-    motion: Literal["ramp", "three_axis", "step", "circle"] | str = "ramp",
+    motion: Literal["ramp", "three_axis", "step", "circle"] | MotionFile = "ramp",
     rate: float = 3e-6,
     pose: tuple[float, float, float] | None = None,
     radius: float = 2e-6,
     frequency: float = 5.0,
     sensor_resolution: float = 0.0,
     sensor_noise: float = 0.0,
-    stage: Literal["constant_jacobian", "exact", "flexible_hinges"] = "constant_jacobian",
+    stage: Literal["constant_jacobian", "exact", "flexible_hinges", "continuum"] = "constant_jacobian",
     model: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     pzt: Pzt = TOKIN,
     stack: Literal["static", "linear", "hysteretic"] = "static",
@@ -264,6 +264,6 @@ def _stacks(base: str, level: str, pzt: Pzt, ticking: dict[str, float], sensed: 
 
 def _stage(level: str, machine: Stage, damping_time: float, pzt: Pzt | None) -> _Piece:
     """Return the stage, with the stiffness of the stacks if there are any."""
-    arguments = {"causality": "force" if pzt is None else "source", **machine.itself}
-    start = {"damping_time": damping_time, **({} if pzt is None else pzt.on_stage)}
-    return _Piece([Component("stage", "rrr_stage", level, arguments, start)], [])
+    stacks = {"causality": "force"} if pzt is None else {"causality": "source", **pzt.arguments}
+    start = machine.damping(level, damping_time)
+    return _Piece([Component("stage", "rrr_stage", level, {**machine.itself, **stacks}, start)], [])

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import brentq
 
+import hfsa.components
 from hfsa.components import rrr_stage
 from hfsa.components._mechanics import pzt as stack
 from hfsa.components._mechanics import rrr_dynamics as dynamics
@@ -16,6 +17,7 @@ from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE
 from hfsa.components._mechanics.rrr_kinematics import CALIBRATED, NOMINAL, forward, jacobian
 from hfsa.components._mechanics.rrr_masses import THESIS_MASSES
+from hfsa.components._modelling.catalogue import find
 
 _PRINTED_HINGE = 40.8963
 """K_b of table D.3 [N.m/rad]."""
@@ -152,3 +154,17 @@ def stage_linear_statics() -> dict[str, Any]:
         "one": volts[0, 0],
         "all": volts[0].sum(),
     }
+
+
+def stage_finite_elements(bolts: str, modulus: float) -> dict[str, Any]:
+    """Largest von Mises stress, levers held sideways: 12 um of one stack at a time and of all, and their ratio."""
+    at = {"bolts": bolts, "contact": "locked", "hinge.elastic_modulus": modulus}
+    part = find([hfsa.components])["rrr_stage"]
+
+    def largest(elongation: tuple[float, float, float]) -> float:
+        found = part.analysis("continuum", elongation=elongation, **at)
+        return max(found["hinge_stress"].values())
+
+    one = [largest(tuple(stack.STROKE_IN_USE * np.eye(3)[k])) for k in range(3)]
+    every = largest((stack.STROKE_IN_USE,) * 3)
+    return {"one": one, "all": every, "ratio": every / one[0]}

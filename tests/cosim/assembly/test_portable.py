@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from hfsa.components._modelling.cache import cache_folder
 from hfsa.cosim.assembly import portable
-from hfsa.cosim.assembly.cache import cache_folder
 from hfsa.cosim.assembly.portable import content, missing, pack, store, unpack
 from hfsa.cosim.systems.errors import StructureError
 

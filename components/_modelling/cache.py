@@ -1,4 +1,4 @@
-"""The cache: a folder of this user for FMUs, compiled loops and computed choices.
+"""The cache: a folder of this user for FMUs, compiled loops, solved meshes and computed choices.
 
 It is `$HFSA_CACHE`, else `hfsa` in `$XDG_CACHE_HOME` or `~/.cache`. What lies there is named by a hash of all that it
 is made from, and appears complete or not at all.
@@ -8,7 +8,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from hfsa.cosim.systems.errors import StructureError
+from hfsa.components._modelling.errors import ModelError
 
 
 def cache_folder() -> Path:
@@ -18,23 +18,23 @@ def cache_folder() -> Path:
 
 
 def cache_subfolder(name: str) -> Path:
-    """Return a folder of the cache, made where it is not there; `StructureError` where that cannot be written."""
+    """Return a folder of the cache, made where it is not there; `ModelError` where that cannot be written."""
     folder = cache_folder() / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.rmdir(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
     except OSError as error:
         variable = next((word for word in ("HFSA_CACHE", "XDG_CACHE_HOME") if os.environ.get(word)), "HOME")
-        raise StructureError(
+        raise ModelError(
             f"${variable} is {os.environ.get(variable, Path.home())}, but its folder {folder} cannot be written "
             f"({error.strerror or error}); expected a folder to keep FMUs in, which HFSA_CACHE names"
         ) from error
     return folder
 
 
-def keep(text: str, file: Path) -> None:
-    """Write a text file of the cache, complete or not at all; `StructureError` where its folder cannot be written."""
+def keep(data: bytes, file: Path) -> None:
+    """Write a file of the cache, complete or not at all; `ModelError` where its folder cannot be written."""
     folder = cache_subfolder(file.parent.name)
-    with tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as unfinished:
-        unfinished.write(text)
+    with tempfile.NamedTemporaryFile(dir=folder, delete=False) as unfinished:
+        unfinished.write(data)
     os.replace(unfinished.name, file)
