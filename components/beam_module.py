@@ -12,9 +12,10 @@ Lengths are normalised by L, forces by EI / L^2, moments by EI / L of one beam (
 In `_mechanics/`, `beam.py` contains the beam and the sheet (eqs 1, 2, A.1), `beam_assembly.py` their assembly,
 `beam_kinds.py` the kinds, `beam_list.py` lists of beams in a file, `mobility.py` the count of freedoms,
 `beam_reading.py` what the source reads in the entries, `beam_study.py` and `beam_picture.py` studies and pictures.
-A tilted module of radius r turns about points near
-x = r / tan(tilt): under a force about C22 / |C26|, under a moment about the centre of compliance -C26 / C66. At r = 0.6
-and 45 degrees the ideal value is 0.6; with d = 1e4 the two points are at 0.6070 and 0.5954.
+
+A tilted module of radius r turns about points near x = r / tan(tilt): under a force about C22 / |C26|, under a moment
+about the centre of compliance -C26 / C66. At r = 0.6 and 45 degrees the ideal value is 0.6; with d = 1e4 the two points
+are at 0.6070 and 0.5954.
 
 Source: the paper of 2013 on beam modules. Not in it: the count of freedoms, which unlike that of the paper does not
 depend on axes and reference point; the smallest slenderness (length / thickness = 10), outer_radius, outer_spacing,
