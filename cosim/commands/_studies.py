@@ -33,6 +33,7 @@ class StudyRequest:
         force: whether to replace an existing results file.
         path: file of postures to follow.
         picture: file of a picture.
+        is_over: whether values of arguments are varied.
     """
 
     sensitivity: bool
@@ -43,6 +44,7 @@ class StudyRequest:
     force: bool = False
     path: Path | None = None
     picture: Path | None = None
+    is_over: bool = False
 
     def is_study(self) -> bool:
         """Return whether a study, path or picture is requested; `StructureError` for conflicting options."""
@@ -52,17 +54,21 @@ class StudyRequest:
             "--optimize": self.optimize,
             "--path": self.path is not None,
             "--picture": self.picture is not None,
+            "--over": self.is_over,
         }
         requested = [option for option, is_given in given.items() if is_given]
         if len(requested) > 1:
             raise StructureError(f"{' and '.join(requested)} are different studies; take one at a time")
-        has_file = self.map is not None or self.path is not None
+        has_file = self.map is not None or self.path is not None or self.is_over
         if self.output is not None and not has_file:
             raise StructureError(
-                "-o is the file of a map, which takes --map, or of a path, which takes --path; --picture names its own"
+                "-o is the file of a map, a path or a table, which takes --map, --path or --over; --picture names its "
+                "own"
             )
         if self.force and not has_file:
-            raise StructureError("--force replaces the file of a map or a path, which takes --map or --path")
+            raise StructureError(
+                "--force replaces the file of a map, a path or a table, which takes --map, --path or --over"
+            )
         if self.bounds is not None and not self.optimize:
             raise StructureError("--bounds are bounds of an optimum, which takes --optimize")
         return bool(requested)

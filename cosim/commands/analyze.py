@@ -23,6 +23,7 @@ def analyze(
     bounds: Annotated[str | None, Parameter(group=DESIGN_STUDY)] = None,
     path: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
     picture: Annotated[Path | None, Parameter(group=DESIGN_STUDY)] = None,
+    over: Annotated[list[str] | None, Parameter("--over", negative=())] = None,
     output: Annotated[Path | None, Parameter(("-o", "--output"), group=DESIGN_STUDY)] = None,
     force: Force = False,
     json: Json = False,
@@ -50,11 +51,16 @@ def analyze(
         path such as `x,y,z,rz,rx,ry` (m and degrees) and optionally `t`, the time; what it does not name stays.
     picture
         FILE.png, .pdf or .svg: a picture of the part instead of its numbers, with the arguments of the picture.
+    over
+        NAME=VALUES, repeatable: the numbers for each combination of values, as one table. Values are separated by
+        commas, or by semicolons where they have commas; `0:12e-6:7` are seven values from 0 to 12e-6.
     output
-        With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`).
+        With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`). With
+        `--over`: file of the table (default: none).
     """
     from hfsa.components._modelling.catalogue import drawn, following, part_named, studied
     from hfsa.cosim.assembly.models import available_parts
+    from hfsa.cosim.commands._analyses import over_answer
     from hfsa.cosim.commands._numbers import numbers_text
     from hfsa.cosim.commands._paths import path_answer
     from hfsa.cosim.commands._pictures import picture_answer
@@ -63,10 +69,13 @@ def analyze(
 
     refuse_scene(name, "`run`, `sweep` and `stability` examine it")
     values = _shell.part_arguments(level, [*([] if mesh is None else [f"mesh={mesh}"]), *(parameter or ())])
-    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path, picture)
+    request = StudyRequest(sensitivity, map, optimize, bounds, output, force, path, picture, bool(over))
     is_study = request.is_study()
     if picture is not None:
         _shell.answer(*picture_answer(drawn(name, available_parts()), values, picture), json)
+        return _shell.DONE
+    if over:
+        _shell.answer(*over_answer(name, over, values, output, force), json)
         return _shell.DONE
     if path is not None:
         part = following(name, available_parts())

@@ -61,7 +61,7 @@ def compare(
     from hfsa.cosim.commands._comparison_text import comparison_data, comparison_text
     from hfsa.cosim.commands._scenes import refuse_other
     from hfsa.cosim.experiments.compare import compare as compare_experiment
-    from hfsa.cosim.experiments.compare import parse_over
+    from hfsa.cosim.experiments.over import parse_over
     from hfsa.cosim.figures.comparison import comparison_figure, save
     from hfsa.cosim.results.target import check_picture
 

@@ -67,25 +67,6 @@ class Comparison:
     runs: tuple[Run, ...]
 
 
-def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return values by name from words NAME=VALUES; values are separated by semicolons if there is one, else by commas.
-
-    `StructureError` for a word without `=`, a name given twice, and an empty value.
-    """
-    over: dict[str, tuple[str, ...]] = {}
-    for word in words:
-        name, equals, text = word.partition("=")
-        if not (name and equals):
-            raise StructureError(f"--over {word!r} is not of the form NAME=VALUES, such as law=pd,ctc")
-        if name in over:
-            raise StructureError(f"--over {name} is given twice; write all its values at once")
-        values = [value.strip() for value in text.split(";" if ";" in text else ",")]
-        if not all(values):
-            raise StructureError(f"--over {word!r} has an empty value; expected values between commas or semicolons")
-        over[name] = tuple(values)
-    return over
-
-
 @checked(zero=("amplitude",))
 def compare(
     scene: str | Path | Scene,

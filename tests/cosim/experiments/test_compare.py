@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hfsa.cosim.experiments.compare import parse_over
+from hfsa.cosim.experiments.over import parse_over
 from hfsa.cosim.figures.comparison import comparison_figure
 from hfsa.cosim.measurement.limit_flags import ActiveLimit
 from hfsa.cosim.measurement.trial import CRASHED, Outcome, measure, thinned
