@@ -2,8 +2,8 @@
 
 /          title created tool tool_version git_commit command python platform format_version status
 /system    name and arguments of the part
-/analyses  case: dimension scale, from 1; each varied argument and each result over the cases, NaN or empty where the
-           part refuses a case; refusal(case), the reason
+/over      case: dimension scale, from 1; each varied argument over the cases
+/analyses  case; each result over the cases, NaN or empty where the part refuses one; refusal(case), the reason
 """
 
 from collections.abc import Mapping
@@ -59,10 +59,11 @@ def write_analyses(file: Path, found: Analyses, force: bool = False) -> None:
 
 def _fill(file: Node, found: Analyses) -> None:
     """Write the table."""
-    group = file.create_group("analyses")
-    hdf5.create_scale(group, "case", np.arange(1, found.count + 1))
+    over, group = file.create_group("over"), file.create_group("analyses")
+    for node in (over, group):
+        hdf5.create_scale(node, "case", np.arange(1, found.count + 1))
     for name, values in found.cases.items():
-        _column(group, name, _numbers(values), None)
+        _column(over, name, _numbers(values), None)
     for name, values in found.numbers.items():
         _column(group, name, values, found.units.get(name))
     hdf5.create_texts(group, "refusal", ["case"], [found.refusals.get(i, "") for i in range(found.count)])
