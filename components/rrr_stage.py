@@ -52,12 +52,12 @@ those of finite elements.
 Beside the same arguments there is `mesh`: a third of the plate is meshed with curved triangles of six nodes, and turned
 twice. The elongations move the platform by 61 x 56 um and 1.73 mrad on flat stacks, by 33 x 31 um and 0.93 mrad where
 the levers are held sideways. Six modes, three with rigid bolts, and the residual of all others follow all finite
-elements: the pose to 1.2 % to 5 kHz, elongations to 1.5 % to 2 kHz and 7 % to 5 kHz; rates and accelerations are without
-the residual, 1 % of the static response. The modes are those of a stage on its stacks (`source`), of the data sheet
-`stack`, with the `damping_ratio` 1 % of each. Pinned end blocks swing about their bolts at 3.09 to 3.12 kHz.
+elements: the pose to 1.2 % to 5 kHz, elongations to 1.5 % to 2 kHz and 7 % to 5 kHz; rates and accelerations are
+without the residual, 1 % of the static response. The modes are those of a stage on its stacks (`source`), of the data
+sheet `stack`, with the `damping_ratio` 1 % of each. Pinned end blocks swing about their bolts at 3.09 to 3.12 kHz.
 `hinge.stress` is the largest von Mises stress at a few points of each neck, within 1 %, and `hinge.angle` is left out.
-With `contact=ball` the Jacobian tends to J0 as the necks become thin. Results have a `mesh_error`, the difference from a
-mesh of twice the size.
+With `contact=ball` the Jacobian tends to J0 as the necks become thin. Results have a `mesh_error`, the difference from
+a mesh of twice the size.
 
 Links, hinges and masses are arguments, by default those of the source. A Jacobian, a stiffness or an inertia that is
 measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
