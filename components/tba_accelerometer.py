@@ -3,24 +3,28 @@
 q is the displacement of the proof mass from home along the sensor's axes, z out of its plane, and f the specific force
 due to the motion of the base (`_mechanics/tba_base.py`), along the same axes:
 
-    static      q = -Gamma / K f                                   gain, in the plane; z stays at home
-    planar      M q'' + D q' + K q = -Gamma f                      in the plane; z stays at home
+    static      q = (F - Gamma f) / K                                  gain, in the plane; z stays at home
+    planar      M q'' + D q' + K q = F - Gamma f                       in the plane; z stays at home
     spatial     the same along three axes
-    nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = -Gamma(q)^T f  sixteen bodies (`tba_limbs.py`), nonlinear f
+    nonlinear   M(q) q'' + c(q, q') + D q' + n(q) = F - Gamma(q)^T f   all bodies (`tba_limbs.py`), nonlinear f
 
-M, K and Gamma are those of `tba_design.py`. The difference between a given mass or stiffness and that of the formulas
-is constant in `nonlinear`. At all other levels f is of first order in the motion of the base, and the model is linear.
+F is a force on the proof mass along the sensor's axes, as of a static test or of electrodes. The proof mass is a
+regular polygon on as many limbs as it has sides (`limbs`), three in the source. M, K and Gamma are those of
+`tba_design.py`. The difference between a given mass or stiffness and that of the formulas is constant in `nonlinear`.
+At all other levels f is of first order in the motion of the base, and the model is linear.
 
     damping ratio   D = 2 zeta sqrt(K M), axis by axis
     damping film    D_in = mu A / gap, A = sqrt(3) / 4 a^2          slide film in one gap of gas
-                    D_out = 3 mu (sqrt(3) a^4 / 80) / gap^3         incompressible squeeze film in it: an upper bound
+                    D_out = 3 mu J / gap^3, J = sqrt(3) / 80 a^4    incompressible squeeze film in it: an upper bound
+
+A and J are those of a triangle; for other polygons they are in `_mechanics/polygon.py`.
 
 Ports: in `base.acceleration` [m/s2], `.angular_velocity` [rad/s], `.angular_acceleration` [rad/s2] and `.rotation`
 [rad] from the posture, of the base's reference point along world axes (names as `platform` of a robot); rotation and
-lever arm of the mounting transform them to the sensor. Out, along the sensor's axes: `proof_mass.position` [m],
-`voltage[i]` = gain q_i [V], limited at +-`travel`, where `saturated` is 1, and `acceleration_estimate[i]` =
--K / Gamma q_i [m/s2], limited as the voltage. The parameter `gravity` acts along -Z; with 0, the default, displacements
-count from the sag.
+lever arm of the mounting transform them to the sensor. In `proof_mass.force` [N], along the sensor's axes. Out, along
+the same axes: `proof_mass.position` [m], `voltage[i]` = gain q_i [V], limited at +-`travel`, where `saturated` is 1,
+and `acceleration_estimate[i]` = -K / Gamma q_i [m/s2], limited as the voltage. The parameter `gravity` acts along -Z;
+with 0, the default, displacements count from the sag.
 
 With `noise` the readings are those of q_i + Gamma / K n_i, n white with one-sided density `noise.density`. The argument
 is structural: without it the FMU does not evaluate the noise. Direct feedthrough exists at level `static` only.
@@ -32,9 +36,11 @@ For small motion of the base, `nonlinear` converges to `spatial` with a differen
 Bode plot, from the acceleration along x or y to its estimate: 0 dB at low frequency, a resonance of height
 1 / (2 zeta), 40 dB at 5818.9 Hz (mems), 40 dB at 881.0 Hz (optimum), 24 dB at 251.9 Hz (rapid_prototype), and -40 dB
 per decade with -180 degrees above it. The response of the other axis is 0. From the acceleration along z to the
-displacement along z: 1.60e-10 m per m/s2 and one resonance, 28 dB high at 13063.9 Hz (mems).
+displacement along z: 1.60e-10 m per m/s2 and one resonance, 28 dB high at 13063.9 Hz (mems). From the force along x to
+the displacement along x: 1.87e-4 m/N (mems), 7.59e-6 m/N (rapid_prototype), and the same resonances.
 
-Source: technical report of 2016 on the accelerometer; f, Gamma and the films are not in it. Assumed: damping ratios,
+Source: technical report of 2016 on the accelerometer; F, f, Gamma, the films and other numbers of limbs than three are
+not in it. Assumed: damping ratios,
 gain (5 V at the travel), travel and gap (a quarter and a half of a foot's thickness), noise.
 """
 
@@ -48,7 +54,8 @@ from numpy.typing import ArrayLike
 
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
-from hfsa.components._mechanics import tba_limbs as limbs
+from hfsa.components._mechanics import tba_limbs as multibody
+from hfsa.components._mechanics.polygon import polygon_area, torsion_constant
 from hfsa.components._mechanics.tba_base import (
     Base,
     Mounting,
@@ -57,7 +64,7 @@ from hfsa.components._mechanics.tba_base import (
     linear_specific_force,
     specific_force,
 )
-from hfsa.components._mechanics.tba_design import DESIGNS, Formulas, KOutRule, Shape
+from hfsa.components._mechanics.tba_design import DESIGNS, LIMBS, Formulas, KOutRule, Shape
 from hfsa.components._mechanics.tba_study import design_study
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
@@ -142,14 +149,16 @@ class _Sensor(NamedTuple):
     @property
     def film(self) -> np.ndarray:
         """Damping of the films in one gap / viscosity, shape (3,) [m]."""
-        slide = math.sqrt(3) / 4 * self.shape.a**2 / self.gap
-        return np.array([slide, slide, 3 * math.sqrt(3) / 80 * self.shape.a**4 / self.gap**3])
+        side, sides = self.shape.a, self.formulas.bodies.limbs
+        slide = polygon_area(side, sides) / self.gap
+        return np.array([slide, slide, 3 * torsion_constant(side, sides) / self.gap**3])
 
 
 def tba_accelerometer(
     *,
     level: Level = "spatial",
     design: DesignName = "mems",
+    limbs: int = LIMBS,
     dimensions: Dimensions = AS_DESIGNED,
     k_out_rule: KOutRule = "minus",
     stiffness: Triple | None = None,
@@ -163,9 +172,10 @@ def tba_accelerometer(
     """Return the accelerometer on its base.
 
     Args:
-        level: `static` (gain), `planar` (two degrees of freedom), `spatial` (three) or `nonlinear` (sixteen bodies).
+        level: `static` (gain), `planar` (two degrees of freedom), `spatial` (three) or `nonlinear` (all bodies).
         design: published dimensions and material; the stiffness of `optimum` is that of finite elements, scaled by the
             formulas for other dimensions.
+        limbs: number of limbs, and of sides of the proof mass, 3 or more; other dimensions are the design's.
         dimensions: dimensions and material that differ from the design.
         k_out_rule: rule for the stiffness out of the plane: `minus`, as in the source, or `plus`, springs in series.
         stiffness: K along x, y, z [N/m], instead of that of the design.
@@ -177,23 +187,24 @@ def tba_accelerometer(
         noise: whether the readings have noise.
 
     Raises:
-        ModelError: an unknown level, design, rule or damping; infeasible dimensions, mass, stiffness or gap; a mounting
-            matrix that is no rotation.
+        ModelError: an unknown level, design, rule or damping; fewer than three limbs; infeasible dimensions, mass,
+            stiffness or gap; a mounting matrix that is no rotation.
     """
     one_of(level, _LEVELS, f"{_OWNER}: level")
     one_of(damping, ("ratio", "film"), f"{_OWNER}: damping")
-    sensor = _sensor(design, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
+    sensor = _sensor(design, limbs, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
     Q, arm = mounting.matrix(_OWNER), mounting.arm(_OWNER)
     m = Model("TbaAccelerometer", "Triangular biaxial accelerometer on a moving base")
     base = base_inputs(m)
+    force = m.input("proof_mass.force[1..3]", "N", "Force on the proof mass, sensor axes", nominal=sensor.driven_mass)
     gravity = m.parameter("gravity", 0.0, "m/s2", "Gravitational acceleration along -Z; 0 omits the sag")
     D = _damping(m, sensor, damping)
     if level == "nonlinear":
-        position = _nonlinear(m, sensor, D, base, Q, arm, gravity)
+        position = _nonlinear(m, sensor, D, force, base, Q, arm, gravity)
     else:
-        f = linear_specific_force(base, Q, arm, gravity)
         axes = 3 if level == "spatial" else 2
-        moved = -ca.DM(sensor.gain[:axes]) * f[:axes] if level == "static" else _linear(m, sensor, D, f, axes)
+        load = (force - sensor.driven_mass * linear_specific_force(base, Q, arm, gravity))[:axes]
+        moved = load / ca.DM(sensor.stiffness[:axes]) if level == "static" else _linear(m, sensor, D, load)
         position = ca.vertcat(moved, ca.SX.zeros(3 - axes))
     _outputs(m, sensor, position, _noise(m, sensor) if noise else 0)
     return m
@@ -225,6 +236,7 @@ def analyze(
     *,
     level: Level = "spatial",
     design: DesignName = "mems",
+    limbs: int = LIMBS,
     dimensions: Dimensions = AS_DESIGNED,
     k_out_rule: KOutRule = "minus",
     stiffness: Triple | None = None,
@@ -258,7 +270,7 @@ def analyze(
         ModelError: as `tba_accelerometer`.
     """
     one_of(level, _LEVELS, f"{_OWNER}: level")
-    sensor = _sensor(design, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
+    sensor = _sensor(design, limbs, dimensions, k_out_rule, stiffness, mass, driven_mass, gap)
     found, frequencies = sensor.formulas, sensor.omega / (2 * math.pi)
     film = VISCOSITY * sensor.film
     return {
@@ -270,7 +282,7 @@ def analyze(
         "static_sensitivity": _in_and_out(GRAVITY * sensor.gain),
         "bandwidth_hz": frequencies[0] * np.sqrt(1 - 1 / np.array([1.01, 1.05, 1.1])),
         "coriolis_coefficients": np.array(designs.coriolis(found.bodies)),
-        "cross_axis": limbs.cross_axis(found.bodies.link),
+        "cross_axis": multibody.cross_axis(found.bodies),
         "body_mass": {name: getattr(found.bodies, name) for name in ("proof_mass", "bar", "leg")},
         "leg_stiffness": {"in_plane": found.k_in, "out_of_plane": found.k_out},
         "formula_stiffness": np.array([found.K_in, found.K_in, found.K_out]),
@@ -278,12 +290,16 @@ def analyze(
         "film_damping": _in_and_out(film),
         "film_damping_ratio": _in_and_out(film / (2 * sensor.omega * sensor.mass)),
         "squeeze_number": 4 * VISCOSITY * sensor.omega[2] * (sensor.shape.a / sensor.gap) ** 2 / PRESSURE,
-        "sensitivity": slopes(design_study(sensor.shape, k_out_rule, _OWNER), "frequency_ratio"),
+        "sensitivity": slopes(design_study(sensor.shape, k_out_rule, _OWNER, limbs), "frequency_ratio"),
     }
 
 
 def study(
-    *, design: DesignName = "mems", dimensions: Dimensions = AS_DESIGNED, k_out_rule: KOutRule = "minus"
+    *,
+    design: DesignName = "mems",
+    limbs: int = LIMBS,
+    dimensions: Dimensions = AS_DESIGNED,
+    k_out_rule: KOutRule = "minus",
 ) -> Study:
     """Return the design study of f3/f1, f_in and f_out as functions of the dimensions, by the formulas.
 
@@ -293,11 +309,12 @@ def study(
     Raises:
         ModelError: an unknown design or rule; infeasible dimensions.
     """
-    changed = [f"{name} = {value:g}" for name in Shape._fields if (value := getattr(dimensions, name)) is not None]
-    title = ", ".join(
-        [f"{_OWNER}, design {design}", *changed, *(["springs in series"] if k_out_rule == "plus" else [])]
-    )
-    return design_study(_shape(design, dimensions, k_out_rule), k_out_rule, title)
+    words = [f"{_OWNER}, design {design}"]
+    words += [f"{limbs} limbs"] if limbs != LIMBS else []
+    words += [f"{name} = {value:g}" for name in Shape._fields if (value := getattr(dimensions, name)) is not None]
+    words += ["springs in series"] if k_out_rule == "plus" else []
+    shape = _shape(design, dimensions, k_out_rule)
+    return design_study(shape, k_out_rule, ", ".join(words), designs.checked_limbs(limbs, _OWNER))
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
@@ -309,6 +326,7 @@ def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:
 
 def _sensor(
     design: str,
+    limbs: int,
     dimensions: Dimensions,
     rule: str,
     stiffness: Triple | None,
@@ -318,10 +336,10 @@ def _sensor(
 ) -> _Sensor:
     """Return the properties of a sensor; those given as `None` follow from its shape by the formulas."""
     shape, published = _shape(design, dimensions, rule), DESIGNS[design]
-    found = designs.formulas(shape, rule)
+    found = designs.formulas(shape, rule, designs.checked_limbs(limbs, _OWNER))
     K = np.array([found.K_in, found.K_in, found.K_out])
     if published.stiffness is not None:
-        usual = designs.formulas(published.shape, rule)
+        usual = designs.formulas(published.shape, rule, limbs)
         K *= np.array(published.stiffness) / [usual.K_in, usual.K_in, usual.K_out]
     return _Sensor(
         shape,
@@ -361,28 +379,29 @@ def _states(m: Model, sensor: _Sensor, axes: int) -> tuple[ca.SX, ca.SX]:
     return q, v
 
 
-def _linear(m: Model, sensor: _Sensor, D: ca.SX, f: ca.SX, axes: int) -> ca.SX:
-    """Add the linear equations along the first axes and return the displacement."""
+def _linear(m: Model, sensor: _Sensor, D: ca.SX, load: ca.SX) -> ca.SX:
+    """Add the linear equations along the axes of a load, (axes, 1) [N], and return the displacement."""
+    axes = load.numel()
     q, v = _states(m, sensor, axes)
     m.der[q] = v
     M, K = ca.DM(sensor.mass[:axes]), ca.DM(sensor.stiffness[:axes])
-    m.der[v] = -(D[:axes] * v + K * q + sensor.driven_mass * f[:axes]) / M
+    m.der[v] = (load - D[:axes] * v - K * q) / M
     return q
 
 
 def _nonlinear(
-    m: Model, sensor: _Sensor, D: ca.SX, base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX
+    m: Model, sensor: _Sensor, D: ca.SX, load: ca.SX, base: Base, Q: np.ndarray, arm: np.ndarray, gravity: ca.SX
 ) -> ca.SX:
-    """Add the equations of the sixteen bodies and return the displacement."""
+    """Add the equations of all bodies and return the displacement; `load` is the force on the proof mass [N]."""
     q, v = _states(m, sensor, 3)
     bodies = sensor.formulas.bodies
     K = np.array([np.mean(sensor.stiffness[:2])] * 2 + [sensor.stiffness[2]])
-    k_in, _, k_out = K * bodies.link**2 / 6
-    terms = limbs.terms(bodies, k_in, k_out, q, v)
+    k_in, _, k_out = K * bodies.link**2 / (2 * bodies.limbs)
+    terms = multibody.terms(bodies, k_in, k_out, q, v)
     f = specific_force(base, Q, arm, gravity, q, v)
     formula_mass = np.array([sensor.formulas.M_in, sensor.formulas.M_in, sensor.formulas.M_out])
     beyond = sensor.driven_mass - sensor.formulas.driven_mass
-    force = -terms.velocity - D * v - terms.elastic - ca.DM(sensor.stiffness - K) * q
+    force = load - terms.velocity - D * v - terms.elastic - ca.DM(sensor.stiffness - K) * q
     m.der[q] = v
     m.motion(
         v,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
     from hfsa.cosim.assembly.models import available_parts
+    from hfsa.cosim.experiments.calibrate import calibrate
     from hfsa.cosim.experiments.compare import compare
     from hfsa.cosim.experiments.identify import identify
     from hfsa.cosim.experiments.open_loop import open_loop
@@ -38,6 +39,7 @@ __all__ = [
     "System",
     "available_parts",
     "available_scenes",
+    "calibrate",
     "compare",
     "identify",
     "load_scene",
@@ -59,6 +61,7 @@ _HOMES = {
     "System": "systems.system",
     "available_parts": "assembly.models",
     "available_scenes": "assembly.load_scene",
+    "calibrate": "experiments.calibrate",
     "compare": "experiments.compare",
     "identify": "experiments.identify",
     "load_scene": "assembly.load_scene",

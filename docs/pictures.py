@@ -61,6 +61,18 @@ def workspace(file: Path, work: Path) -> None:
     shutil.copyfile(work / "workspace.png", file)
 
 
+def beams(file: Path, _work: Path) -> None:
+    """Three tilted beams, the axes of their freedoms, and their motions."""
+    run(f"analyze beam_module -p kind=tilted --picture {file}")
+
+
+def loop(file: Path, work: Path) -> None:
+    """Elongation of hysteretic stacks over their voltage."""
+    run(f"run stage_tracking -p motion=three_axis -p stack=hysteretic -p law=integral --every 20 -o {work}/loop.h5")
+    signals = "--x stack[1..3].stack.voltage --signal stage.stack[1..3].elongation --from 0.2"
+    run(f"plot {work}/loop.h5 {signals} -o {file}")
+
+
 def one_step(file: Path, _work: Path) -> None:
     """Growth of the worked example's mode, and error of its response, over the communication step."""
     page = (PAGES / "one-step-matrix.md").read_text(encoding="utf-8")
@@ -123,6 +135,8 @@ MADE = {
     "stage-continuum": stage_continuum,
     "stability": stability,
     "workspace": workspace,
+    "beams": beams,
+    "loop": loop,
     "one-step": one_step,
     "work-precision": work_precision,
 }

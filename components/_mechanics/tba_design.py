@@ -1,12 +1,16 @@
 """Design formulas of the triangular biaxial accelerometer: masses, stiffnesses and natural frequencies at home.
 
-    h = sqrt(6) (s - a) / 12                                                   length of a link, two to each limb
+    h = (s - a) / (2 sqrt(2) tan(pi / n)), sqrt(6) (s - a) / 12 for n = 3      length of a link, two to each of n limbs
     k_in  = E w tm^3 / l                                                       a leg on its two feet
     k_xft = G w tm (w^2 + tm^2) / (12 l),  k_xlt = G w c' (w^2 + c'^2) / (12 e),  c' = c / sqrt(2)
     k_out = 1 / (2 / k_xft - 1 / k_xlt)                                        rule `minus`; `plus`: springs in series
-    M_in  = m_pm + 3/2 m_bar + 9/2 m_leg + 6 I_legz / h^2                      K_in  = 6 k_in / h^2       (eq 92)
-    M_out = m_pm + 3/4 m_bar + 15/4 m_leg + 3 (I_legx + I_legy) / h^2 + 3/2 I_barx / h^2,  K_out = 6 k_out / h^2
-    Gamma = m_pm + 3/2 m_bar + 6 m_leg                                         mass driven by a moving base
+    M_in  = m_pm + n (1/2 m_bar + 3/2 m_leg + 2 I_legz / h^2)                  K_in  = 2 n k_in / h^2       (eq 92)
+    M_out = m_pm + n (1/4 m_bar + 5/4 m_leg + (I_legx + I_legy) / h^2 + 1/2 I_barx / h^2),  K_out = 2 n k_out / h^2
+    Gamma = m_pm + n (1/2 m_bar + 2 m_leg)                                     mass driven by a moving base
+
+The proof mass is a regular polygon of n sides a in a frame of n sides s; the source has n = 3. By its symmetry, of
+order n >= 3, mass and stiffness are isotropic in the plane. c1, c2 of eq 93 are 0 for n > 3: in the plane no tensor of
+third order has that symmetry.
 
 Every function accepts numbers and CasADi expressions, for exact sensitivities and for an optimiser. `symbols()` returns
 a `Shape` of symbols, `formulas(shape)` evaluates the formulas.
@@ -24,9 +28,12 @@ from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 
+from hfsa.components._mechanics.polygon import polygon_area
 from hfsa.components._modelling.model import ModelError, one_of
 
 KOutRule = Literal["minus", "plus"]
+LIMBS = 3
+"""Number of limbs of the source, and the least."""
 
 Number = Any
 """A float or a CasADi expression."""
@@ -36,8 +43,8 @@ class Shape(NamedTuple):
     """Dimensions [m] and material by the source's letters, numbers or CasADi expressions.
 
     Attributes:
-        a: side of the triangular proof mass.
-        s: side of the triangle of the frame.
+        a: side of the proof mass, a regular polygon with a limb at each side.
+        s: side of the polygon of the frame.
         e: length of a leg.
         b: length of a bar.
         c: width of a leg across its corner; c / sqrt(2) is its thickness.
@@ -105,7 +112,7 @@ DESIGNS: Mapping[str, Design] = {
 
 
 class Bodies(NamedTuple):
-    """Masses [kg], moments of inertia [kg.m2] of a leg about its own axes and of a bar about x, and link length [m]."""
+    """Masses [kg], inertia [kg.m2] of a leg about its own axes and of a bar about x, link length [m], limbs."""
 
     proof_mass: Number
     bar: Number
@@ -115,6 +122,7 @@ class Bodies(NamedTuple):
     leg_y: Number
     leg_z: Number
     link: Number
+    limbs: int
 
 
 class Formulas(NamedTuple):
@@ -153,20 +161,20 @@ def symbols() -> Shape:
     return Shape(*[ca.SX.sym(name) for name in Shape._fields])
 
 
-def formulas(shape: Shape, rule: str = "minus") -> Formulas:
+def formulas(shape: Shape, rule: str = "minus", limbs: int = LIMBS) -> Formulas:
     """Return masses, stiffnesses and frequencies of a shape; `rule` combines the torsion of feet and leg to k_out."""
-    bodies = _bodies(shape)
+    bodies = _bodies(shape, limbs)
     k_in, k_out = shape.E * shape.w * shape.tm**3 / shape.l, _leg_torsion(shape, rule)
-    _, bar, leg, bar_x, leg_x, leg_y, leg_z, h = bodies
+    _, bar, leg, bar_x, leg_x, leg_y, leg_z, h, n = bodies
     return Formulas(
         bodies,
         k_in,
         k_out,
-        M_in=bodies.proof_mass + 3 / 2 * bar + 9 / 2 * leg + 6 * leg_z / h**2,
-        M_out=bodies.proof_mass + 3 / 4 * bar + 15 / 4 * leg + (3 * (leg_x + leg_y) + 3 / 2 * bar_x) / h**2,
-        K_in=6 * k_in / h**2,
-        K_out=6 * k_out / h**2,
-        driven_mass=bodies.proof_mass + 3 / 2 * bar + 6 * leg,
+        M_in=bodies.proof_mass + n * (bar / 2 + 3 / 2 * leg + 2 * leg_z / h**2),
+        M_out=bodies.proof_mass + n * (bar / 4 + 5 / 4 * leg + (leg_x + leg_y + bar_x / 2) / h**2),
+        K_in=2 * n * k_in / h**2,
+        K_out=2 * n * k_out / h**2,
+        driven_mass=bodies.proof_mass + n * (bar / 2 + 2 * leg),
     )
 
 
@@ -175,6 +183,8 @@ def coriolis(bodies: Bodies) -> tuple[Number, Number]:
 
     The force is C q', C = [[c1 x' - c2 y', -c2 x' - c1 y', 0], [-c2 x' - c1 y', c2 y' - c1 x', 0], [0, 0, 0]].
     """
+    if bodies.limbs > LIMBS:
+        return 0.0, 0.0
     scale, h = 3 * math.sqrt(2), bodies.link
     c1 = scale * (bodies.bar + 2 * bodies.leg) / (8 * h)
     return c1, scale * (bodies.bar + bodies.leg) / (8 * h) + scale * bodies.leg_z / (2 * h**3)
@@ -221,19 +231,27 @@ def checked_shape(shape: Shape, rule: str, usual: Shape, owner: str) -> Shape:
     return shape
 
 
-def _bodies(shape: Shape) -> Bodies:
-    """Return the bodies of the sensor: cuboids as in the source (eq 89), the proof mass an equilateral triangle."""
+def checked_limbs(limbs: int, owner: str) -> int:
+    """Return a number of limbs; `ModelError`, beginning with `owner`, for fewer than three."""
+    if limbs < LIMBS:
+        raise ModelError(f"{owner}: limbs is {limbs}, expected {LIMBS} or more, one at each side of the proof mass")
+    return limbs
+
+
+def _bodies(shape: Shape, limbs: int) -> Bodies:
+    """Return the bodies of the sensor: cuboids as in the source (eq 89), the proof mass a regular polygon."""
     a, s, e, b, c, d, _, _, w, _, _, rho = shape
     bar, leg = rho * b * d * w, rho * e * c * w / math.sqrt(2)
     return Bodies(
-        proof_mass=math.sqrt(3) / 4 * rho * a**2 * w,
+        proof_mass=rho * polygon_area(a, limbs) * w,
         bar=bar,
         leg=leg,
         bar_x=bar * (d**2 + w**2) / 12,
         leg_x=leg * (e**2 + w**2) / 12,
         leg_y=leg * (w**2 + c**2) / 12,
         leg_z=leg * (e**2 + c**2) / 12,
-        link=math.sqrt(6) * (s - a) / 12,
+        link=(s - a) / (2 * math.sqrt(2) * math.tan(math.pi / limbs)),
+        limbs=limbs,
     )
 
 

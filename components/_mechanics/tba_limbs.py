@@ -1,7 +1,7 @@
-"""Mechanics of the triangular accelerometer's sixteen bodies by twist-shaping matrices, for large displacements.
+"""Mechanics of the accelerometer's bodies by twist-shaping matrices, for large displacements.
 
-Three limbs, 120 degrees apart, carry the proof mass without rotation. In its own frame limb i is a chain of two links
-of length h at angles a1, a2, tilted by b:
+n limbs, 360 / n degrees apart, carry the proof mass without rotation; the source has three, sixteen bodies in all. In
+its own frame limb i is a chain of two links of length h at angles a1, a2, tilted by b:
 
     x_i = h (cos a1 + cos a2),  y_i = h (sin a1 + sin a2) - sqrt(2) h,  z = h (sin a1 + sin a2) sin b
     (a1', a2', b') = R Q_i^T q',    t = (omega; v) = T(f, g, p, r) (a1', a2', b')
@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from hfsa.components._mechanics.tba_design import Bodies
+from hfsa.components._mechanics.tba_design import LIMBS, Bodies
 
 
 def _turn(angle: float) -> ca.DM:
@@ -35,8 +35,11 @@ def _turn(angle: float) -> ca.DM:
     return ca.DM([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-_TURNS = (_turn(0), _turn(2 * math.pi / 3), _turn(-2 * math.pi / 3))
-"""Q_i, from the frames of the limbs to that of the sensor."""
+def turns(limbs: int) -> list[ca.DM]:
+    """Return Q_i, from the frames of the limbs to that of the sensor, shape (3, 3) each."""
+    return [_turn(2 * math.pi * i / limbs) for i in range(limbs)]
+
+
 _LOWER, _UPPER = _turn(math.pi / 4), _turn(-math.pi / 4)
 """Rotations from the axes of a lower and of an upper leg to the limb's frame."""
 _HOME = ca.DM([3 * math.pi / 4, math.pi / 4, 0])
@@ -66,7 +69,7 @@ def terms(bodies: Bodies, k_in: float, k_out: float, position: ca.SX, rate: ca.S
     """
     limb = _limb_terms(bodies, k_in, k_out)
     mass, velocity, driven, elastic = (ca.SX.zeros(3, n) for n in (3, 1, 3, 1))
-    for turn in _TURNS:
+    for turn in turns(bodies.limbs):
         M, c, G, n = limb(turn.T @ position, turn.T @ rate)
         mass += turn @ M @ turn.T
         velocity += turn @ c
@@ -76,19 +79,24 @@ def terms(bodies: Bodies, k_in: float, k_out: float, position: ca.SX, rate: ca.S
     return Terms(ca.tril2symm(ca.tril(mass + carried)), velocity, driven + carried, elastic)
 
 
-def potential(link: float, k_in: float, k_out: float, position: ca.SX) -> ca.SX:
-    """Return V [J] at a displacement of the proof mass, shape (3, 1) [m]; `link` is h [m]."""
+def potential(bodies: Bodies, k_in: float, k_out: float, position: ca.SX) -> ca.SX:
+    """Return V [J] at a displacement of the proof mass, shape (3, 1) [m]."""
     energy = ca.SX(0)
-    for turn in _TURNS:
-        lower, upper, tilt = ca.vertsplit(_bends(link, turn.T @ position))
+    for turn in turns(bodies.limbs):
+        lower, upper, tilt = ca.vertsplit(_bends(bodies.link, turn.T @ position))
         energy += k_in * (lower**2 + upper**2) + 2 * k_out * tilt**2
     return energy
 
 
-def cross_axis(link: float) -> float:
-    """Return y / x^2 [1/m] of the proof mass under a small force along x, from the third derivatives of V at home."""
+def cross_axis(bodies: Bodies) -> float:
+    """Return y / x^2 [1/m] of the proof mass under a small force along x, from the third derivatives of V at home.
+
+    It is 0 for more than three limbs, as c1 and c2 (`tba_design.py`).
+    """
+    if bodies.limbs > LIMBS:
+        return 0.0
     q = ca.SX.sym("q", 3)
-    slope = ca.gradient(potential(link, 1.0, 0.0, q), q[:2])
+    slope = ca.gradient(potential(bodies, 1.0, 0.0, q), q[:2])
     stiffness = ca.jacobian(slope, q[:2])
     values = ca.Function("at", [q], [stiffness[1, 1], ca.jacobian(stiffness[1, 0], q[0])])(0)
     return -float(values[1]) / (2 * float(values[0]))

@@ -59,8 +59,17 @@ class Argument:
     @property
     def values(self) -> tuple[str, ...]:
         """Admissible names of a `Literal` argument, or of one that may be a file instead; otherwise empty."""
-        kinds = get_args(self.annotation) if get_origin(self.annotation) in (Union, UnionType) else (self.annotation,)
-        return next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
+        return next((get_args(kind) for kind in self._kinds if get_origin(kind) is Literal), ())
+
+    @property
+    def file(self) -> str:
+        """Ending of the name of a file that the argument may be, empty if it is none."""
+        return next((kind.ENDING for kind in self._kinds if hasattr(kind, "ENDING")), "")
+
+    @property
+    def _kinds(self) -> tuple[Any, ...]:
+        """The types of a union, or the one type."""
+        return get_args(self.annotation) if get_origin(self.annotation) in (Union, UnionType) else (self.annotation,)
 
 
 @cache

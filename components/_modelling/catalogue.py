@@ -162,6 +162,12 @@ def studied(name: str, parts: Mapping[str, Part]) -> Part:
     return _offering(name, parts, "study", "offers no design study")
 
 
+def calibrated(name: str, parts: Mapping[str, Part]) -> Part:
+    """Return the part of a name or path that can be calibrated; `ModelError` names those that can otherwise."""
+    part = part_named(name, parts)
+    return part if part.calibration is not None else _offering(name, parts, "study", "offers no calibration")
+
+
 def following(name: str, parts: Mapping[str, Part]) -> Part:
     """Return the part of a name or path that follows a path; `ModelError` names those that do otherwise."""
     return _offering(name, parts, "trajectory", "follows no path")

@@ -11,12 +11,13 @@ that is known in every row, such as an elongation. The free dimensions p minimis
     largest         max over i of sum over j of r_ij^2
 
 within bounds. The singular values of dr/dp, with every p in units of its present value, tell the directions that the
-rows determine. Dimensions with a share of any other direction are not determined, and change little from where they
-began. Standard deviations are those of the residuals, s^2 = sum of r^2 / (equations - determined directions), so they
+rows determine. Dimensions with a share of any other direction are not determined: their values are one choice of many.
+Standard deviations are those of the residuals, s^2 = sum of r^2 / (equations - determined directions), so they
 hold for errors that are independent and of equal size in units of size_j.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -177,10 +178,11 @@ class _Problem:
         from scipy import optimize  # imported here, as it takes as long as a small sweep
 
         e = self._equations
+        jac: Any = e.slopes  # a function, which the stubs of scipy do not know
         solved = optimize.least_squares(
             e.residuals,
             self._start,
-            e.slopes,
+            jac,
             (self._low, self._high),
             xtol=1e-15,
             ftol=1e-15,

@@ -74,7 +74,7 @@ def sampled_study(
         remarks,
         _POINTS,
         _STARTS,
-        function,
+        function=function,
     )
 
 

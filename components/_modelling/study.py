@@ -70,6 +70,7 @@ class Study:
         remarks: notes for the reader of an optimum.
         points: usual number of values of a dimension in a map.
         starts: number of random initial guesses of an optimisation.
+        slope_remarks: notes for the reader of sensitivities.
     """
 
     title: str
@@ -81,6 +82,7 @@ class Study:
     remarks: Sequence[str]
     points: int = 101
     starts: int = 16
+    slope_remarks: Sequence[str] = ()
 
     @property
     def symbols(self) -> Expression:

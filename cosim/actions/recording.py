@@ -88,6 +88,13 @@ class Recording:
         """Remove all rows."""
         self.rows = 0
 
+    def forget(self, rows: int) -> None:
+        """Remove the first rows."""
+        left = self.rows - rows
+        self._time[:left] = self._time[rows : self.rows]
+        self._values[:left] = self._values[rows : self.rows]
+        self.rows = left
+
     def take(self, time: float) -> None:
         """Append the row `point`, then check it; `StepError` where a value is not finite or out of bounds."""
         if self.rows == len(self._time):

@@ -176,7 +176,7 @@ def _part_arguments(part: Part) -> list[dict[str, Any]]:
 def _entries(arguments: Mapping[str, Argument]) -> list[dict[str, Any]]:
     """Return arguments, except the level, as plain data."""
     return [
-        {"name": argument.name, "default": argument.default, "values": list(argument.values)}
+        {"name": argument.name, "default": argument.default, "values": list(argument.values), "file": argument.file}
         for argument in arguments.values()
         if argument.name != "level"
     ]
@@ -216,6 +216,7 @@ def _entry_lines(entry: Mapping[str, Any], in_full: bool) -> Iterable[str]:
         unit = f" {item['unit']}" if item.get("unit", "1") != "1" else ""
         value = item["default"] if "default" in item else item["start"]
         choice = f", one of {', '.join(map(str, item['values']))}" if item.get("values") else ""
+        choice += f", or the path of a {item['file']} file" if item.get("file") else ""
         about = f"  {item['description']}" if item.get("description") else ""
         yield f"      -p {item['name']}={_words(value)}{unit}{choice}{about}"
 

@@ -114,6 +114,25 @@ def _bounds(words: str) -> tuple[float, dict[str, Range]]:
     return share / 100, {name: span for name, span in ranges.items() if span is not None}
 
 
+def named_ranges(words: str | None, option: str) -> dict[str, Range]:
+    """Return the ranges of `tm=1e-5:4e-5,l=1e-4:2e-4` by name; none without words."""
+    ranges = _items(words, option) if words else {}
+    for name, span in ranges.items():
+        if span is None:
+            raise StructureError(f"{option} {name} has no range, expected {name}=LOW:HIGH")
+    return {name: span for name, span in ranges.items() if span is not None}
+
+
+def named_numbers(words: str | None, option: str) -> dict[str, float]:
+    """Return the numbers of `x=1e-6,yaw=1e-4` by name; none without words."""
+    numbers = {}
+    for name, (low, high) in named_ranges(words, option).items():
+        if low != high:
+            raise StructureError(f"{option} {name} is a range, expected one number")
+        numbers[name] = low
+    return numbers
+
+
 def _range(words: str, what: str) -> Range:
     """Return the ends of a typed range, LOW:HIGH or one value for both."""
     low, colon, high = words.partition(":")
@@ -145,6 +164,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
         "responses": present,
         "dimensions": {name: study.variables[name].value for name in order},
         "sensitivity": {response: {name: of[name] for name in order} for response, of in found.items()},
+        "remarks": list(study.slope_remarks),
     }
     rows = table("dimension", "", ">now", *(f">{response}" for response in found))
     for name in order:
@@ -155,6 +175,7 @@ def _sensitivity(study: Study) -> tuple[dict[str, Any], str]:
         rendered(rows),
         "relative sensitivity d ln(response) / d ln(dimension): growth in per cent for one per cent of a dimension",
         *([f"dimensions that are 0 have no relative sensitivity: {', '.join(zero)}"] if zero else []),
+        *(_paragraph(remark) for remark in study.slope_remarks),
     ]
     return data, "\n".join(lines)
 

@@ -83,8 +83,8 @@ class Drawing(Protocol):
 
 def drawing_figure(drawing: Drawing) -> Figure:
     """Return the figure of a drawing."""
-    columns = min(len(drawing.panels), _COLUMNS)
-    rows = -(-len(drawing.panels) // columns)
+    rows = -(-len(drawing.panels) // _COLUMNS)
+    columns = -(-len(drawing.panels) // rows)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.4 * columns, 0.5 + 4.8 * rows), layout="constrained", dpi=160)
         figure.suptitle(drawing.title, fontsize=12.5, fontweight="bold")

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hfsa.cosim.systems.connectors import Connector
 
@@ -124,22 +124,64 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
     ]
 
 
+class LimitLog:
+    """Limits that are active in a run, from flags that come block by block."""
+
+    def __init__(self):
+        self._logs: dict[str, _Log] = {}
+
+    def add(self, time: NDArray[np.float64], flags: Mapping[str, NDArray[np.float64]]) -> None:
+        """Add a block: times [s], and flags by full name, (points,); those of a thinned file are fractions."""
+        for name, values in flags.items():
+            self._logs.setdefault(name, _Log()).add(time, values)
+
+    @property
+    def active(self) -> list[ActiveLimit]:
+        """The limits that were active, the earliest first."""
+        found = [
+            ActiveLimit(name, log.first, log.active / log.points, log.since)
+            for name, log in self._logs.items()
+            if log.first is not None
+        ]
+        return sorted(found, key=lambda limit: limit.first_time)
+
+
+@dataclass
+class _Log:
+    """One flag so far: number of points, how many were active, the first active time, and since when to the end [s]."""
+
+    points: int = 0
+    active: float = 0.0
+    first: float | None = None
+    since: float | None = None
+
+    def add(self, time: NDArray[np.float64], flags: NDArray[np.float64]) -> None:
+        """Add a block of finite flags."""
+        acts = np.flatnonzero(flags)
+        self.points += len(flags)
+        self.active += float(np.sum(flags))
+        if len(acts) and self.first is None:
+            self.first = float(time[acts[0]])
+        rests = np.flatnonzero(flags == 0)
+        if len(rests):
+            later = rests[-1] + 1
+            self.since = float(time[later]) if later < len(flags) else None
+        elif len(acts) and self.since is None:
+            self.since = float(time[0])
+
+
 def active_limits(time: ArrayLike, values: Mapping[str, ArrayLike]) -> list[ActiveLimit]:
     """Return the limits that were active in a run, the earliest first.
 
     `time` [s] has shape (points,), like the `values` of each variable by full name; points not reached are NaN. The
     flags of a thinned file are fractions.
     """
-    time, found = np.asarray(time, dtype=float), []
+    log, at = LimitLog(), np.asarray(time, dtype=float)
     for name in filter(is_limit, values):
         flags = np.asarray(values[name], dtype=float)
-        flags = flags[np.isfinite(flags)]
-        acts = flags != 0
-        if acts.any():
-            last = np.argmax(~acts[::-1]) if not acts.all() else len(acts)  # active points at the end
-            since = float(time[len(acts) - last]) if last else None
-            found.append(ActiveLimit(name, float(time[np.argmax(acts)]), float(np.mean(flags)), since))
-    return sorted(found, key=lambda limit: limit.first_time)
+        reached = np.isfinite(flags)
+        log.add(at[reached], {name: flags[reached]})
+    return log.active
 
 
 def _flag_of(name: str) -> str:

@@ -4,9 +4,8 @@
     summary = run(plan, path)
 
 The file contains all recorded values; the summary contains warnings and active limits. With `every` above 1 the file
-has every so many points, the first and the last one reached among them. A limit flag then holds the fraction of the
-points since the row before at which it was active, so that no limit is missed; limits and bounds are judged at every
-point.
+has every so many points, the first and the last one reached among them (`measurement/kept_rows.py`); limits and bounds
+are judged at every point.
 """
 
 import contextlib
@@ -20,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.divergence import Scale
-from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit, limit_signals
+from hfsa.cosim.measurement.kept_rows import KeptRows
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, limit_signals
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
@@ -39,6 +38,9 @@ _UNWRITTEN = 0.8
 
 _LARGE = 100_000_000
 """Size of a file [byte] above which a run warns of it."""
+
+_CAPACITY = 100_000
+"""Number of recorded points that are written at the latest, to bound the memory of a run."""
 
 _FASTER = 10
 """Largest ratio of the length of a block to that of the previous one."""
@@ -104,15 +106,20 @@ class RunPlan:
         )
 
     @property
+    def _limits(self) -> list[str]:
+        """Full names of the limit flags."""
+        return [self.assembly.system.own_name(name) for name in limit_signals(self.assembly.connectors)]
+
+    @property
     def size_sentence(self) -> str:
         """Warning about the size of a file above `_LARGE`; else empty."""
-        rows = math.ceil(self.steps / self.every) + 1
-        size = 8 * (len(self.names) + 1) * rows
+        rows, count = math.ceil(self.steps / self.every) + 1, len({*self.names, *self._limits})
+        size = 8 * (count + 1) * rows
         if size <= _LARGE:
             return ""
         every = self.every * 10 ** math.ceil(math.log10(size / _LARGE))
         return (
-            f"the file will have {size / 1e6:.0f} MB, {len(self.names)} variables at {rows} points; --every "
+            f"the file will have {size / 1e6:.0f} MB, {count} variables at {rows} points; --every "
             f"{every} makes it {size * self.every / every / 1e6:.0f} MB"
         )
 
@@ -132,45 +139,6 @@ class RunSummary:
     file: Identity
 
 
-class Rows:
-    """Rows of a file among the points of a recording: `kept` holds their numbers, `written` counts those taken."""
-
-    def __init__(self, recording: Recording, kept: NDArray[np.int64]):
-        self._recording, self._kept, self.written = recording, kept, 0
-
-    @property
-    def is_behind(self) -> bool:
-        """Whether points were recorded after the last row taken."""
-        return self._recording.rows > self._next
-
-    def take(self) -> dict[str, NDArray[np.float64]]:
-        """Return the rows recorded since the last call, by variable."""
-        reached = int(np.searchsorted(self._kept, self._recording.rows))
-        values = self._at(self._kept[self.written : reached])
-        self.written = reached
-        return values
-
-    def last(self) -> dict[str, NDArray[np.float64]]:
-        """Return the last point recorded, by variable, as a row that is not planned."""
-        return self._at(np.array([self._recording.rows - 1]))
-
-    @property
-    def _next(self) -> int:
-        """Number of the point after the last row taken."""
-        return int(self._kept[self.written - 1]) + 1 if self.written else 0
-
-    def _at(self, points: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
-        """Return the values at points; of a limit flag, the mean since the point before."""
-        values = {name: self._recording[name] for name in self._recording.names}
-        if not len(points):
-            return {name: of_all[:0] for name, of_all in values.items()}
-        begins, end = np.append(self._next, points[:-1] + 1), points[-1] + 1
-        return {
-            name: np.add.reduceat(of_all[:end], begins) / (points + 1 - begins) if is_limit(name) else of_all[points]
-            for name, of_all in values.items()
-        }
-
-
 def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None, force: bool = False) -> RunSummary:
     """Run a plan into the file `path`; limit flags (`measurement/limit_flags.py`) are recorded as well.
 
@@ -187,10 +155,10 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         limits = [system.own_name(name) for name in limit_signals(connectors)]
         names = list(dict.fromkeys([*plan.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
-        recording = master.record(names, rows=steps + 1)
+        recording = master.record(names, rows=min(steps + 1, _CAPACITY))
         recording.watch.limit(plan.scales)
         failed = _initialize(master, max(plan.stop_time, plan.end))
-        rows = Rows(recording, plan.kept)
+        rows = KeptRows(recording, plan.kept)
         file = RunFile(path, plan.times, units, plan.record, force, plan.step_size)
         failure, is_interrupted = "stopped before the end", False
 
@@ -203,7 +171,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
                 raise failed
             last = time.monotonic()
             for done in _blocks(master, steps):
-                if done == steps or time.monotonic() - last > _UNWRITTEN:
+                if done == steps or time.monotonic() - last > _UNWRITTEN or recording.rows > _CAPACITY:
                     write()
                     last = time.monotonic()
                 if report is not None:
@@ -225,8 +193,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
                     file.interrupt()
                 else:
                     file.close(failure)
-        found = active_limits(recording.time, {name: recording[name] for name in limits})
-        return RunSummary(master.warnings, found, file.identity)
+        return RunSummary(master.warnings, rows.limits.active, file.identity)
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:

@@ -1,4 +1,4 @@
-"""The kind of an existing file, recognised by its first bytes: results file, FMU, picture or anything else.
+"""The kind of an existing file, recognised by its first bytes: results file, FMU, parameter set, picture or another.
 
 identify(path, os.lstat(path))      # -> (FileKind.RESULTS, "a results file")
 """
@@ -27,6 +27,9 @@ PICTURE_SIGNATURES = {
 }
 """Regular expression of the first bytes of each picture format, by file name ending."""
 
+PARAMETER_SET = "# parameter set of hfsa"
+"""First line of a file of parameters written by hfsa."""
+
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"
 _HEAD = 1024
@@ -39,6 +42,7 @@ class FileKind(enum.Enum):
     NOTHING = enum.auto()
     RESULTS = enum.auto()
     FMU = enum.auto()
+    PARAMETERS = enum.auto()
     OTHER = enum.auto()
 
 
@@ -61,6 +65,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return _hdf5_kind(real)
     if head.startswith(_ZIP):
         return _archive_kind(real)
+    if head.startswith(PARAMETER_SET.encode()):
+        return FileKind.PARAMETERS, "a parameter set"
     for ending in PICTURE_SIGNATURES:
         if _has_signature(head, ending):
             return FileKind.OTHER, f"a picture ({ending.upper()})"

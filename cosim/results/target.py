@@ -4,6 +4,7 @@
     check_continued(path)         # a results file that a sweep resumes
     check_picture(path)           # a figure
     check_fmu(path)               # an exported FMU
+    check_parameters(path, force) # a parameter set
 
 Nothing is overwritten unasked: a results file of hfsa is replaced with `force` only, a picture by a picture, an FMU by
 an FMU. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too; the checks
@@ -98,10 +99,23 @@ def picture_format(path: Path) -> str:
     return ending
 
 
+def check_parameters(path: Path, force: bool = False) -> Target:
+    """Return the target of a parameter set; `ResultsError` unless it does not exist, or is one and `force` is given."""
+    target = inspect(path)
+    if target.kind is not FileKind.NOTHING:
+        if target.kind is not FileKind.PARAMETERS:
+            raise _not_replaced(path, target)
+        _check_writable(path, target)
+        if not force:
+            raise ResultsError(f"{path} is {target.description} already: {REPLACING}")
+    _check_folder(path, target)
+    return target
+
+
 def check_fmu(path: Path) -> None:
     """Raise `ResultsError` unless the target of an export is an FMU or does not exist."""
     target = inspect(path)
-    if target.kind is FileKind.OTHER or target.kind is FileKind.RESULTS:
+    if target.kind not in (FileKind.NOTHING, FileKind.FMU):
         raise _not_replaced(path, target, _ANOTHER_FOLDER)
     if target.kind is FileKind.FMU:
         _check_writable(path, target, _ANOTHER_FOLDER)

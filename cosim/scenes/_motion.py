@@ -8,8 +8,12 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import DERIVATIVES, nearest
 from hfsa.cosim.systems.system import Component, Connection
 
-ENDING = ".csv"
-"""Ending of the name of a motion file."""
+
+class MotionFile(str):
+    """Path of a motion file, as the annotation of an argument."""
+
+    ENDING = ".csv"
+
 
 _NO_END = 1.0
 """End [s] of a run on a file without one, which its reader refuses."""
@@ -17,11 +21,13 @@ _NO_END = 1.0
 
 def is_file(motion: str, scene: str, names: Sequence[str]) -> bool:
     """Whether a motion is a file; `StructureError` where it is neither that nor one of the names."""
-    if not motion.endswith(ENDING) and motion not in names:
+    if not isinstance(motion, str) or (not motion.endswith(MotionFile.ENDING) and motion not in names):
         others = f"one of {', '.join(names)}, or " if names else ""
-        near = nearest(motion, names).partition("; there are")[0]
-        raise StructureError(f"{scene}: motion is {motion!r}, expected {others}the path of a {ENDING} file{near}")
-    return motion.endswith(ENDING)
+        near = nearest(str(motion), names).partition("; there are")[0]
+        raise StructureError(
+            f"{scene}: motion is {motion!r}, expected {others}the path of a {MotionFile.ENDING} file{near}"
+        )
+    return motion.endswith(MotionFile.ENDING)
 
 
 def end_of(motion: str) -> float:

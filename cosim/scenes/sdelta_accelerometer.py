@@ -26,7 +26,7 @@ from typing import Literal
 
 from hfsa.cosim.scenes._accelerometer import Design, Level, Mounting, accelerometer, ideal
 from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
-from hfsa.cosim.scenes._motion import commanded
+from hfsa.cosim.scenes._motion import MotionFile, commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import ACCELERATION, readings
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -52,7 +52,7 @@ def sdelta_accelerometer(
     damping: float | None = None,
     mounting: Mounting = OFF_CENTER,
     machine: Machine = THESIS,
-    motion: str | None = None,
+    motion: MotionFile | None = None,
 ) -> Scene:
     """Return the scene: estimates, true acceleration and voltages per command.
 

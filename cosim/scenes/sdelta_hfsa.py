@@ -29,7 +29,7 @@ grows by 0.058 1/s per us of step under the other two.
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine
-from hfsa.cosim.scenes._motion import commanded
+from hfsa.cosim.scenes._motion import MotionFile, commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._sdelta_control import Control, Execution, Feedback, FeedForward, Law
@@ -60,7 +60,7 @@ def sdelta_hfsa(
     robot: Literal["cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     drive: Literal["rigid_shaft", "compliant_shaft"] = "rigid_shaft",
     machine: Machine = THESIS,
-    motion: str | None = None,
+    motion: MotionFile | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose under control.
 

@@ -18,7 +18,7 @@ The reference is `linear` or `exact`, the robot linear about its posture, `carte
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine
-from hfsa.cosim.scenes._motion import commanded
+from hfsa.cosim.scenes._motion import MotionFile, commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_manoeuvre
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -44,7 +44,7 @@ def sdelta_manoeuvre(
     damping: float = 0.01,
     gravity: float = 0.0,
     machine: Machine = THESIS,
-    motion: str | None = None,
+    motion: MotionFile | None = None,
 ) -> Scene:
     """Return the scene: motion of the platform and wrench of the limbs on it.
 

@@ -17,7 +17,7 @@ held for the step of 50 us have an error of 0.45 degrees at 50 Hz and less than 
 from typing import Literal
 
 from hfsa.cosim.scenes._machine import THESIS, Machine, reference_level
-from hfsa.cosim.scenes._motion import commanded
+from hfsa.cosim.scenes._motion import MotionFile, commanded
 from hfsa.cosim.scenes._posture import SYMMETRIC, Posture
 from hfsa.cosim.scenes._scale import robot_pose
 from hfsa.cosim.scenes._specimen import SPECIMEN, Payload
@@ -34,7 +34,7 @@ def sdelta_shaker(
     damping: float = 0.01,
     robot: Literal["rigid", "cartesian", "generalized", "nonlinear", "auto"] = "cartesian",
     machine: Machine = THESIS,
-    motion: str | None = None,
+    motion: MotionFile | None = None,
 ) -> Scene:
     """Return the scene: six responses of the robot's pose.
 

@@ -26,7 +26,7 @@ With `execution` `continuous` the controller acts at every instant, and the stag
 import math
 from typing import Literal
 
-from hfsa.cosim.scenes._motion import end_of, is_file
+from hfsa.cosim.scenes._motion import MotionFile, end_of, is_file
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE
 from hfsa.cosim.scenes._stage import THESIS, Stage
 from hfsa.cosim.systems.errors import StructureError
@@ -59,7 +59,7 @@ def stage_extremes(
     stage: Literal["constant_jacobian", "exact"] = "constant_jacobian",
     damping_time: float = 0.0,
     machine: Stage = THESIS,
-    motion: str = "ramp",
+    motion: Literal["ramp"] | MotionFile = "ramp",
 ) -> Scene:
     """Return the scene: tracking errors and forces of the stage on a ramp.
 

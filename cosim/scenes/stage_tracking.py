@@ -26,7 +26,7 @@ and a run warns of it. The first three outputs are the errors of the elongations
 import math
 from typing import Any, Literal, NamedTuple
 
-from hfsa.cosim.scenes._motion import end_of, is_file
+from hfsa.cosim.scenes._motion import MotionFile, end_of, is_file
 from hfsa.cosim.scenes._pzt import TOKIN, Pzt
 from hfsa.cosim.scenes._scale import ELONGATION, FORCE, STRESS, VOLTAGE, stage_pose
 from hfsa.cosim.scenes._stage import THESIS, Stage
@@ -62,7 +62,7 @@ def stage_tracking(
     *,
     law: Literal["pd", "pd_ff", "ctc", "integral", "integral_ff"] = "ctc",
     actuator: Literal["pzt", "force"] = "pzt",
-    motion: Literal["ramp", "three_axis", "step", "circle"] | str = "ramp",
+    motion: Literal["ramp", "three_axis", "step", "circle"] | MotionFile = "ramp",
     rate: float = 3e-6,
     pose: tuple[float, float, float] | None = None,
     radius: float = 2e-6,

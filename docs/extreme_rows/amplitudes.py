@@ -10,6 +10,7 @@ import numpy as np
 from extreme_rows.bench import PointError, left_wing, point, relative, scratch, sentences, spring_response, transfer
 from extreme_rows.row import Accuracy, Found, Message, Row
 from hfsa.components import beam_stage
+from hfsa.components._mechanics.beam_spring import SpringDesign
 from hfsa.components._mechanics.rigid_body import Body
 from hfsa.components._modelling.linearize import linearize
 from hfsa.cosim import load_scene, sweep
@@ -184,7 +185,7 @@ def response(
 
 def payload(share: float) -> str:
     """Return the warnings of a run in which the displacement is a share of a tenth of the length of a beam."""
-    found = beam_stage.analyze(kind="double_tilted", platform=AHEAD)
+    found = beam_stage.analyze(module=SpringDesign("double_tilted"), platform=AHEAD)
     omega, shaken = 2 * math.pi * max(found["natural_frequencies_hz"]), 2 * math.pi * SHAKEN
     displaced = abs(1 / (omega**2 - shaken**2 + 2j * RATIO * omega * shaken))
     excited, amplitude = "payload.base.acceleration[1]", share * 0.1 * LENGTH / displaced

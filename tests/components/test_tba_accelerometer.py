@@ -10,6 +10,7 @@ from published_probes.accelerometer import accelerometer_on_a_shaker
 import hfsa.components
 from hfsa.components import Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
+from hfsa.components._mechanics.polygon import polygon_area, torsion_constant
 from hfsa.components._mechanics.tba_base import Mounting
 from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.functions import functions
@@ -22,6 +23,8 @@ DESIGN = pytest.mark.parametrize("design", designs.DESIGNS)
 LEVEL = pytest.mark.parametrize("level", PART.levels)
 DYNAMIC = pytest.mark.parametrize("level", PART.levels[1:])
 INPUTS = ("acceleration", "angular_velocity", "angular_acceleration", "rotation")
+SIGNALS = 15
+"""Number of inputs: three of each of these and the force on the proof mass."""
 TILTED = Mounting(rotation=(0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6), lever=(0.03, -0.01, 0.02))
 
 
@@ -197,7 +200,17 @@ def test_damping_by_films_is_that_of_analyze(axis):
 # Limits between the levels --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("arguments", [{}, {"design": "optimum"}, {"mass": (4e-6, 4.1e-6, 3e-6), "driven_mass": 5e-6}])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {},
+        {"design": "optimum"},
+        {"mass": (4e-6, 4.1e-6, 3e-6), "driven_mass": 5e-6},
+        {"limbs": 4},
+        {"limbs": 7, "design": "optimum"},
+    ],
+    ids=["mems", "optimum", "masses", "four limbs", "seven limbs"],
+)
 def test_nonlinear_is_spatial_to_first_order(arguments):
     """All matrices, with a tilted mounting and a lever arm."""
     systems = [linear(level, mounting=TILTED, **arguments) for level in ("spatial", "nonlinear")]
@@ -211,7 +224,7 @@ def test_nonlinear_tends_to_spatial_with_second_order():
     models = [tba_accelerometer(level=level, mounting=TILTED) for level in ("spatial", "nonlinear")]
     rng = np.random.default_rng(5)
     x = rng.standard_normal(6) * [q.nominal for q in models[0].of(Kind.STATE)] * 1e3
-    u = rng.standard_normal(12) * [q.nominal for q in models[0].of(Kind.INPUT)] * 1e3
+    u = rng.standard_normal(SIGNALS) * [q.nominal for q in models[0].of(Kind.INPUT)] * 1e3
 
     def difference(size: float) -> np.ndarray:
         rhs = [functions(m).rhs(0, size * x, [], size * u, start(m, Kind.PARAMETER)) for m in models]
@@ -250,6 +263,118 @@ def test_static_is_the_gain_of_analyze():
     assert response(linear("static"), 0.0, "base.acceleration[3]", "proof_mass.position[3]") == 0
 
 
+# Force on the proof mass, and numbers of limbs ------------------------------------------------------------------------
+
+
+@LEVEL
+@DESIGN
+def test_a_force_on_the_proof_mass_moves_it_by_its_stiffness(level, design):
+    """Sec 5.3 with 1 N; also against gravity of the base's acceleration, Gamma a."""
+    system, found = linear(level, design=design, mounting=TILTED), analyze(design=design)
+    for axis in (1, 2, 3) if level in ("spatial", "nonlinear") else (1, 2):
+        moved = response(system, 0.0, f"proof_mass.force[{axis}]", f"proof_mass.position[{axis}]")
+        assert moved == pytest.approx(1 / found["stiffness"][axis - 1], rel=1e-9)
+    frequency = 1.3 * found["natural_frequencies_hz"][0]
+    Q = np.reshape(TILTED.rotation, (3, 3))
+    by_base = [response(system, frequency, f"base.acceleration[{i}]", "proof_mass.position[1]") for i in (1, 2, 3)]
+    by_force = response(system, frequency, "proof_mass.force[1]", "proof_mass.position[1]")
+    np.testing.assert_allclose(
+        by_base, -found["driven_mass"] * by_force * Q[:, 0], rtol=1e-9, atol=1e-12 * abs(by_force)
+    )
+
+
+def test_one_newton_moves_the_prototype_by_twice_the_printed_displacement():
+    """7.59 um by the source's own stiffness of 131711 N/m; it prints 3.8721 um."""
+    moved = response(linear(design="rapid_prototype"), 0.0, "proof_mass.force[1]", "proof_mass.position[1]").real
+    assert moved == pytest.approx(1 / 131711, rel=1e-4)
+    assert moved / 3.8721e-6 == pytest.approx(1.96, abs=0.01)
+
+
+def by_hand(n: int, a: float, s: float) -> dict[str, float]:
+    """Masses and stiffnesses of a polymer sensor with n limbs from the motion of each body, in the plane and out of it.
+
+    A shift u of the proof mass turns the lower link of limb i by alpha, the upper by beta: with its links at 135 and 45
+    degrees, u = h (-s135 alpha - s45 beta, c135 alpha + c45 beta) in its frame.
+    """
+    e, b, c, d, tm, foot_length, w, E, nu, rho = 8e-3, 20e-3, 6e-3, 4e-3, 1e-3, 3e-3, 10e-3, 2e9, 0.35, 1200.0
+    angles = 2 * np.pi * np.arange(n) / n
+    corners = a / (2 * np.sin(np.pi / n)) * np.array([np.cos(angles), np.sin(angles)])
+    following = np.roll(corners, -1, axis=1)
+    area = 0.5 * abs(np.sum(corners[0] * following[1] - following[0] * corners[1]))
+    apart = (s - a) / 2 / np.tan(np.pi / n)  # of the middles of two sides, two links at 45 degrees
+    h = apart / np.sqrt(2)
+    leg, bar = rho * e * w * c / np.sqrt(2), rho * b * d * w
+    about_z, about_x, about_y = leg / 12 * (e**2 + c**2), leg / 12 * (e**2 + w**2), leg / 12 * (w**2 + c**2)
+    k = E * w * tm**3 / foot_length
+    G = E / 2 / (1 + nu)
+    foot, stem = (G * w * t * (w**2 + t**2) / 12 / length for t, length in ((tm, foot_length), (c / np.sqrt(2), e)))
+    twist = 1 / (2 / foot + 1 / stem)
+    mass, stiffness, driven = (np.diag([rho * area * w, rho * area * w]) * sign for sign in (1, 0, 1))
+    for angle in angles:
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        links = h * np.array([[-np.sin(x), np.cos(x)] for x in np.radians([135, 45])]).T
+        rates = np.linalg.inv(links) @ turn.T
+        first, second = (np.outer(links[:, i], rates[i]) for i in (0, 1))
+        for m, move, spin in [
+            (bar, first, None),
+            *[(leg, first / 2, rates[0])] * 2,
+            *[(leg, first + second / 2, rates[1])] * 2,
+        ]:
+            mass = mass + m * move.T @ move + (0 if spin is None else about_z * np.outer(spin, spin))
+            driven = driven + m * turn @ move
+        stiffness = stiffness + 2 * k * (np.outer(rates[0], rates[0]) + np.outer(rates[1], rates[1]))
+    tilt = 1 / (np.sqrt(2) * h)  # of both links, by a unit shift out of the plane
+    lever = h / np.sqrt(2)
+    out = rho * area * w + n * (bar * (lever * tilt) ** 2 + bar / 12 * (d**2 + w**2) * tilt**2)
+    out += n * 2 * leg * ((lever / 2 * tilt) ** 2 + (3 / 2 * lever * tilt) ** 2)
+    out += n * 4 * tilt**2 * (about_x + about_y) / 2  # a leg stands at 45 degrees to the axis of the tilt
+    return {
+        "mass": np.array([mass[0, 0], mass[1, 1], out]),
+        "stiffness": np.array([stiffness[0, 0], stiffness[1, 1], n * 4 * twist * tilt**2]),
+        "driven_mass": driven[0, 0],
+        "skew": [mass[0, 1], stiffness[0, 1], driven[0, 1]],
+        "area": area,
+    }
+
+
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 9])
+def test_a_sensor_with_any_number_of_limbs_is_the_sum_of_its_bodies(limbs):
+    """A design that nobody published, isotropic in the plane as the source says of the triangle."""
+    a, s = 50e-3, 120e-3
+    expected = by_hand(limbs, a, s)
+    lengths = {"a": a, "s": s, "e": 8e-3, "b": 20e-3, "c": 6e-3, "d": 4e-3, "tm": 1e-3, "l": 3e-3, "w": 10e-3}
+    words = {f"dimensions.{name}": value for name, value in {**lengths, "E": 2e9, "nu": 0.35, "rho": 1200.0}.items()}
+    words |= {"design": "rapid_prototype", "k_out_rule": "plus", "limbs": str(limbs)}
+    found = PART.analysis(**words)
+    for name in ("mass", "stiffness", "driven_mass"):
+        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12, err_msg=name)
+    np.testing.assert_allclose(expected["skew"], 0, atol=1e-12 * expected["driven_mass"] * expected["stiffness"][0])
+    # the gas slides over the proof mass: mu A / gap
+    assert found["film_damping"]["in_plane"] == pytest.approx(1.85e-5 * expected["area"] / 0.5e-3)
+    model = PART.model("nonlinear", **words)
+    free = linearize(model, {"damping_ratio.in_plane": 0.0, "damping_ratio.out_of_plane": 0.0})
+    frequencies = np.sort(np.abs(free.poles()))[::2] / (2 * np.pi)
+    np.testing.assert_allclose(frequencies, np.sort(found["natural_frequencies_hz"]), rtol=1e-9)
+
+
+def test_the_film_between_polygons_is_their_torsion():
+    """J of a triangle, of a square (Saint-Venant), and, for many sides, of a circle, from which it falls by area^2."""
+    assert torsion_constant(2.0, 3) == pytest.approx(np.sqrt(3) / 80 * 16, rel=1e-12)
+    odd = np.arange(1, 40, 2)
+    square = 1 / 3 - 64 / np.pi**5 * np.sum(np.tanh(odd * np.pi / 2) / odd**5)
+    assert torsion_constant(1.0, 4) == pytest.approx(square, rel=2e-7)
+    assert torsion_constant(1.0, 6) == pytest.approx(0.1154 * 3**2, rel=4e-3)  # of tables, 0.1154 d^4 between flats
+    shares = [torsion_constant(1.0, n) / (polygon_area(1.0, n) ** 2 / (2 * np.pi)) for n in (20, 40)]
+    assert shares[0] < shares[1] < 1
+    assert shares[1] > 0.9998
+
+
+def test_fewer_than_three_limbs_are_refused():
+    for call in (PART.analysis, PART.model, PART.design_study):
+        with pytest.raises(ModelError, match="tba_accelerometer: limbs is 2, expected 3 or more, one at each side"):
+            call(limbs="2")
+
+
 # The base -------------------------------------------------------------------------------------------------------------
 
 
@@ -275,7 +400,7 @@ def test_a_turned_and_shifted_mounting_sees_what_it_should(level):
 def test_a_turning_base_is_felt_at_the_nonlinear_level_only():
     """The centrifugal acceleration of a lever arm of 0.1 m at 3 rad/s."""
     mounting = Mounting(lever=(0.1, 0.0, 0.0))
-    u = np.zeros(12)
+    u = np.zeros(SIGNALS)
     u[5] = 3.0
     for level, felt in (("spatial", 0.0), ("nonlinear", 0.9)):
         model = tba_accelerometer(level=level, mounting=mounting)
@@ -292,7 +417,7 @@ def test_without_damping_no_power_is_lost(arguments):
     q, v = x[:3], x[3:]
     undamped = [0.0 if q.name.startswith("damping_ratio") else q.start for q in model.of(Kind.PARAMETER)]
     given = ca.vertcat(model.symbols(Kind.INPUT), model.symbols(Kind.PARAMETER))
-    force = ca.substitute(motion.force, given, ca.DM([*np.zeros(12), *undamped]))
+    force = ca.substitute(motion.force, given, ca.DM([*np.zeros(SIGNALS), *undamped]))
     elastic = ca.substitute(force, v, ca.SX.zeros(3))
     numbers = ca.Function(
         "numbers",
@@ -315,7 +440,7 @@ def test_a_reading_stops_at_the_travel_and_says_so(level, design):
     for share, shown, flag in ((0.9, 0.9, 0), (-1.1, -1.0, 1)):
         moved = share * travel
         x = np.zeros(len(model.of(Kind.STATE)))
-        u = np.zeros(12)
+        u = np.zeros(SIGNALS)
         if level == "static":
             u[1] = -moved * found["stiffness"][1] / found["driven_mass"]
         else:
@@ -335,7 +460,9 @@ def test_noise_is_white_of_its_density_and_costs_nothing_when_off():
     interval = noisy["noise.interval"].start
     out = functions(noisy).out.map(4000)
     times = np.arange(4000)[None, :] * interval
-    estimates = np.array(out(times, np.zeros((6, 1)), [], np.zeros((12, 1)), start(noisy, Kind.PARAMETER)[:, None]))
+    estimates = np.array(
+        out(times, np.zeros((6, 1)), [], np.zeros((SIGNALS, 1)), start(noisy, Kind.PARAMETER)[:, None])
+    )
     rows = [q.name for q in noisy.of(Kind.OUTPUT)]
     found = estimates[[rows.index("acceleration_estimate[1]"), rows.index("acceleration_estimate[2]")]]
     variance = noisy["noise.density"].start / (2 * interval)

@@ -9,6 +9,7 @@ import pytest
 import xarray
 
 from hfsa import components
+from hfsa.components._mechanics.tba_design import DESIGNS
 from hfsa.components._modelling.catalogue import find
 from hfsa.components._modelling.study import optimum, response_map
 from hfsa.cosim.commands._studies import as_record
@@ -29,9 +30,28 @@ def test_sensitivities_are_sorted(hfsa):
     assert found["responses"]["frequency_ratio"] == numbers["formula_frequency_ratio"]
     code, out, _ = hfsa(*PART, "--sensitivity")
     assert code == 0
-    rows = [line.split()[0] for line in out.splitlines()[3:-1]]
+    rows = [line.split()[0] for line in out.splitlines()[3:12]]
     assert rows == ["w", "tm", "c", "e", "l", "a", "b", "d", "s"]
     assert "20 um" in out
+
+
+def test_sensitivities_say_what_does_not_follow_of_the_sentences_on_figure_4(hfsa):
+    """L in words a third of tm, all others below 15 %, and a bar d that lowers f3/f1."""
+    code, out, _ = hfsa(*PART, "--sensitivity")
+    assert code == 0
+    text = " ".join(out.split())
+    found = [json.loads(hfsa(*PART, "-p", f"design={d}", "--json")[1])["sensitivity"] for d in DESIGNS]
+    foot, leg = ([abs(of[name] / of["tm"]) for of in found] for name in ("l", "c"))
+    assert (
+        f"of l is {foot[0]:.2f} (mems), {foot[1]:.2f} (optimum) and {foot[2]:.2f} (rapid_prototype) of that of tm"
+        in text
+    )
+    assert f"that of c is {leg[0]:.2f}, {leg[1]:.2f} and {leg[2]:.2f} of it, in words below 15 %" in text
+    assert all(of["d"] > 0 for of in found)
+    assert "d raises f3/f1, in words it lowers it" in text
+    assert all(max(of, key=lambda name: abs(of[name])) == "w" for of in found)
+    for words in (["limbs=4"], ["k_out_rule=plus"]):
+        assert "figure 4" not in hfsa(*PART, "-p", *words, "--sensitivity")[1]
 
 
 def test_a_map_opens_in_xarray_with_named_axes(hfsa):

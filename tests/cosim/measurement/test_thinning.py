@@ -13,7 +13,9 @@ from mass_and_law import law, plant
 from hfsa.cosim.actions.divergence import DivergenceError, Scale
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.measurement.run import Rows, RunPlan, run
+from hfsa.cosim.measurement.kept_rows import KeptRows
+from hfsa.cosim.measurement.limit_flags import active_limits
+from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.verification import verify
 from hfsa.cosim.results.files import SystemRecord, read_errors, read_run, read_step_size
 from hfsa.cosim.systems.system import Component, Connection, System
@@ -75,29 +77,57 @@ def test_errors_of_a_thinned_run_are_those_at_its_rows(plan, every):
         assert error.absolute == pytest.approx(np.abs(found[name] - fine[name]).max(), rel=0.05)
 
 
+@pytest.mark.parametrize("every", [1, 30])
+@pytest.mark.parametrize("is_compiled", [True, False], ids=["c", "python"])
+def test_a_run_in_little_memory_is_the_same(plan, monkeypatch, every, is_compiled):
+    """A recording of 16 points, which grows and forgets: its file is that of a recording of all points."""
+    plan = replace(plan, every=every, library=plan.library if is_compiled else None)
+    run(plan, Path("whole.h5"))
+    monkeypatch.setattr("hfsa.cosim.measurement.run._CAPACITY", 16)
+    run(plan, Path("little.h5"))
+    whole = read_run("whole.h5")[0]
+    for name, values in read_run("little.h5")[0].items():
+        assert np.array_equal(values, whole[name])
+
+
 @given(st.integers(1, 60), st.integers(1, 20), st.lists(st.integers(1, 60), max_size=6), st.integers(0, 2**60))
 def test_no_limit_is_missed_between_two_rows(steps, every, calls, bits):
     """However the blocks fall, a flag is the fraction of active points since the row before; others are as recorded."""
     flags = np.array([bits >> k & 1 for k in range(steps + 1)], dtype=float)
     recording = Recording(("a.value", "a.saturation"), steps + 1)
     kept = np.unique(np.append(np.arange(0, steps + 1, every), steps))
-    rows, blocks = Rows(recording, kept), []
-    _, room = recording.room
-    room[:] = np.transpose([np.arange(steps + 1), flags])
+    rows, blocks, done = KeptRows(recording, kept), [], 0
     for reached in [*sorted(min(call, steps + 1) for call in calls), steps + 1]:
-        recording.rows = reached
+        time, room = recording.room
+        fresh = slice(recording.rows, recording.rows + reached - done)
+        time[fresh], room[fresh] = (
+            np.arange(done, reached),
+            np.transpose([np.arange(done, reached), flags[done:reached]]),
+        )
+        recording.rows, done = fresh.stop, reached
         blocks.append(rows.take())
     value, flag = (np.concatenate([block[name] for block in blocks]) for name in recording.names)
     assert np.array_equal(value, kept)
     begins = [0, *(kept[:-1] + 1)]
-    assert [flags[b : e + 1].mean() for b, e in zip(begins, kept, strict=True)] == flag.tolist()
+    assert flag == pytest.approx([flags[b : e + 1].mean() for b, e in zip(begins, kept, strict=True)], rel=1e-15)
     assert not rows.is_behind
-    assert flag.any() == flags.any()
+    if not flags.any():
+        assert rows.limits.active == []
+        return
+    (found,) = rows.limits.active
+    active = np.flatnonzero(flags)
+    rests = np.flatnonzero(flags == 0)
+    lasting = (rests[-1] + 1 if len(rests) else 0) if flags[-1] else None
+    assert (found.first_time, found.lasting_since) == (active[0], lasting)
+    assert found.share == pytest.approx(flags.mean(), rel=1e-15)
+    assert active_limits(np.arange(steps + 1), {"a.saturation": flags, "a.value": flags}) == [found]
+    of_rows = active_limits(kept, {"a.saturation": flag})
+    assert kept[np.argmax(flag > 0)] == of_rows[0].first_time >= found.first_time
 
 
 def test_a_large_file_is_announced_with_what_makes_it_small(plan):
     """4 s at 10 us of 25 variables are 83 MB; forty times that is too much, and the advice holds."""
-    small = replace(plan, names=("mass.position",) * 25, stop_time=4.0, step_size=1e-5)
+    small = replace(plan, names=tuple(f"mass.x[{i}]" for i in range(25)), stop_time=4.0, step_size=1e-5)
     assert small.size_sentence == ""
     large = replace(small, stop_time=160.0)
     found = re.fullmatch(

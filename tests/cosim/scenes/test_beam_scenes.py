@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 from algorithm_groups import HELD
+from parts_by_name import part
 from scene_responses import assert_close, errors, linear, one_step, responses, scene, swept
 
-from hfsa.components import beam_stage, beam_suspension
 from hfsa.components._mechanics.rigid_body import Body
 from hfsa.cosim.analysis.stability import CoupledStep, OneStep
 from hfsa.cosim.assembly import build
@@ -24,7 +24,7 @@ STATES = [
     for name in ("position", "rotation", "velocity", "angular_velocity")
     for i in (1, 2, 3)
 ]
-AHEAD = beam_stage.analyze(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
+AHEAD = part("beam_stage").analysis(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
 
 
 def whole(opened, at, frequency) -> np.ndarray:
@@ -204,7 +204,7 @@ def energy(states: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("algorithm", HELD)
 def test_a_massless_suspension_diverges_above_two_c_over_k(opened, algorithm):
     """Mode by mode, in the shape of each; a third of it where the wrench is a step older (`jacobi_plain`)."""
-    found = beam_suspension.analyze(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
+    found = part("beam_suspension").analysis(kind="double_tilted", platform=Body(center=(0.03, 0.0, 0.0)))
     older = 3 if algorithm == "jacobi_plain" else 1
     made = coupled_step(opened, algorithm)
     for frequency, limit in zip(found["natural_frequencies_hz"], found["step_limits"] / older, strict=True):
@@ -287,7 +287,7 @@ def test_two_free_bodies_keep_their_momenta_and_diverge_above_the_same_limit(ope
             *(Connection(f"beams.{end}.{name}[1..3]", f"{end}.wrench.{name}[1..3]") for end in ends for name in wrench),
         ],
     )
-    found = beam_suspension.analyze()
+    found = part("beam_suspension").analysis()
     stiffness, limit = found["stiffness"][0, 0], 2 * found["damping"][0, 0] / found["stiffness"][0, 0]
     assert limit == pytest.approx(found["step_limits"][3])
     frequency = np.sqrt(stiffness * (1 / 1.0 + 1 / 0.1)) / (2 * np.pi)
