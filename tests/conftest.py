@@ -52,6 +52,15 @@ def ctrl_c() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def scene_cache(request) -> Iterator[Path]:
+    """Built scenes and solved meshes are kept from one test run to the next, by content, beside pytest's own cache."""
+    folder = Path(request.config.cache.mkdir("hfsa"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HFSA_CACHE", str(folder))
+        yield folder
+
+
 @pytest.fixture(scope="session")
 def exported(tmp_path_factory) -> Callable[[Model], Files]:
     """Export a model once, by whichever of the processes of a test run needs it first; files by FMI version."""

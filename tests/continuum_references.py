@@ -13,7 +13,7 @@ from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_contact import Bolts, Contact
 from hfsa.components._mechanics.rrr_design import Dimensions
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL
-from hfsa.components._mechanics.rrr_outline import Plate
+from hfsa.components._mechanics.rrr_outline import THESIS_OUTLINE, Outline, Plate
 
 SIZE = 0.1e-3
 """Size of the meshes of the tests [m]."""
@@ -69,9 +69,15 @@ PLATFORM = {
 }
 
 
-def design(contact: Contact = "stack", bolts: Bolts = "pin", size: float = SIZE, **dimensions: object) -> Continuum:
+def design(
+    contact: Contact = "stack",
+    bolts: Bolts = "pin",
+    size: float = SIZE,
+    outline: Outline = THESIS_OUTLINE,
+    **dimensions: object,
+) -> Continuum:
     """Return the stage of the source with a contact and a joint, or with other dimensions."""
-    return Continuum(Dimensions(**dimensions), Plate(contact, bolts), TOKIN, size)  # type: ignore[arg-type]
+    return Continuum(Dimensions(**dimensions), Plate(contact, bolts, outline), TOKIN, size)  # type: ignore[arg-type]
 
 
 @cache

@@ -14,10 +14,12 @@ from scipy import sparse
 
 from hfsa.components._continuum.extra import library
 from hfsa.components._continuum.meshing import Mesh
+from hfsa.components._modelling.errors import ModelError
 
 _ORDER = 4
 """Order of the quadrature; exact for mass and stiffness of triangles with straight edges."""
-_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+_NODES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
+_CORNERS = _NODES[:3]
 
 
 class Material(NamedTuple):
@@ -46,7 +48,8 @@ class Material(NamedTuple):
 
 
 def matrices(mesh: Mesh, material: Material) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return stiffness [N/m] and mass [kg] of a mesh, shape (2 n, 2 n)."""
+    """Return stiffness [N/m] and mass [kg] of a mesh, shape (2 n, 2 n); `ModelError` for an inverted triangle."""
+    _check_triangles(mesh)
     fem = library("skfem")
     helpers = library("skfem.helpers")
     grid = fem.MeshTri2(mesh.points.T, mesh.triangles.T)
@@ -98,6 +101,18 @@ def von_mises_squared(xx: Any, yy: Any, xy: Any, material: Material) -> Any:
     """Return the square of the von Mises stress [Pa2], numbers or expressions."""
     zz = material.poisson * (xx + yy) if material.is_thick else 0.0
     return ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2
+
+
+def _check_triangles(mesh: Mesh) -> None:
+    """Raise `ModelError` where a triangle, or one of its curved edges, is inverted."""
+    jacobians = np.einsum("cia,mib->mcab", _slopes(_NODES), mesh.points[mesh.triangles])
+    inverted = np.flatnonzero((np.linalg.det(jacobians) <= 0).any(axis=1))
+    if len(inverted):
+        x, y = 1e3 * mesh.points[mesh.triangles[inverted[0], :3]].mean(axis=0)
+        raise ModelError(
+            f"{len(inverted)} triangles are inverted, the first near x' = {x:.4g} mm, y' = {y:.4g} mm; expected a "
+            "finer mesh"
+        )
 
 
 def _slopes(at: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 
 from hfsa.components._continuum.boundary import Boundary, starts
 from hfsa.components._continuum.extra import library
+from hfsa.components._modelling.errors import ModelError
 
 COARSEST = 2.5e-3
 """Largest size of a triangle [m]."""
@@ -47,7 +48,7 @@ def mesh(boundary: Boundary, sizes: Mapping[str, float], turned: Mapping[str, st
     loop; their nodes are the same, turned.
 
     Raises:
-        ModelError: the extra `fem` is not installed.
+        ModelError: the extra `fem` is not installed; the region cannot be meshed.
     """
     with _session() as gmsh:
         by_label = _geometry(gmsh, boundary)
@@ -55,8 +56,12 @@ def mesh(boundary: Boundary, sizes: Mapping[str, float], turned: Mapping[str, st
             for slave, master in zip(reversed(by_label[of]), by_label[label], strict=True):
                 gmsh.model.mesh.setPeriodic(1, [slave], [master], _turn(gmsh, master, slave))
         _set_sizes(gmsh, sizes, by_label)
-        gmsh.model.mesh.generate(2)
-        gmsh.model.mesh.setOrder(2)
+        try:
+            gmsh.model.mesh.generate(2)
+            gmsh.model.mesh.setOrder(2)
+        except Exception as error:  # the mesher raises no other
+            wanted = "expected edges that are longer and further apart"
+            raise ModelError(f"the outline cannot be meshed: {error}; {wanted}") from error
         return _read(gmsh, by_label)
 
 
@@ -72,8 +77,8 @@ def _session() -> Iterator[Any]:
         gmsh.option.setNumber("General.NumThreads", 1)
         gmsh.model.add("hfsa")
         yield gmsh
-        gmsh.model.remove()
     finally:
+        gmsh.model.remove()
         if not was_running:
             gmsh.finalize()
 

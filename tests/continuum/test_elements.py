@@ -8,6 +8,7 @@ pytest.importorskip("skfem")
 
 from scipy.sparse.linalg import spsolve
 
+from hfsa.components import ModelError
 from hfsa.components._continuum.boundary import Boundary, arcs, line
 from hfsa.components._continuum.elements import Material, corner_stress, matrices, von_mises
 from hfsa.components._continuum.meshing import Mesh, mesh
@@ -86,6 +87,15 @@ def test_the_same_rule_gives_the_same_matrices_to_rounding():
     straight = COARSE._replace(points=x)
     for found, own in zip(matrices(straight, PLATE), by_hand(straight, PLATE), strict=True):
         assert np.abs(found.toarray() - own).max() < 1e-11 * np.abs(own).max()
+
+
+def test_an_inverted_triangle_is_refused():
+    """A node of an edge, pulled over the opposite corner."""
+    x = COARSE.points.copy()
+    corner, middle = COARSE.triangles[0, 2], COARSE.triangles[0, 3]
+    x[middle] += 1.5 * (x[corner] - x[middle])
+    with pytest.raises(ModelError, match=r"triangles are inverted, the first near .* expected a finer mesh"):
+        matrices(COARSE._replace(points=x), PLATE)
 
 
 def test_rigid_motions_cost_nothing_and_weigh_the_plate():

@@ -13,6 +13,7 @@ from hfsa.components._continuum.stress import neck_stresses
 from hfsa.components._mechanics.pzt import TOKIN
 from hfsa.components._mechanics.rrr_hinge import Hinge
 from hfsa.components._mechanics.rrr_kinematics import NOMINAL, jacobian
+from hfsa.components._mechanics.rrr_outline import Outline
 
 UM = 1e-6
 CASES = {"one": [(1, 0, 0), (0, 1, 0), (0, 0, 1)], "two": [(1, 1, 0), (0, 1, 1), (1, 0, 1)], "all": [(1, 1, 1)]}
@@ -138,6 +139,40 @@ def test_a_rigid_motion_of_bolts_and_contacts_against_the_body_strains_it():
     K = solved().solution.piece.stiffness
     np.testing.assert_array_equal(K, K.T)
     assert np.linalg.eigvalsh(K)[0] > 0
+
+
+# Change of c, K_a11 and the stress of one stack in %, `locked`, `pin`
+SENSITIVITIES = {
+    "plane strain": ({}, {"plane": "strain"}, (0.6, 8.4, -4.1)),
+    "thinner": ({"thickness": 0.75e-3}, {}, (0.43, -4.8, 2.3)),
+    "thicker": ({"thickness": 0.85e-3}, {}, (-0.43, 4.6, -2.3)),
+    "wider notch": ({"radius": 1.1e-3}, {}, (-1.2, -4.7, -3.9)),
+    "other ratio": ({}, {"poisson": 0.34}, (0.2, -0.4, -0.3)),
+    "deeper slot": ({}, {"slot_face": 0.0}, (-0.1, 0.6, 0.6)),
+    "wider block": ({}, {"block_left": 8e-3}, (0.0, 0.0, 0.0)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SENSITIVITIES)
+def test_other_dimensions_move_the_results_as_the_references(name):
+    """To the last digit; stresses to what meshes leave of them."""
+    hinge, outline, expected = SENSITIVITIES[name]
+    size = 0.15e-3
+
+    def results(hinge: Hinge, outline: Outline) -> np.ndarray:
+        plan = design("locked", "pin", size, outline, hinge=hinge)
+        found = plan.solved(size)
+        statics = found.stage.statics
+        at = np.array([12 * UM, 0, 0])
+        motion = np.concatenate([at, statics.jacobian @ at])[None]
+        necks = neck_stresses(*found.solution, plan.shape.material, statics.interface)
+        peak = max(necks[neck].peak(0, motion).stress for neck in NECKS)
+        return np.array([np.hypot(*statics.jacobian[:2, 0]), statics.on_stacks[0, 0], peak])
+
+    change = 100 * (results(Hinge(**hinge), Outline(**outline)) / results(Hinge(), Outline()) - 1)
+    np.testing.assert_allclose(change[:2], expected[:2], atol=0.06)
+    assert change[2] == pytest.approx(expected[2], abs=0.8)
 
 
 @pytest.mark.slow

@@ -58,15 +58,6 @@ def foreign(tmp_path_factory) -> dict[int, Path]:
     return {version: _foreign(tmp_path_factory.mktemp(f"foreign{version}"), version) for version in (2, 3)}
 
 
-@pytest.fixture(scope="session", autouse=True)
-def scene_cache(request) -> Iterator[Path]:
-    """Built scenes are kept from one test run to the next, by content, beside pytest's own cache."""
-    folder = Path(request.config.cache.mkdir("hfsa"))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("HFSA_CACHE", str(folder))
-        yield folder
-
-
 @pytest.fixture(scope="session")
 def library(scene_cache) -> Path:
     """The stepping loop in C."""
