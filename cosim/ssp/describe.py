@@ -1,0 +1,180 @@
+"""SystemStructure.ssd and the parameter sets of a scene, as XML of SSP 1.0.
+
+Elements stand in the order of steps, each with its real inputs and outputs as connectors. Nothing is connected to the
+system itself: libcosim and ecos refuse that. Prefixes are those of the standard, and lists have no attributes: both
+masters read the text, not the namespaces.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from lxml import etree
+
+from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.ssp.vocabulary import (
+    BASE_UNITS,
+    FMU_TYPE,
+    HFSA,
+    OMS,
+    OPEN_MODELICA,
+    OPEN_SIMULATION_PLATFORM,
+    OSP,
+    OURS,
+    SSC,
+    SSD,
+    SSV,
+)
+from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.scene import Scene
+
+_TOOL = "hfsa"
+_SET = "start"
+"""Name of all parameter sets: ecos joins those of one name and is asked for it, libcosim takes the first."""
+_PREFIXES = {"ssc": SSC, "ssd": SSD, "ssv": SSV, "osp": OSP, "oms": OMS, "hfsa": HFSA}
+
+
+def structure_xml(
+    name: str, scene: Scene, assembly: Assembly, elements: Mapping[str, str], annotation: str
+) -> bytes:
+    """Return the system structure description of a scene.
+
+    `elements` are the names of its components' elements, `annotation` is the text of our annotation.
+    """
+    root = etree.Element(f"{{{SSD}}}SystemStructureDescription", nsmap=_PREFIXES)
+    root.attrib.update({"version": "1.0", "name": name, "generationTool": _TOOL})
+    system = etree.SubElement(root, f"{{{SSD}}}System", name=elements_free_name(name, elements.values()))
+    inside = etree.SubElement(system, f"{{{SSD}}}Elements")
+    used: dict[str, tuple[float, ...]] = {}
+    for component in scene.system.components:
+        ports = ports_of(assembly.connectors[component.name])
+        used |= {port.unit: port.base_unit for port in ports if port.unit and port.base_unit}
+        element = elements[component.name]
+        node = etree.SubElement(inside, f"{{{SSD}}}Component", name=element, type=FMU_TYPE, source=fmu_of(element))
+        _add_connectors(node, ports)
+        if component.start:
+            bindings = etree.SubElement(node, f"{{{SSD}}}ParameterBindings")
+            etree.SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=values_of(element))
+    _add_connections(system, scene, elements)
+    _add_master(system, scene)
+    _add_units(root, f"{{{SSD}}}Units", used)
+    experiment = etree.SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(scene.stop_time))
+    algorithm = etree.SubElement(_annotation(experiment, OPEN_SIMULATION_PLATFORM), f"{{{OSP}}}Algorithm")
+    etree.SubElement(algorithm, f"{{{OSP}}}FixedStepAlgorithm", baseStepSize=repr(scene.step_size))
+    etree.SubElement(_annotation(root, OURS), f"{{{HFSA}}}Scene").text = annotation
+    return _text(root)
+
+
+def parameters_xml(start: Mapping[str, Any], variables: Mapping[str, Connector]) -> bytes:
+    """Return the parameter set of a component: start values of its variables, in their units."""
+    root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssc": SSC, "ssv": SSV})
+    root.attrib.update({"version": "1.0", "name": _SET, "generationTool": _TOOL})
+    inside = etree.SubElement(root, f"{{{SSV}}}Parameters")
+    used: dict[str, tuple[float, ...]] = {}
+    for name, value in start.items():
+        parameter = etree.SubElement(inside, f"{{{SSV}}}Parameter", name=name)
+        variable = variables[name]
+        if not variable.is_real:
+            etree.SubElement(parameter, f"{{{SSV}}}{_type_of(value)}", value=_written(value))
+            continue
+        real = etree.SubElement(parameter, f"{{{SSV}}}Real", value=_written(float(value)))
+        if variable.unit and variable.base_unit:
+            real.set("unit", variable.unit)
+            used[variable.unit] = variable.base_unit
+    _add_units(root, f"{{{SSV}}}Units", used)
+    return _text(root)
+
+
+def fmu_of(element: str) -> str:
+    """Return the place of an element's FMU in the archive."""
+    return f"resources/{element}.fmu"
+
+
+def values_of(element: str) -> str:
+    """Return the place of an element's parameter set in the archive."""
+    return f"resources/{element}.ssv"
+
+
+def ports_of(variables: Mapping[str, Connector]) -> list[Connector]:
+    """Return the inputs and outputs of an FMU that are single real numbers."""
+    return [v for v in variables.values() if v.causality in ("input", "output") and v.is_real]
+
+
+def elements_free_name(name: str, taken: Iterable[str]) -> str:
+    """Return a name of the system that no element has."""
+    return f"{name}_system" if name in taken else name
+
+
+def _add_connectors(node: etree._Element, ports: Iterable[Connector]) -> None:
+    """Add the connectors of a component."""
+    connectors = etree.SubElement(node, f"{{{SSD}}}Connectors")
+    for port in ports:
+        connector = etree.SubElement(connectors, f"{{{SSD}}}Connector", name=port.name, kind=port.causality)
+        real = etree.SubElement(connector, f"{{{SSC}}}Real")
+        if port.unit and port.base_unit:
+            real.set("unit", port.unit)
+
+
+def _add_connections(system: etree._Element, scene: Scene, elements: Mapping[str, str]) -> None:
+    """Add the connections of a system, if it has any."""
+    if not scene.system.connections:
+        return
+    inside = etree.SubElement(system, f"{{{SSD}}}Connections")
+    for connection in scene.system.connections:
+        (start, output), (end, entry) = scene.system.split(connection.start), scene.system.split(connection.end)
+        node = etree.SubElement(inside, f"{{{SSD}}}Connection", startElement=elements[start], startConnector=output)
+        node.attrib.update({"endElement": elements[end], "endConnector": entry})
+
+
+def _add_master(system: etree._Element, scene: Scene) -> None:
+    """Add what OMSimulator takes for its step; its default is another."""
+    inside = etree.SubElement(_annotation(system, OPEN_MODELICA), f"{{{OMS}}}Annotations")
+    information = etree.SubElement(inside, f"{{{OMS}}}SimulationInformation")
+    etree.SubElement(
+        information,
+        f"{{{OMS}}}FixedStepMaster",
+        description="oms-ma",
+        stepSize=repr(scene.step_size),
+        absoluteTolerance="1e-6",
+        relativeTolerance="1e-6",
+    )
+
+
+def _annotation(node: etree._Element, kind: str) -> etree._Element:
+    """Return an annotation of a type, added to a node that has none."""
+    return etree.SubElement(etree.SubElement(node, f"{{{SSD}}}Annotations"), f"{{{SSC}}}Annotation", type=kind)
+
+
+def _add_units(root: etree._Element, tag: str, used: Mapping[str, tuple[float, ...]]) -> None:
+    """Add the units of a document, if it uses any."""
+    if not used:
+        return
+    units = etree.SubElement(root, tag)
+    for name, base in sorted(used.items()):
+        unit = etree.SubElement(units, f"{{{SSC}}}Unit", name=name)
+        *exponents, factor, offset = base
+        named = zip(BASE_UNITS, exponents, strict=True)
+        exponents = {key: str(int(exponent)) for key, exponent in named if exponent}
+        scale = {key: repr(value) for key, value, usual in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != usual}
+        etree.SubElement(unit, f"{{{SSC}}}BaseUnit", {**exponents, **scale})
+
+
+def _type_of(value: Any) -> str:
+    """Return the type of a parameter that is no real number."""
+    if isinstance(value, bool):
+        return "Boolean"
+    return "String" if isinstance(value, str) else "Integer"
+
+
+def _written(value: Any) -> str:
+    """Return a value as XML Schema writes it; numbers keep every bit."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else ("INF" if value > 0 else "-INF")
+    return value if isinstance(value, str) else repr(value)
+
+
+def _text(root: etree._Element) -> bytes:
+    """Return a document as text."""
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
