@@ -24,8 +24,7 @@ from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, own_part, read_arguments
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, available_parts, named_part
-from hfsa.cosim.assembly.packages import ENDING as PACKAGE
-from hfsa.cosim.assembly.packages import package_of
+from hfsa.cosim.assembly.packages import PACKAGE, package_of
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.systems.errors import StructureError
@@ -36,6 +35,12 @@ from hfsa.cosim.systems.scene_file import read_scene
 from hfsa.cosim.systems.system import Analysis, Component
 
 T = TypeVar("T", Component, Analysis)
+
+DOCUMENT = ".toml"
+"""Ending of a scene that is a document."""
+
+FILES = (DOCUMENT, PACKAGE)
+"""Endings of files that are scenes whatever they hold; a `.py` file may also be a part."""
 
 _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
@@ -58,7 +63,7 @@ def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> 
     arguments = dict(_checked(arguments))
     if name.endswith(PACKAGE):
         scene, own = package_of(name).scene, []
-    elif name.endswith(".toml"):
+    elif name.endswith(DOCUMENT):
         if not Path(name).is_file():
             raise StructureError(f"there is no file {name}")
         scene, own = located(read_scene(Path(name)), Path(name)), []

@@ -10,7 +10,8 @@ from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.cosim.ssp.read import Package, read
 from hfsa.cosim.systems.errors import StructureError
 
-ENDING = ".ssp"
+PACKAGE = ".ssp"
+"""Ending of a package."""
 
 
 def package_of(name: str | Path) -> Package:

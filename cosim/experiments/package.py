@@ -13,6 +13,7 @@ from typing import Any, Literal, cast
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.fmu_cache import fmu_with_starts
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.assembly.packages import PACKAGE
 from hfsa.cosim.experiments.arguments import checked
 from hfsa.cosim.experiments.run import SineInput, ready_to_step, with_sine
 from hfsa.cosim.experiments.setup import Warn, default_path, set_up, with_levels
@@ -21,8 +22,6 @@ from hfsa.cosim.results.target import check_package, os_refusal
 from hfsa.cosim.ssp.write import write
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
-
-ENDING = ".ssp"
 
 
 @dataclass(frozen=True)
@@ -67,9 +66,9 @@ def package(
     """
     if fmi not in (2, 3):
         raise StructureError(f"fmi is {fmi}, expected 2 or 3")
-    file = Path(path) if path is not None else Path(default_path(scene, suffix=ENDING).name)
-    if file.suffix != ENDING:
-        raise StructureError(f"{file} is to be an SSP, expected a name that ends in {ENDING}")
+    file = Path(path) if path is not None else Path(default_path(scene, suffix=PACKAGE).name)
+    if file.suffix != PACKAGE:
+        raise StructureError(f"{file} is to be an SSP, expected a name that ends in {PACKAGE}")
     check_package(file)
     given = {"step_size": step_size, "stop_time": stop_time, "algorithm": algorithm}
     setup = set_up(scene, parameters, fuse, **given)

@@ -47,7 +47,7 @@ class Archive:
     def read(self, name: str, place: str) -> bytes:
         """Return the content of an entry; `place` is where the archive names it."""
         if name not in self._names:
-            raise StructureError(f"{self.where}: {place}: there is no {name} in the archive{nearest(name, self._names)}")
+            raise StructureError(f"{place}: there is no {name} in the archive{nearest(name, self._names)}")
         try:
             return self._zip.read(name)
         except (zipfile.BadZipFile, zlib.error, OSError, EOFError, NotImplementedError, RuntimeError) as error:

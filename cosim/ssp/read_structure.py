@@ -30,7 +30,7 @@ def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
     `StructureError`, with document and line, for what is no SSP that can be simulated.
     """
     archive = Archive(content, where)
-    document = _Document(archive, MAIN, keep, 0)
+    document = _Document(archive, MAIN, keep, 0, where)
     return Structure(document.system(), read_experiment(document.root, document.where))
 
 
@@ -42,7 +42,7 @@ class _Document:
     name: str
     keep: Keep
     depth: int
-    place: str = "an SSP begins with it"
+    place: str
 
     def __post_init__(self):
         self.where = f"{self.archive.where}: {self.name}"
