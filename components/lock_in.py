@@ -21,10 +21,12 @@ transmission at 0, 2 f and 3 f, and elsewhere the sidelobes of a rectangular win
 import casadi as ca
 
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.units import carried
 
 
 def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """Return one lock-in amplifier; `units` has the unit of each signal, equal to that of the connected output."""
+    """Return one lock-in amplifier; `units` has the unit of each signal, that of the connected output: any text."""
+    units = [carried(unit) for unit in units]
     if not units:
         raise ModelError("lock_in: units is empty, expected the unit of at least one signal")
     m = Model("LockIn", "Lock-in amplifier: complex gain and harmonics of signals, window by window")

@@ -13,7 +13,7 @@ its spectrum has the lines order[i] / T.
 import casadi as ca
 
 from hfsa.components import Model, ModelError
-from hfsa.components._modelling.units import rate_unit
+from hfsa.components._modelling.units import carried, rate_unit
 
 
 def multisine_source(*, lines: int = 1, unit: str = "1") -> Model:
@@ -23,6 +23,7 @@ def multisine_source(*, lines: int = 1, unit: str = "1") -> Model:
     """
     if lines < 1:
         raise ModelError(f"multisine_source: lines is {lines}, expected 1 or more")
+    unit = carried(unit)
     m = Model("MultisineSource", "Sum of sinusoids on lines of a uniform grid, with its derivatives")
     each = f"[1..{lines}]"
     amplitude = m.parameter(f"amplitude{each}", [1.0, *[0.0] * (lines - 1)], unit, "Amplitude of the line", min=0)

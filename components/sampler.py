@@ -10,10 +10,12 @@ time in the mean, and images about multiples of 1 / sample_time.
 """
 
 from hfsa.components import Model, ModelError
+from hfsa.components._modelling.units import carried
 
 
 def sampler(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """Return one sampler; `units` has the unit of each signal, equal to that of the connected output."""
+    """Return one sampler; `units` has the unit of each signal, that of the connected output: any text."""
+    units = [carried(unit) for unit in units]
     if not units:
         raise ModelError("sampler: units is empty, expected the unit of at least one signal")
     m = Model("Sampler", "Sample and hold of signals")

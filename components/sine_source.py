@@ -11,11 +11,12 @@ without ramp and amplitude. The part has no input and so no Bode plot; its spect
 import casadi as ca
 
 from hfsa.components import Model
-from hfsa.components._modelling.units import rate_unit
+from hfsa.components._modelling.units import carried, rate_unit
 
 
 def sine_source(*, unit: str = "1") -> Model:
-    """Return one sinusoid; `unit` is the unit of `value`, equal to that of the connected input."""
+    """Return one sinusoid; `unit` is the unit of `value`, equal to that of the connected input, whatever its text."""
+    unit = carried(unit)
     m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)
     frequency = m.parameter("frequency", 1.0, "Hz", "Frequency", min=1e-9)

@@ -134,6 +134,8 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
     for name in sorted({v.unit for v in variables if v.unit}):
         unit = parse_unit(name)
         element = etree.SubElement(definitions, "Unit", {"name": name})
+        if unit.exponents is None:
+            continue
         powers = {base: str(power) for base, power in zip(BASE, unit.exponents, strict=True) if power}
         etree.SubElement(element, "BaseUnit", powers)
         for display, factor in unit.display:

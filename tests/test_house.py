@@ -76,15 +76,15 @@ def test_parts_stand_alone():
 
 
 def test_no_room_knows_a_part_by_name():
-    """Parts declare what holds of them; only scenes, and the instruments of a measurement, are named."""
+    """Parts declare what holds of them; only those of scenes, measurements and connections are named."""
     names = {file.stem for package in ("components", "controllers") for file in (ROOT / package).glob("[!_]*.py")}
     found = set()
     for file in (file for file in (ROOT / "cosim").rglob("*.py") if file.parent.name != "scenes"):
         nodes = ast.walk(ast.parse(file.read_text()))
         words = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
         found |= {(file.name, name) for name in words & names}
-    instruments = ("sine_source", "lock_in", "multisine_source", "sampler")
-    assert found == {("scene.py", name) for name in instruments}
+    named = ("sine_source", "lock_in", "multisine_source", "sampler", "linear_transformation")
+    assert found == {("scene.py", name) for name in named}
 
 
 def test_modules_say_what_they_are():

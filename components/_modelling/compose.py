@@ -21,7 +21,7 @@ from graphlib import CycleError, TopologicalSorter
 import casadi as ca
 
 from hfsa.components._modelling.model import Kind, Model, ModelError, Motion, Quantity, expand, nearest
-from hfsa.components._modelling.units import unit
+from hfsa.components._modelling.units import are_alike
 
 _SAMPLE_TIME = "sample_time"
 _TICKING = (Kind.SAMPLED_STATE, Kind.SAMPLED_OUTPUT)
@@ -272,7 +272,7 @@ def _feeders(parts: Mapping[str, Model], connections: Sequence[tuple[str, str]])
             raise ModelError(f"connection {start} -> {end} joins {' and '.join(kinds)}, expected output and input")
         if end in feeders:
             raise ModelError(f"input {end} is fed twice: by {feeders[end]} and by {start}")
-        if unit(source.quantity.unit).exponents != unit(target.quantity.unit).exponents:
+        if not are_alike(source.quantity.unit, target.quantity.unit):
             units = f"{start} is in {source.quantity.unit}, but {end} in {target.quantity.unit}"
             raise ModelError(f"connection {start} -> {end}: {units}")
         feeders[end] = source

@@ -2,6 +2,9 @@
 
 A unit is a product of symbols with integer exponents: `N.m`, `m/s2`, `kg.m2`, `1/s`, `N.m/rad`. A `/` divides by the
 product that follows it; parentheses group a divisor of several factors: `N/(m.s)`. `1` is the dimensionless unit.
+
+Instruments measure variables of foreign FMUs, whose units may be any text: `carried("degC")` is such a text. It has a
+name and no exponents, and equals itself alone.
 """
 
 import difflib
@@ -43,20 +46,49 @@ _FACTOR = re.compile(r"^(1|[A-Za-z]+)(-?\d+)?$")
 
 @dataclass(frozen=True)
 class Unit:
-    """One unit: exponents of the base units `BASE`, and display units as pairs (name, factor from the unit)."""
+    """One unit: exponents of the base units `BASE`, and display units as pairs (name, factor from the unit).
+
+    A carried unit has the exponents `None`.
+    """
 
     name: str
-    exponents: tuple[int, ...]
+    exponents: tuple[int, ...] | None
     display: tuple[tuple[str, float], ...] = ()
 
 
-@cache
+class Carried(str):
+    """Text of a unit that is not in Modelica notation and is carried as it is."""
+
+    __slots__ = ()
+
+
+def carried(name: str) -> str:
+    """Return the text of a unit, as `Carried` where it is not in Modelica notation."""
+    try:
+        unit(name)
+    except ValueError:
+        return Carried(name)
+    return name
+
+
 def unit(name: str) -> Unit:
-    """Return the unit with a Modelica name.
+    """Return the unit with a Modelica name, or that of a carried text.
 
     Raises:
         ValueError: an unknown symbol or notation; the message names the nearest symbols.
     """
+    return Unit(name, None) if isinstance(name, Carried) else _parsed(name)
+
+
+def are_alike(one: str, other: str) -> bool:
+    """Whether values in two units can be joined as they are: equal exponents, or one carried text."""
+    exponents = unit(one).exponents, unit(other).exponents
+    return one == other if None in exponents else exponents[0] == exponents[1]
+
+
+@cache
+def _parsed(name: str) -> Unit:
+    """Return the unit with a Modelica name; errors as of `unit`."""
     powers: dict[str, int] = dict.fromkeys(BASE, 0)
     head, *divisors = _split(name)
     for sign, product in [(1, head)] + [(-1, d) for d in divisors]:
@@ -70,14 +102,18 @@ def unit(name: str) -> Unit:
 
 
 def rate_unit(unit: str) -> str:
-    """Return the unit of a time derivative in Modelica notation: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`."""
+    """Return the unit of a time derivative in Modelica notation: `m` -> `m/s`, `rad/s` -> `rad/s2`, `1` -> `1/s`.
+
+    That of a carried text is carried as well: `degC` -> `degC/s`.
+    """
+    kind = type(unit)
     if unit.endswith("/s"):
-        return unit + "2"
+        return kind(unit + "2")
     head, slash, below = unit.partition("/")
     if slash:
         below = below[1:-1] if below.startswith("(") else below
-        return f"{head}/({below}.s)"
-    return f"{unit}/s"
+        return kind(f"{head}/({below}.s)")
+    return kind(f"{unit}/s")
 
 
 def quotient_unit(above: str, below: str) -> str:

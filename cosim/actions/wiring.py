@@ -14,10 +14,12 @@ from hfsa.cosim.actions.action import Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.fmi.co_simulation import Instance, Number
 from hfsa.cosim.fmi.description import SAMPLE_TIME
-from hfsa.cosim.systems.connectors import Connector, check
+from hfsa.cosim.systems.check import check
+from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import feedthrough, loop_path
 from hfsa.cosim.systems.system import Connection, System
+from hfsa.cosim.systems.transformations import transformation
 
 
 class Wiring:
@@ -34,6 +36,7 @@ class Wiring:
         self.system, self.instances = system, instances
         self.connectors = {component.name: instances[component.name].fmu.variables for component in system.components}
         check(system, self.connectors)
+        self._refuse_transformations()
         self.time, self.step_size = Number(), Number()
         found = feedthrough(system, self.connectors)
         order = {component.name: i for i, component in enumerate(system.components)}
@@ -58,6 +61,16 @@ class Wiring:
             call = instances[name].stepper(self.time, self.step_size)
             stepper = Stepper(name, call, [group for group in self.groups if group.instance == name])
             (self.discrete if instances[name].fmu.description.is_sampled else self.continuous).append(stepper)
+
+    def _refuse_transformations(self) -> None:
+        """Raise `StructureError` for a connection that is not plain (`assembly/transformations.py`)."""
+        for connection in self.system.connections:
+            ends = (connector(self.system, self.connectors, name) for name in (connection.start, connection.end))
+            if found := transformation(connection, *ends):
+                raise StructureError(
+                    f"connection {connection} has factor {found.factor:g} and offset {found.offset:g}, which no FMU "
+                    "applies; expected a system from build()"
+                )
 
     def stages(self) -> Iterator[Group | AlgebraicLoop]:
         """Yield all groups in feedthrough order; an algebraic loop replaces the groups on it."""

@@ -13,6 +13,7 @@ from typing import Literal
 
 from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
 from hfsa.cosim.assembly.level_rules import check_levels
+from hfsa.cosim.assembly.transformations import with_transformations
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import algorithm_named
@@ -25,10 +26,18 @@ from hfsa.cosim.systems.system import Component, Connection, System
 def build(system: System, fmi: Literal[2, 3] = FMI, known: Assembly | None = None) -> Assembly:
     """Return the assembly of a system, FMUs exported where the cache does not hold them.
 
-    Components with files in a `known` assembly are taken from there. Raises `StructureError` for levels that do not fit
+    Connections that convert or scale a value are components of its system (`transformations.py`). Components with files
+    in a `known` assembly are taken from there. Raises `StructureError` for levels that do not fit
     together, `ModelError` and `ExportError` as `fmus.export`.
     """
     check_levels(system)
+    found = _found(system, fmi, known)
+    transformed = with_transformations(found)
+    return found if transformed is system else _found(transformed, fmi, found)
+
+
+def _found(system: System, fmi: Literal[2, 3], known: Assembly | None) -> Assembly:
+    """Return the assembly of a system as it is; arguments and errors as of `build`."""
     shared = [c for c in system.components if known is not None and c in known.system.components]
     shared = [c for c in shared if known is not None and c.name in known.files]
     files = {c.name: known.files[c.name] for c in shared if known is not None}

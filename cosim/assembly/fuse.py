@@ -143,7 +143,8 @@ def _with_group(system: System, name: str, group: Sequence[str]) -> System:
     def renamed(connection: Connection) -> Connection:
         """The connection between the components as they are now."""
         ends = zip((connection.start, connection.end), of_group[connection], strict=True)
-        return Connection(*(f"{name}.{end}" if is_inside else end for end, is_inside in ends))
+        start, end = (f"{name}.{end}" if is_inside else end for end, is_inside in ends)
+        return dataclasses.replace(connection, start=start, end=end)
 
     outer = [renamed(connection) for connection, ends in of_group.items() if not all(ends)]
     order = [c for c in system.components if c is members[0] or c not in members]

@@ -67,6 +67,12 @@ def model_of(component: Component) -> Model:
             if "sample_time" in member.start and "sample_time" in members[member.name]:
                 members[member.name].set_start("sample_time", member.start["sample_time"])
         name = "".join(dict.fromkeys(model.name for model in members.values()))
+        for connection in component.connections:
+            if connection.is_transformed:
+                raise ModelError(
+                    f"connection {connection} inside {component.name} has factor {connection.factor:g} and offset "
+                    f"{connection.offset:g}; expected none inside a fused group"
+                )
         return compose(name, members, [(c.start, c.end) for c in component.connections])
     model = part_of(component).model(component.level, **component.arguments)
     return model if component.kept is None else pruned(model, component.kept)

@@ -8,7 +8,7 @@ from typing import Self
 
 from hfsa.cosim.fmi.co_simulation import Instance, Instances, open_instances
 from hfsa.cosim.fmi.description import Description, describe
-from hfsa.cosim.systems import connectors
+from hfsa.cosim.systems import check, connectors
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.system import System
 
@@ -39,8 +39,8 @@ class Assembly:
         return connectors.connector(self.system, self.connectors, name)
 
     def check(self) -> Self:
-        """Return the assembly; `StructureError` unless every connection joins an output to an input of its unit."""
-        connectors.check(self.system, self.connectors)
+        """Return the assembly; `StructureError` unless every connection joins an output to an input that fits."""
+        check.check(self.system, self.connectors)
         return self
 
     def of(self, system: System) -> Self:

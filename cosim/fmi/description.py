@@ -238,6 +238,7 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
             max=_number(v.max or (declared.max if declared else None)),
             dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
             has_nominal=bool(nominal),
+            is_relative=bool(v.relativeQuantity or (declared and declared.relativeQuantity)),
         )
     return variables
 

@@ -41,7 +41,7 @@ class Master(ABC):
     """Runs the instances of a system together; subclasses take the steps.
 
     `instances` holds one instance per component, by name; the caller owns and closes them. Raises `StructureError`
-    where the wiring is wrong (`connectors.check`), before any instance runs.
+    where the wiring is wrong (`check.check`), before any instance runs.
 
     Attributes:
         algorithm: the algorithm.

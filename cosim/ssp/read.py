@@ -21,9 +21,11 @@ from hfsa.cosim.ssp.element_names import legal_names
 from hfsa.cosim.ssp.experiment import Experiment
 from hfsa.cosim.ssp.flatten import Flat, Join, Place, flatten
 from hfsa.cosim.ssp.read_structure import Keep, read_structure
+from hfsa.cosim.ssp.units import IDENTITY, Affine
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
+from hfsa.cosim.systems.transformations import transformation
 
 STOP_TIME = 1.0
 """End of a run [s] that neither a package nor its FMUs state."""
@@ -95,11 +97,23 @@ def _system(flat: Flat, names: dict[tuple[str, ...], str], order: list[str]) -> 
 
 
 def _connection(join: Join, flat: Flat, names: dict[tuple[str, ...], str]) -> Connection:
-    """Return a connection between two components."""
+    """Return a connection between two components, with a factor and an offset where its units alone do not give them."""
     start, end = (f"{names[place[0]]}.{place[1]}" for place in (join.start, join.end))
-    if not join.map.is_identity:
-        raise StructureError(f"{join.place}: transformed")
-    return Connection(start, end)
+    plain = Connection(start, end)
+    ends = (describe(flat.parts[path].file).variables[name] for path, name in (join.start, join.end))
+    try:
+        usual = transformation(plain, *ends)
+    except StructureError:  # without a factor, the units would not fit
+        usual = None
+    does = IDENTITY if usual is None else Affine(usual.factor, usual.offset)
+    if join.map.is_like(does):
+        return plain
+    if join.map == IDENTITY:
+        raise StructureError(
+            f"{join.place}: {plain} is not converted by suppressUnitConversion, although the units differ; expected a "
+            "LinearTransformation beside it"
+        )
+    return Connection(start, end, join.map.factor, join.map.offset)
 
 
 def _with_own_source(system: System, settings: dict[str, Any]) -> Scene:

@@ -44,7 +44,14 @@ class Affine:
     @property
     def is_identity(self) -> bool:
         """Whether it changes a value by rounding only."""
-        return abs(self.factor - 1) <= _ROUNDING and abs(self.offset) <= _ROUNDING
+        return self.is_like(Affine())
+
+    def is_like(self, other: "Affine") -> bool:
+        """Whether it differs from another by rounding only."""
+        return all(
+            abs(own - its) <= _ROUNDING * max(abs(own), abs(its))
+            for own, its in ((self.factor, other.factor), (self.offset, other.offset))
+        )
 
 
 IDENTITY = Affine()

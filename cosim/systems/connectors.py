@@ -1,15 +1,9 @@
-"""Connectors: the variables of FMUs, and the check of the connections against them before anything runs.
+"""Connectors: the variables of FMUs."""
 
-check(system, connectors)
-"""
-
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.kinds import is_number
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.system import System
 
@@ -21,6 +15,7 @@ class Connector:
     Attributes:
         base_unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset of the unit; `None` if undeclared.
         nominal: nominal value, 1 where the description declares none; `has_nominal` is whether it declares one.
+        is_relative: whether it is a difference, such as a rise of temperature, which an offset of units leaves alone.
         dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
     """
 
@@ -37,6 +32,7 @@ class Connector:
     max: float | None = None
     dependencies: tuple[str, ...] | None = ()
     has_nominal: bool = False
+    is_relative: bool = False
 
     @property
     def is_real(self) -> bool:
@@ -50,41 +46,6 @@ class Connector:
         return self.variability == "discrete" or (self.variability == "continuous" and not is_smooth)
 
 
-def check(system: System, connectors: Mapping[str, Mapping[str, Connector]]) -> None:
-    """Raise `StructureError` unless every connection joins an output to an input of the same unit.
-
-    `connectors` holds the variables of each component's FMU by name.
-    """
-    for connection in system.connections:
-        start = connector(system, connectors, connection.start)
-        end = connector(system, connectors, connection.end)
-        for side, full, wanted in ((start, connection.start, "output"), (end, connection.end, "input")):
-            if side.causality != wanted:
-                raise StructureError(
-                    f"connection {connection}: {full} is an FMU's {side.causality}, expected an {wanted}"
-                )
-            if not side.is_real:
-                raise StructureError(
-                    f"connection {connection}: {full} is of type {side.type}, expected a scalar Real or Float64"
-                )
-        if not _same_unit(start, end):
-            raise StructureError(
-                f"connection {connection}: {connection.start} is in {start.unit}, but {connection.end} in {end.unit}"
-            )
-    for component in system.components:
-        for name, value in component.start.items():
-            _check_start(connector(system, connectors, full := f"{component.name}.{name}"), full, value)
-
-
-def _check_start(variable: Connector, name: str, value: Any) -> None:
-    """Raise `StructureError` for a start value that is no number or outside the bounds of its variable."""
-    low = -math.inf if variable.min is None else variable.min
-    high = math.inf if variable.max is None else variable.max
-    if not (is_number(value) and math.isfinite(value) and low <= value <= high):
-        unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
-        raise StructureError(f"{name} starts at {value}{unit}, expected a number from {low:g} to {high:g}{unit}")
-
-
 def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]], name: str) -> Connector:
     """Return the variable with a full name; `StructureError` with the nearest names if there is none."""
     component, variable = system.split(name)
@@ -94,10 +55,3 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
             f"{nearest(variable, connectors[component])}"
         )
     return connectors[component][variable]
-
-
-def _same_unit(start: Connector, end: Connector) -> bool:
-    """Whether two units need no conversion; foreign FMUs may spell a unit differently or declare none."""
-    if start.unit is None or end.unit is None or start.unit == end.unit:
-        return True
-    return start.base_unit is not None and start.base_unit == end.base_unit

@@ -16,6 +16,9 @@ SINE_SOURCE, LOCK_IN = "sine_source", "lock_in"
 MULTISINE_SOURCE, SAMPLER = "multisine_source", "sampler"
 """Names of the parts that are the instruments of a measurement."""
 
+LINEAR_TRANSFORMATION = "linear_transformation"
+"""Name of the part that applies gains, offsets and conversions of units between components."""
+
 
 @dataclass(frozen=True)
 class Scene:

@@ -40,7 +40,7 @@ def scene_text(scene: Scene) -> str:
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
-        lines += ["", "[[connections]]", f"start = {_value(connection.start)}", f"end = {_value(connection.end)}"]
+        lines += ["", "[[connections]]", *(f"{key} = {_value(value)}" for key, value in _joined(connection).items())]
     return settings_text(scene) + "\n".join(lines) + "\n"
 
 
@@ -83,7 +83,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
     parts = _tables(where, table.pop("components"), "components")
     joined = _tables(where, table.pop("connections", []), "connections")
     for item in joined:
-        _check_keys(f"{where}: connection", item, ("start", "end"), ("start", "end"))
+        _check_keys(f"{where}: connection", item, ("start", "end", "factor", "offset"), ("start", "end"))
     try:
         components = [_component("component", item) for item in parts]
         return Scene(System(components, [Connection(**item) for item in joined]), **table)
@@ -142,6 +142,12 @@ def _table(component: Component) -> dict[str, Any]:
     """Return the fields of a component that are neither `None` nor empty."""
     fields = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.name != "computed"}
     return {key: value for key, value in fields.items() if value not in (None, {}, ())}
+
+
+def _joined(connection: Connection) -> dict[str, Any]:
+    """Return the fields of a connection, factor and offset where it is transformed."""
+    fields = dataclasses.asdict(connection)
+    return fields if connection.is_transformed else {key: fields[key] for key in ("start", "end")}
 
 
 def _value(value: Any) -> str:

@@ -9,9 +9,10 @@ All classes are frozen. A connection between two ranges joins their members pair
 the order in which a co-simulation algorithm steps them.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -90,14 +91,30 @@ class Component:
 
 @dataclass(frozen=True)
 class Connection:
-    """Connection of the output `start` to the input `end`, both full names."""
+    """Connection of the output `start` to the input `end`, both full names.
+
+    The input is factor * output + offset, the linear transformation of SSP (`transformations.py`); without one it is
+    the output, converted where the units differ.
+    """
 
     start: str
     end: str
+    factor: float = 1.0
+    offset: float = 0.0
 
     def __post_init__(self):
         text("start of a connection", self.start, "the full name of an output")
         text(f"end of the connection from {self.start}", self.end, "the full name of an input")
+        for label in ("factor", "offset"):
+            value = getattr(self, label)
+            if not (is_number(value) and math.isfinite(value)):
+                refuse(f"the {label} of connection {self}", value, "a finite number")
+            object.__setattr__(self, label, float(value))
+
+    @property
+    def is_transformed(self) -> bool:
+        """Whether it has a factor or an offset."""
+        return (self.factor, self.offset) != (1.0, 0.0)
 
     def __str__(self) -> str:
         return f"{self.start} -> {self.end}"
@@ -160,7 +177,7 @@ class System:
     def unfused(self) -> "System":
         """The system with every fused component replaced by its members."""
         inside = [connection for whole in self.components for connection in whole.connections]
-        between = [Connection(*map(self.own_name, (c.start, c.end))) for c in self.connections]
+        between = [replace(c, start=self.own_name(c.start), end=self.own_name(c.end)) for c in self.connections]
         return System([part for whole in self.components for part in whole.members or (whole,)], [*inside, *between])
 
     def own_name(self, name: str) -> str:
@@ -210,4 +227,4 @@ def _pairwise(connection: Connection) -> list[Connection]:
         raise StructureError(
             f"connection {connection} joins {len(starts)} output(s) to {len(ends)} input(s); ranges must be of one size"
         )
-    return [Connection(start, end) for start, end in zip(starts, ends, strict=True)]
+    return [replace(connection, start=start, end=end) for start, end in zip(starts, ends, strict=True)]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hfsa.components._modelling.units import BASE, rate_unit, unit
+from hfsa.components._modelling.units import BASE, are_alike, carried, rate_unit, unit
 
 
 def exponents(name: str) -> dict[str, int]:
@@ -42,3 +42,18 @@ def test_a_rate_unit_is_the_unit_per_second(name):
 
 def test_rate_units_are_spelt_as_declared_units_are():
     assert [rate_unit("m"), rate_unit("m/s"), rate_unit("rad/s")] == ["m/s", "m/s2", "rad/s2"]
+
+
+@pytest.mark.parametrize("text", ["degC", "rpm", "%", "N·m", "m^2", "-", "m³/h"])
+def test_a_text_of_a_foreign_fmu_is_carried(text):
+    assert unit(carried(text)).name == text
+    assert unit(carried(text)).exponents is None
+    assert unit(rate_unit(carried(text))).exponents is None
+    with pytest.raises(ValueError, match="unit"):
+        unit(text)
+
+
+def test_a_carried_text_is_like_itself_alone():
+    assert are_alike(carried("degC"), carried("degC"))
+    assert not are_alike(carried("degC"), "K")
+    assert are_alike(carried("N.m"), "kg.m2/s2")

@@ -10,7 +10,7 @@ from scene_responses import assert_close, linear, responses, scene, swept
 from hfsa.components import rrr_stage
 from hfsa.cosim.assembly import build
 from hfsa.cosim.cli import main
-from hfsa.cosim.systems.connectors import check
+from hfsa.cosim.systems.check import check
 
 # The robot ------------------------------------------------------------------------------------------------------------
 

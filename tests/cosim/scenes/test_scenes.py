@@ -11,7 +11,8 @@ from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.linear.linearize import linear_response
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.master import Master
-from hfsa.cosim.systems.connectors import check, connector
+from hfsa.cosim.systems.check import check
+from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.scene_file import read_scene_text, scene_text
 
 SCENES = pytest.mark.parametrize("name", list(available_scenes()))

@@ -12,7 +12,7 @@ from hfsa.cosim.assembly.build import build
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import make_master
-from hfsa.cosim.systems.connectors import check
+from hfsa.cosim.systems.check import check
 from hfsa.cosim.systems.errors import StructureError
 
 ERRORS = [f"tracking.axis[{i}].error" for i in (1, 2, 3)]
