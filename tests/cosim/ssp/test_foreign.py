@@ -5,7 +5,8 @@ Each is the loop of `spring_loop` in another guise, so its motion is known in cl
 
 import numpy as np
 import pytest
-from spring_loop import closed_loop
+from scipy.linalg import expm
+from spring_loop import KD, KP, MATRIX, TF, closed_loop
 from ssp_by_hand import EXPERIMENT, NAMESPACES, PLAIN, SSP, bound, inline, packed, structure, values
 
 from hfsa.cosim import run
@@ -246,3 +247,61 @@ def test_a_package_runs_by_its_path_and_takes_parameters(packages, in_tmp):
     file = packages(plain())
     follows(file, start=3.0, parameters={"plant.x": 3.0})
     assert package_of(file).scene.system["plant"].start == {"x": 1.0}
+
+
+# Transformations ------------------------------------------------------------------------------------------------------
+
+
+def test_transformations_along_a_connection_are_composed(packages, in_tmp):
+    """The force is halved, offset and doubled again on its way into the system: 2 (f / 2 + 3) - 6 = f."""
+    changed = NESTED.replace(
+        '<ssd:Connection startConnector="f" endElement="plant" endConnector="force"/>',
+        '<ssd:Connection startConnector="f" endElement="plant" endConnector="force">'
+        '<ssc:LinearTransformation factor="0.5" offset="3"/></ssd:Connection>',
+    )
+    connection = package_of(packages(changed)).scene.system.connections[0]
+    assert (connection.end, connection.factor, connection.offset) == ("machine_axis_one_plant.force", 0.5, 3.0)
+    changed = changed.replace(
+        '<ssd:Connection startElement="pd" startConnector="force" endElement="machine" endConnector="push"/>',
+        '<ssd:Connection startElement="pd" startConnector="force" endElement="machine" endConnector="push">'
+        '<ssc:LinearTransformation factor="2" offset="-6"/></ssd:Connection>',
+    )
+    file = packages(changed)
+    assert not any(c.is_transformed for c in package_of(file).scene.system.connections)
+    follows(file)
+
+
+def test_a_gain_of_the_package_is_a_gain_of_the_loop(packages, in_tmp):
+    """Twice the force on the plant is the loop with twice the gains, as on a mass of its own stiffness."""
+    doubled = plain().replace(
+        'endElement="plant" endConnector="force"/>',
+        'endElement="plant" endConnector="force"><ssc:LinearTransformation factor="2"/></ssd:Connection>',
+    )
+    position, time = motion(packages(doubled))
+    slope = -2 * (KP + KD / TF)
+    matrix = MATRIX + np.array([[0, 0, 0], [slope / 2, 0, KD / TF], [0, 0, 0]])
+    exact = [(expm(matrix * t) @ [1.0, 0.0, 0.0])[0] for t in time]
+    np.testing.assert_allclose(position, exact, rtol=0, atol=1e-7)
+
+
+KILONEWTONS = '<ssd:Units><ssc:Unit name="kN"><ssc:BaseUnit kg="1" m="1" s="-2" factor="1000"/></ssc:Unit></ssd:Units>'
+
+
+@pytest.mark.parametrize(
+    ("words", "inside", "factor"),
+    [("", "", 1.0), ('suppressUnitConversion="true"', "", 1e-3), ("", '<ssc:LinearTransformation factor="2"/>', 2.0)],
+    ids=["there_and_back", "not_converted_on_the_way_back", "converted_and_transformed"],
+)
+def test_units_of_systems_on_the_way(read, words, inside, factor):
+    """The force passes a connector of a system in kN: N to kN, transformed, and kN to N."""
+    changed = NESTED.replace(
+        '<ssd:Connector name="push" kind="input"><ssc:Real/>', '<ssd:Connector name="push" kind="input"><ssc:Real unit="kN"/>'
+    ).replace('<ssd:Connector name="f" kind="input"/>', '<ssd:Connector name="f" kind="input"><ssc:Real unit="kN"/></ssd:Connector>')
+    changed = changed.replace(
+        '<ssd:Connection startConnector="f" endElement="plant" endConnector="force"/>',
+        f'<ssd:Connection startConnector="f" endElement="plant" endConnector="force" {words}>{inside}</ssd:Connection>',
+    )
+    connection = read(changed, f"{KILONEWTONS}{EXPERIMENT}").scene.system.connections[0]
+    assert connection.end == "machine_axis_one_plant.force"
+    assert connection.factor == pytest.approx(factor, rel=1e-14)
+    assert connection.offset == 0
