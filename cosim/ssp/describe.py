@@ -1,8 +1,9 @@
 """SystemStructure.ssd and the parameter sets of a scene, as XML of SSP 1.0.
 
 Elements stand in the order of steps, each with its real inputs and outputs as connectors. Nothing is connected to the
-system itself: libcosim and ecos refuse that. Prefixes are those of the standard, and lists have no attributes: both
-masters read the text, not the namespaces.
+system itself: libcosim and ecos refuse that. What the system offers stands in an annotation instead, in the words of the
+standard, where fmutool finds it. Prefixes are those of the standard, and lists have no attributes: both masters read the
+text, not the namespaces.
 """
 
 import math
@@ -16,6 +17,7 @@ from hfsa.cosim.ssp.vocabulary import (
     BASE_UNITS,
     FMU_TYPE,
     HFSA,
+    OFFERED,
     OMS,
     OPEN_MODELICA,
     OPEN_SIMULATION_PLATFORM,
@@ -56,12 +58,16 @@ def structure_xml(
             bindings = etree.SubElement(node, f"{{{SSD}}}ParameterBindings")
             etree.SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=values_of(element))
     _add_connections(system, scene, elements)
-    _add_master(system, scene)
+    annotations = etree.SubElement(system, f"{{{SSD}}}Annotations")
+    _add_master(annotations, scene)
+    _add_offered(annotations, scene, elements)
     _add_units(root, f"{{{SSD}}}Units", used)
     experiment = etree.SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(scene.stop_time))
-    algorithm = etree.SubElement(_annotation(experiment, OPEN_SIMULATION_PLATFORM), f"{{{OSP}}}Algorithm")
+    noted = etree.SubElement(experiment, f"{{{SSD}}}Annotations")
+    algorithm = etree.SubElement(_annotation(noted, OPEN_SIMULATION_PLATFORM), f"{{{OSP}}}Algorithm")
     etree.SubElement(algorithm, f"{{{OSP}}}FixedStepAlgorithm", baseStepSize=repr(scene.step_size))
-    etree.SubElement(_annotation(root, OURS), f"{{{HFSA}}}Scene").text = annotation
+    own = _annotation(etree.SubElement(root, f"{{{SSD}}}Annotations"), OURS)
+    etree.SubElement(own, f"{{{HFSA}}}Scene").text = annotation
     return _text(root)
 
 
@@ -126,9 +132,22 @@ def _add_connections(system: etree._Element, scene: Scene, elements: Mapping[str
         node.attrib.update({"endElement": elements[end], "endConnector": entry})
 
 
-def _add_master(system: etree._Element, scene: Scene) -> None:
+def _add_offered(annotations: etree._Element, scene: Scene, elements: Mapping[str, str]) -> None:
+    """Add the outputs of the scene, and its inputs that nothing feeds, as connections of the system."""
+    inside = etree.SubElement(_annotation(annotations, OFFERED), f"{{{SSD}}}Connections")
+    fed = {connection.end for connection in scene.system.connections}
+    sides = [(name, "end", "start") for name in scene.inputs if name not in fed]
+    sides += [(name, "start", "end") for name in scene.outputs]
+    for name, own, other in sides:
+        component, variable = scene.system.split(name)
+        node = etree.SubElement(inside, f"{{{SSD}}}Connection")
+        node.attrib.update({f"{own}Element": elements[component], f"{own}Connector": variable})
+        node.set(f"{other}Connector", f"{elements[component]}.{variable}")
+
+
+def _add_master(annotations: etree._Element, scene: Scene) -> None:
     """Add what OMSimulator takes for its step; its default is another."""
-    inside = etree.SubElement(_annotation(system, OPEN_MODELICA), f"{{{OMS}}}Annotations")
+    inside = etree.SubElement(_annotation(annotations, OPEN_MODELICA), f"{{{OMS}}}Annotations")
     information = etree.SubElement(inside, f"{{{OMS}}}SimulationInformation")
     etree.SubElement(
         information,
@@ -140,9 +159,9 @@ def _add_master(system: etree._Element, scene: Scene) -> None:
     )
 
 
-def _annotation(node: etree._Element, kind: str) -> etree._Element:
-    """Return an annotation of a type, added to a node that has none."""
-    return etree.SubElement(etree.SubElement(node, f"{{{SSD}}}Annotations"), f"{{{SSC}}}Annotation", type=kind)
+def _annotation(annotations: etree._Element, kind: str) -> etree._Element:
+    """Return a new annotation of a type."""
+    return etree.SubElement(annotations, f"{{{SSC}}}Annotation", type=kind)
 
 
 def _add_units(root: etree._Element, tag: str, used: Mapping[str, tuple[float, ...]]) -> None:

@@ -1,7 +1,7 @@
 """What a package says of its simulation: times, the step of the tool that wrote it, and annotations."""
 
 from hfsa.cosim.ssp.structure import Experiment
-from hfsa.cosim.ssp.vocabulary import HFSA, OMS, OPEN_MODELICA, OPEN_SIMULATION_PLATFORM, OSP, OURS, SSC, SSD
+from hfsa.cosim.ssp.vocabulary import HFSA, OFFERED, OMS, OPEN_MODELICA, OPEN_SIMULATION_PLATFORM, OSP, OURS, SSC, SSD
 from hfsa.cosim.ssp.xml import Node, number
 
 _STEPS = (
@@ -18,7 +18,7 @@ def read_experiment(root: Node, where: str) -> Experiment:
     start = 0.0 if node is None else number(node, "startTime", 0.0, where)
     stop = None if node is None or node.get("stopTime") is None else number(node, "stopTime", 0.0, where)
     types = [annotation.get("type") or "" for annotation in root.iter(f"{{{SSC}}}Annotation")]
-    foreign = dict.fromkeys(kind for kind in types if kind not in (OURS, OPEN_SIMULATION_PLATFORM, OPEN_MODELICA))
+    foreign = dict.fromkeys(kind for kind in types if kind not in (OURS, OFFERED, OPEN_SIMULATION_PLATFORM, OPEN_MODELICA))
     if root.find(f".//{{{OSP}}}StepSizeHint") is not None:
         foreign[f"{OPEN_SIMULATION_PLATFORM} (StepSizeHint)"] = None
     ours = next((scene.text or "" for scene in root.iter(f"{{{HFSA}}}Scene")), None)

@@ -13,7 +13,10 @@ MAIN = "SystemStructure.ssd"
 """Name of the system structure description in the archive."""
 
 OURS, OPEN_SIMULATION_PLATFORM, OPEN_MODELICA = "org.hfsa.scene", "com.opensimulationplatform", "org.openmodelica"
-"""Types of the annotations that are read; all others are foreign."""
+"""Types of the annotations that are read."""
+
+OFFERED = "org.hfsa.offered"
+"""Type of the annotation with the inputs and outputs of a scene, which our own has too."""
 
 FMU_TYPE, STRUCTURE_TYPE, PACKAGE_TYPE = (
     "application/x-fmu-sharedlibrary",
