@@ -1,13 +1,14 @@
 """SystemStructure.ssd and the parameter sets of a scene, as XML of SSP 1.0.
 
-Elements stand in the order of steps, each with its real inputs and outputs as connectors. Nothing is connected to the
-system itself: libcosim and ecos refuse that. What the system offers stands in an annotation instead, in the words of the
+Elements stand in the order of steps, each with its real outputs and the inputs that something feeds as connectors: fmpy
+feeds any other input of the list from anywhere. Nothing is connected to the system itself: libcosim and ecos refuse that.
+What the system offers stands in an annotation instead, in the words of the
 standard, where fmutool finds it. Prefixes are those of the standard, and lists have no attributes: both masters read the
 text, not the namespaces.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from lxml import etree
@@ -48,8 +49,9 @@ def structure_xml(
     system = etree.SubElement(root, f"{{{SSD}}}System", name=elements_free_name(name, elements.values()))
     inside = etree.SubElement(system, f"{{{SSD}}}Elements")
     used: dict[str, tuple[float, ...]] = {}
+    fed = {connection.end for connection in scene.system.connections}
     for component in scene.system.components:
-        ports = ports_of(assembly.connectors[component.name])
+        ports = [port for port in ports_of(assembly.connectors[component.name]) if _is_used(port, component.name, fed)]
         used |= {port.unit: port.base_unit for port in ports if port.unit and port.base_unit}
         element = elements[component.name]
         node = etree.SubElement(inside, f"{{{SSD}}}Component", name=element, type=FMU_TYPE, source=fmu_of(element))
@@ -106,6 +108,11 @@ def ports_of(variables: Mapping[str, Connector]) -> list[Connector]:
     return [v for v in variables.values() if v.causality in ("input", "output") and v.is_real]
 
 
+def _is_used(port: Connector, component: str, fed: Collection[str]) -> bool:
+    """Whether a port is an output, or an input that something feeds."""
+    return port.causality == "output" or f"{component}.{port.name}" in fed
+
+
 def elements_free_name(name: str, taken: Iterable[str]) -> str:
     """Return a name of the system that no element has."""
     return f"{name}_system" if name in taken else name
@@ -142,7 +149,7 @@ def _add_offered(annotations: etree._Element, scene: Scene, elements: Mapping[st
         component, variable = scene.system.split(name)
         node = etree.SubElement(inside, f"{{{SSD}}}Connection")
         node.attrib.update({f"{own}Element": elements[component], f"{own}Connector": variable})
-        node.set(f"{other}Connector", f"{elements[component]}.{variable}")
+        node.set(f"{other}Connector", f"{annotations.getparent().get('name')}.{elements[component]}.{variable}")
 
 
 def _add_master(annotations: etree._Element, scene: Scene) -> None:
