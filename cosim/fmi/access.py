@@ -14,14 +14,11 @@ import ctypes
 from collections.abc import Callable, Sequence
 from ctypes import CFUNCTYPE, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from hfsa.cosim.systems.connectors import Connector
-
-if TYPE_CHECKING:
-    from hfsa.cosim.fmi.base_instance import BaseInstance
 
 _FUNCTIONS = {2: {"Enumeration": "Integer"}, 3: {"Enumeration": "Int64"}}
 """Name of a type in the functions of FMI, where it is not that of the type."""
@@ -35,7 +32,7 @@ _DTYPES = {
 }
 """Type of the values of a function, by the name of the function's type; a Boolean depends on the version."""
 
-_LARGEST = 2.0**53
+_LARGEST = 2**53
 """Whole numbers above it are not all doubles."""
 
 _ERROR = 3
@@ -45,6 +42,38 @@ _THUNKS = {
     3: CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p, c_size_t),
 }
 """Types of the functions for real numbers, by version."""
+
+
+class Owner(Protocol):
+    """The instance whose variables an access serves.
+
+    Attributes:
+        failing_function: name of the FMI function that returned the last status other than ok.
+    """
+
+    failing_function: str | None
+
+    @property
+    def component(self) -> c_void_p:
+        """The instance in the FMU's library."""
+        ...
+
+    @property
+    def version(self) -> int:
+        """Version of FMI, 2 or 3."""
+        ...
+
+    def function_named(self, name: str) -> Callable[..., int]:
+        """Return the FMU's function of a name."""
+        ...
+
+    def array_of(self, variable: Connector, dtype: np.dtype) -> np.ndarray:
+        """Return the values (size,) of the array of an element."""
+        ...
+
+    def tell(self, message: str) -> None:
+        """Add a message to those of the FMU."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +97,8 @@ class _Piece:
 class Access:
     """Values of variables of any type of number, (n,), read and set together."""
 
-    def __init__(self, instance: "BaseInstance", variables: Sequence[Connector], values: np.ndarray):
-        self._instance, self._values, self._version = instance, values, instance.fmu.version
+    def __init__(self, instance: Owner, variables: Sequence[Connector], values: np.ndarray):
+        self._instance, self._values, self._version = instance, values, instance.version
         groups: dict[tuple[str, int | None], list[int]] = {}
         for place, variable in enumerate(variables):
             kind = _FUNCTIONS[self._version].get(variable.type, variable.type)
@@ -89,9 +118,11 @@ class Access:
                 return status
             warning = warning or status
             found = piece.buffer[piece.elements]
-            if piece.buffer.dtype.itemsize == 8 and piece.buffer.dtype.kind in "iu":
-                for name in np.array(piece.names)[(found.astype(float) > _LARGEST) | (found.astype(float) < -_LARGEST)]:
-                    return self._refuse("Get", piece, f"{name} is beyond 2^53, where a double skips whole numbers")
+            if piece.type in ("Int64", "UInt64"):
+                for name, value in zip(piece.names, found.tolist(), strict=True):
+                    if abs(value) > _LARGEST:
+                        message = f"{name} is {value}, beyond 2^53, where a double skips whole numbers"
+                        return self._refuse("Get", piece, message)
             self._values[piece.places] = found
         return warning
 

@@ -390,6 +390,11 @@ class BaseInstance:
         """The instance in the FMU's library."""
         return self._component
 
+    @property
+    def version(self) -> int:
+        """Version of FMI, 2 or 3."""
+        return self.fmu.version
+
     def function_named(self, name: str) -> Callable[..., int]:
         """Return the FMU's function of a name."""
         if name not in self._named:
