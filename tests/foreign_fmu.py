@@ -19,7 +19,8 @@ def foreign_fmu(folder: Path, version: int, name: str, source: Path, description
     text = source.read_text()
     functions = {function for kind in _KINDS[version] for function in dir(kind) if function.startswith(f"fmi{version}")}
     missing = sorted(function for function in functions if f" {function}(" not in text)
-    (folder / "stubs.c").write_text("".join(f"int {function}(void) {{ return 3; }}\n" for function in missing))
+    stubs = (f"__attribute__((weak)) int {function}(void) {{ return 3; }}\n" for function in missing)
+    (folder / "stubs.c").write_text("".join(stubs))
     (folder / "source.c").write_text(text)
     given = ["-std=c99", "-fPIC", "-shared", "-w", f"-DVERSION={version}", f"-I{HEADERS}", *flags]
     subprocess.run([*compiler(), *given, "source.c", "stubs.c", "-o", "binary"], cwd=folder, check=True)

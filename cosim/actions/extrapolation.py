@@ -106,12 +106,13 @@ class Extrapolation:
         self.degree = 0 if self.unable else order
 
     def moving(self, instance: str) -> list[int]:
-        """Return the bus indices of an instance's inputs that change between ticks."""
-        return [
-            i
-            for i, connection in enumerate(self._wiring.connections)
-            if self._wiring.split(connection.end)[0] == instance and not self._wiring.is_sampled(connection.start)
-        ]
+        """Return the bus indices of an instance's inputs that change between ticks, and are real numbers."""
+        wiring, places = self._wiring, []
+        for i, connection in enumerate(wiring.connections):
+            target, name = wiring.split(connection.end)
+            if target == instance and wiring.connectors[target][name].is_real:
+                places += [] if wiring.is_sampled(connection.start) else [i]
+        return places
 
     def is_able(self, instance: str) -> bool:
         """Whether an instance accepts derivatives of its moving inputs."""

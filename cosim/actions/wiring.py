@@ -104,7 +104,7 @@ class Wiring:
     def is_sampled(self, output: str) -> bool:
         """Whether an output (full name) changes only at ticks."""
         component, variable = self.split(output)
-        return self.connectors[component][variable].variability == "discrete"
+        return self.connectors[component][variable].changes_at_events
 
     def jumping(self) -> set[str]:
         """Return the connected outputs (full names) that jump at ticks: sampled ones, and those they feed through."""

@@ -281,7 +281,7 @@ def _own_starts(part: Part, component: Component, arguments: Mapping[str, Any]) 
         return {}
 
 
-def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> float:
+def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> Any:
     """Return a start value that fits the variables `argument` stands for; errors name what is known, and the bounds."""
     model = None if part is None else _model_with(part, component, argument)
     known = describe(fmu_file(component)).variables if model is None else [quantity.name for quantity in model]
@@ -289,6 +289,8 @@ def _start_value(component: Component, part: Part | None, argument: str, value: 
         if member not in known:
             names = [*known, *(part.arguments if part else ())]
             raise StructureError(f"{component.name} has no argument {member!r}{nearest(member, names)}")
+    if model is None and (typed := _of_type({known[member].type for member in expand(argument)}, value)) is not None:
+        return typed
     try:
         number = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -299,6 +301,15 @@ def _start_value(component: Component, part: Part | None, argument: str, value: 
         for member in expand(argument):
             model.set_start(member, number)
     return number
+
+
+def _of_type(types: set[str], value: Any) -> Any:
+    """Return a start value of a string or Boolean variable of a foreign FMU; `None` for any other variable."""
+    if types == {"String"}:
+        return str(value)
+    if types == {"Boolean"} and value in ("true", "false", True, False):
+        return value in ("true", True)
+    return None
 
 
 def _model_with(part: Part, component: Component, argument: str) -> Model:

@@ -49,9 +49,9 @@ def signals(variables: Mapping[str, Mapping[str, Connector]], kind: str = "signa
 
 
 def _of(variables: Mapping[str, Mapping[str, Connector]], causality: str) -> list[str]:
-    """Return the full names of all real variables of one causality."""
+    """Return the full names of all numbers of one causality."""
     every = ((component, v) for component, known in variables.items() for v in known.values())
-    return [f"{component}.{v.name}" for component, v in every if v.causality == causality and v.is_real]
+    return [f"{component}.{v.name}" for component, v in every if v.causality == causality and v.is_number]
 
 
 def with_amplitude(scene: Scene, amplitude: float | None, inputs: Sequence[str], assembly: Assembly) -> Scene:

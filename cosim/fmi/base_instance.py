@@ -12,17 +12,22 @@ from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import fmpy
 import numpy as np
 
+from hfsa.cosim.fmi.access import Access, set_texts
 from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
 from hfsa.cosim.fmi.library import TERMINATED, Library, Log
 from hfsa.cosim.fmi.model_exchange_library import MODEL_EXCHANGE
+from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
+
+Starts = Mapping[str, float | bool | str]
+"""Start values by name of the variable."""
 
 _LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {
     "co_simulation": CO_SIMULATION,
@@ -110,12 +115,16 @@ class Fmu:
 
 @dataclass(frozen=True, eq=False)
 class Handle:
-    """Variables of one instance: value references, and the array (n,) that `get` writes and `set` reads."""
+    """Variables of one instance: value references, and the array (n,) that `get` writes and `set` reads.
+
+    `access` is how they are read and set where one function for real numbers does not do.
+    """
 
     names: tuple[str, ...]
     references: ctypes.Array
     values: np.ndarray
     arguments: tuple = field(repr=False)
+    access: Access | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,13 +170,16 @@ class BaseInstance:
         self._log = Log()
         self._component = c_void_p()
         self._states: list[State] = []
+        self._named: dict[str, Callable[..., int]] = {}
+        self._arrays: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self.failing_function: str | None = None
         self._functions = {role: self._library.function(role) for role in self._library.names}
         self._instantiate()
 
     # Life -------------------------------------------------------------------------------------------------------------
 
-    def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
-        """Set start values of parameters, inputs and states (in their units) and enter initialization mode.
+    def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Starts | None = None):
+        """Set start values of parameters, inputs and states (in their units, or texts) and enter initialization mode.
 
         An instance that has run is reset first, which discards all values set before.
         """
@@ -175,17 +187,23 @@ class BaseInstance:
             self._reset()
         self._is_fresh = False
         self.time = start_time
-        if values:
-            for name in values:
-                self._check_settable(name)
-            self.set(self.handle(values), list(values.values()))
+        for array, starts in self._arrays.values():
+            array[:] = starts
+        for name in values or ():
+            self._check_settable(name)
+        texts = {name: value for name, value in (values or {}).items() if isinstance(value, str)}
+        numbers = {name: float(value) for name, value in (values or {}).items() if name not in texts}
+        if texts:
+            self._set_texts(texts)
+        if numbers:
+            self.set(self.handle(numbers), list(numbers.values()))
         self._check("enter", self._library.enter(self._component, start_time, stop_time))
 
     def exit(self) -> None:
         """Leave initialization mode: the instance is ready to step."""
         self._call("exit")
 
-    def start(self, start_time: float = 0.0, stop_time: float | None = None, values: Mapping[str, float] | None = None):
+    def start(self, start_time: float = 0.0, stop_time: float | None = None, values: Starts | None = None):
         """Enter and leave initialization mode, for a single instance."""
         self.enter(start_time, stop_time, values)
         self.exit()
@@ -204,7 +222,7 @@ class BaseInstance:
     # Values -----------------------------------------------------------------------------------------------------------
 
     def handle(self, names: Iterable[str], values: np.ndarray | None = None) -> Handle:
-        """Return a handle of scalar Real or Float64 variables: value references, and an array (n,) of their values.
+        """Return a handle of variables that are numbers: value references, and an array (n,) of their values.
 
         `values` may be a contiguous part of another array: a connected output and input can share it, which saves a
         copy.
@@ -220,12 +238,14 @@ class BaseInstance:
             raise ValueError(f"values of {self.name} must be a contiguous float64 array of shape ({n},)")
         # the array of references and data_as keep their memory alive
         arguments = self._library.values(references, c_size_t(n), values.ctypes.data_as(c_void_p))
-        return Handle(names, references, values, arguments)
+        variables = [self.fmu.variables[name] for name in names]
+        access = None if all(v.is_real for v in variables) else Access(self, variables, values)
+        return Handle(names, references, values, arguments, access)
 
     def get(self, handle: Handle) -> np.ndarray:
         """Read the handle's variables into its array and return that array."""
         if handle.names:
-            self._call("get", *handle.arguments)
+            self._use(self.getter(handle)) if handle.access else self._call("get", *handle.arguments)
         return handle.values
 
     def set(self, handle: Handle, values: Sequence[float] | np.ndarray | None = None) -> None:
@@ -233,15 +253,15 @@ class BaseInstance:
         if values is not None:
             handle.values[:] = values
         if handle.names:
-            self._call("set", *handle.arguments)
+            self._use(self.setter(handle)) if handle.access else self._call("set", *handle.arguments)
 
     def getter(self, handle: Handle) -> Call:
         """Return the prepared call of `get`."""
-        return self._call_of("get", *handle.arguments)
+        return self._prepared("get", handle)
 
     def setter(self, handle: Handle) -> Call:
         """Return the prepared call of `set`."""
-        return self._call_of("set", *handle.arguments)
+        return self._prepared("set", handle)
 
     def check(self, call: Call, status: int) -> None:
         """Raise `StepError` for the status of a prepared call, unless it is ok or a warning."""
@@ -250,7 +270,7 @@ class BaseInstance:
     def warning(self, call: Call) -> str:
         """Return the message for a prepared call that returned a warning."""
         at = "" if self.time is None else f" at t = {self.time:.9g} s"
-        return f"{self.name}: {self._library.names[call.role]}: warning{at}: {self._log.take() or 'without a message'}"
+        return f"{self.name}: {self._function_of(call.role)}: warning{at}: {self._log.take() or 'without a message'}"
 
     def directional(self, unknowns: Handle, knowns: Handle) -> Call:
         """Return the prepared call of a directional derivative: seed in the array of knowns, result in the other.
@@ -259,6 +279,11 @@ class BaseInstance:
         """
         if not self.fmu.description.has_derivatives:
             raise self._unsupported("directional derivatives", "providesDirectionalDerivative(s)")
+        for handle in (unknowns, knowns):
+            if handle.access is not None:
+                name = next(name for name in handle.names if not self.fmu.variables[name].is_real)
+                kind = self._kind(name)
+                raise StructureError(f"{self.name}.{name} has no derivatives: {kind}, expected a scalar Real")
         return self._call_of("directional", *self._library.directional(unknowns.arguments, knowns.arguments))
 
     def jacobian(self, unknowns: Sequence[str], knowns: Sequence[str]) -> np.ndarray:
@@ -339,7 +364,65 @@ class BaseInstance:
         if status == _FATAL:
             self._component.value = None  # the standards allow no further call, not even to free it
         label = _STATUS.get(status, f"status {status}")
-        raise StepError(self.name, self._library.names[role], label, self.time, self._log.take())
+        raise StepError(self.name, self._function_of(role), label, self.time, self._log.take())
+
+    def _function_of(self, role: str) -> str:
+        """Return the FMI function of a role, or that which failed among those of an access."""
+        name, self.failing_function = self.failing_function or self._library.names[role], None
+        return name
+
+    def _use(self, call: Call) -> None:
+        """Run a prepared call; `StepError` as `_check`."""
+        if status := call.run():
+            self._check(call.role, status)
+
+    def _prepared(self, role: Literal["get", "set"], handle: Handle) -> Call:
+        """Return the prepared call that reads or sets the variables of a handle."""
+        if handle.access is None:
+            return self._call_of(role, *handle.arguments)
+        run = handle.access.get if role == "get" else handle.access.set
+        return Call(self, role, handle.access.functions[role], (self._component, *handle.arguments), run)
+
+    # Of an access -----------------------------------------------------------------------------------------------------
+
+    @property
+    def component(self) -> c_void_p:
+        """The instance in the FMU's library."""
+        return self._component
+
+    @property
+    def version(self) -> int:
+        """Version of FMI, 2 or 3."""
+        return self.fmu.version
+
+    def function_named(self, name: str) -> Callable[..., int]:
+        """Return the FMU's function of a name."""
+        if name not in self._named:
+            self._named[name] = self._library.named(name)
+        return self._named[name]
+
+    def array_of(self, variable: Connector, dtype: np.dtype) -> np.ndarray:
+        """Return the values (size,) of the array of an element, one array for all accesses; it begins at its starts."""
+        if variable.reference not in self._arrays:
+            starts = np.zeros(variable.size, dtype)
+            for other in self.fmu.variables.values():
+                if other.reference == variable.reference and other.element is not None and other.start is not None:
+                    starts[other.element] = other.start
+            self._arrays[variable.reference] = (starts.copy(), starts)
+        return self._arrays[variable.reference][0]
+
+    def tell(self, message: str) -> None:
+        """Add a message to those of the FMU."""
+        self._log.messages.append(message)
+
+    def _set_texts(self, texts: Mapping[str, str]) -> None:
+        """Set string variables."""
+        name = f"fmi{self.fmu.version}SetString"
+        pairs = [(self.fmu.variables[variable].reference, text) for variable, text in texts.items()]
+        if status := set_texts(self.function_named(name), self._component, self.fmu.version, pairs):
+            self.failing_function = name
+            self._check("set", status)
+            self.failing_function = None
 
     def _call_of(self, role: str, *arguments) -> Call:
         """Return the prepared call of a function of this instance."""
@@ -376,18 +459,24 @@ class BaseInstance:
         state.pointer.value = None
 
     def _check_known(self, name: str) -> None:
-        """Raise `StructureError` for a variable that does not exist or is no scalar real number."""
+        """Raise `StructureError` for a variable that does not exist or is no number."""
         variable = self.fmu.variables.get(name)
         if variable is None:
             raise StructureError(f"{self.name} has no variable {name!r}{nearest(name, self.fmu.variables)}")
-        if not variable.is_real:
-            raise StructureError(f"{self.name}.{name} is of type {variable.type}, expected a scalar Real or Float64")
+        if not variable.is_number:
+            raise StructureError(f"{self.name}.{name} is of type {variable.type}, expected a number")
+
+    def _kind(self, name: str) -> str:
+        """Return what a variable is that has no derivatives."""
+        variable = self.fmu.variables[name]
+        return f"it is of type {variable.type}" if variable.element is None else "it is an element of an array"
 
     def _check_settable(self, name: str) -> None:
         """Raise `StructureError` for a variable that can never be set."""
-        self._check_known(name)
+        if not (name in self.fmu.variables and self.fmu.variables[name].type == "String"):
+            self._check_known(name)
         variable = self.fmu.variables[name]
-        if variable.start is None or variable.variability == "constant":
+        if (variable.start is None and variable.type != "String") or variable.variability == "constant":
             raise StructureError(
                 f"{self.name}.{name} is a {variable.variability} {variable.causality} without a start value; "
                 "expected a parameter, an input or a state"

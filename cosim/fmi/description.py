@@ -2,8 +2,9 @@
 
 import zipfile
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -224,15 +225,15 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
         unit = v.unit or (declared.unit if declared else None)
         held = ticks and v.variability == "discrete"
         nominal = _number(v.nominal or (declared.nominal if declared else None))
-        variables[v.name] = Connector(
+        whole = Connector(
             name=v.name,
             reference=v.valueReference,
             causality=str(v.causality),
             variability=str(v.variability),
-            type=str(v.type) + "".join(f"[{n}]" for n in v.shape or ()),
+            type=str(v.type),
             unit=unit,
             base_unit=units.get(unit),
-            start=_number(v.start) if _is_scalar(v) else None,
+            start=None if v.shape else _number(v.start),
             nominal=nominal or 1.0,
             min=_number(v.min or (declared.min if declared else None)),
             max=_number(v.max or (declared.max if declared else None)),
@@ -240,20 +241,41 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
             has_nominal=bool(nominal),
             is_relative=bool(v.relativeQuantity or (declared and declared.relativeQuantity)),
         )
+        variables |= {element.name: element for element in _elements(whole, v)} if v.shape else {v.name: whole}
     return variables
+
+
+def _elements(array: Connector, variable: ModelVariable) -> list[Connector]:
+    """Return the elements of an array variable: `x[1]`, or `x[2,3]`; a single start value is that of all."""
+    names = _names_of_elements(variable)
+    starts = [_number(word) for word in str(variable.start or "").split()]
+    starts = starts * len(names) if len(starts) == 1 else starts
+    each: list[float | None] = [*starts] if len(starts) == len(names) else [None] * len(names)
+    return [
+        replace(array, name=name, start=start, element=i, size=len(names))
+        for i, (name, start) in enumerate(zip(names, each, strict=True))
+    ]
+
+
+def _names_of_elements(variable: ModelVariable) -> list[str]:
+    """Return the names of the elements of an array, row by row; that of a scalar is its own."""
+    indices = product(*(range(1, n + 1) for n in variable.shape or ()))
+    return [f"{variable.name}[{','.join(map(str, index))}]" if index else str(variable.name) for index in indices]
 
 
 def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
     """Return the continuous states, each with the name of its derivative."""
     pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
-    return tuple((state.name, derivative.name) for state, derivative in pairs if state)
+    names = (map(_names_of_elements, pair) for pair in pairs if pair[0])
+    return tuple(pair for columns in names for pair in zip(*columns, strict=True))
 
 
 def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
     """Return the inputs that an unknown depends on, `None` where they are not declared."""
     if unknown.dependencies is None:
         return None
-    return tuple(known.name for known in unknown.dependencies if known.causality == "input")
+    inputs = (known for known in unknown.dependencies if known.causality == "input")
+    return tuple(name for known in inputs for name in _names_of_elements(known))
 
 
 def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
@@ -261,13 +283,10 @@ def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
     return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
 
 
-def _is_scalar(variable: ModelVariable) -> bool:
-    """Whether a variable is one real number."""
-    return variable.type in ("Real", "Float64") and not variable.shape
-
-
 def _number(text: str | float | None) -> float | None:
-    """Return a number of the description, `None` where it is missing or not a number."""
+    """Return a number of the description, `None` where it is missing or not a number; true is 1."""
+    if text in ("true", "false"):
+        return float(text == "true")
     try:
         return None if text is None else float(text)
     except ValueError:

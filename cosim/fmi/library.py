@@ -90,7 +90,14 @@ class Library(ABC):
 
     def function(self, role: str) -> Callable[..., int]:
         """Return the C function of a role, without argument types."""
-        return self._fmu.dll[self.names[role]]
+        return self.named(self.names[role])
+
+    def named(self, name: str) -> Callable[..., int]:
+        """Return the C function of a name, without argument types; `StructureError` where the binary lacks it."""
+        try:
+            return self._fmu.dll[name]
+        except AttributeError:
+            raise StructureError(f"the binary of {self._name} lacks {name}, a function of the standard") from None
 
     @abstractmethod
     def instantiate(self, name: str, log: Log) -> int | None:

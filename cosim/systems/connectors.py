@@ -7,6 +7,12 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.system import System
 
+WHOLE = ("Integer", "Enumeration", *(f"{sign}{bits}" for sign in ("Int", "UInt") for bits in (8, 16, 32, 64)))
+"""Types of whole numbers."""
+
+NUMBERS = ("Real", "Float64", "Float32", *WHOLE, "Boolean")
+"""Types of numbers; the others are texts, bytes and clocks."""
+
 
 @dataclass(frozen=True)
 class Connector:
@@ -16,6 +22,8 @@ class Connector:
         base_unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset of the unit; `None` if undeclared.
         nominal: nominal value, 1 where the description declares none; `has_nominal` is whether it declares one.
         is_relative: whether it is a difference, such as a rise of temperature, which an offset of units leaves alone.
+        element: place in the array of which it is an element, row by row from 0, `None` for a scalar; `size` is that of
+            the array.
         dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
     """
 
@@ -33,11 +41,18 @@ class Connector:
     dependencies: tuple[str, ...] | None = ()
     has_nominal: bool = False
     is_relative: bool = False
+    element: int | None = None
+    size: int = 1
 
     @property
     def is_real(self) -> bool:
-        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only types that connections carry."""
-        return self.type in ("Real", "Float64")
+        """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), which directional derivatives and slopes need."""
+        return self.type in ("Real", "Float64") and self.element is None
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it is a number of any type, Booleans among them: what connections and recordings carry."""
+        return self.type in NUMBERS
 
     @property
     def changes_at_events(self) -> bool:

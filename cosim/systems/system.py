@@ -79,7 +79,7 @@ class Component:
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)
         start = table(f"{label}: start", self.start, "a table of start values")
-        object.__setattr__(self, "start", _members(self.name, start))
+        object.__setattr__(self, "start", _members(self.name, start, self.part.endswith(".fmu")))
         object.__setattr__(self, "members", instances(f"{label}: members", self.members, Component))
         object.__setattr__(self, "connections", instances(f"{label}: connections", self.connections, Connection))
         table(f"{label}: computed", self.computed, "a table of analyses")
@@ -193,8 +193,11 @@ def in_order(system: System, names: Sequence[str]) -> System:
     return System([system[name] for name in order], system.connections)
 
 
-def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
-    """Return start values by member; an `Analysis` keeps its name with the range."""
+def _members(component: str, start: Mapping[str, Any], is_foreign: bool) -> dict[str, Any]:
+    """Return start values by member; an `Analysis` keeps its name with the range.
+
+    Variables of a foreign FMU may be texts and Booleans.
+    """
     members: dict[str, Any] = {}
     for name, value in start.items():
         if isinstance(value, Analysis | Mapping):
@@ -204,7 +207,7 @@ def _members(component: str, start: Mapping[str, Any]) -> dict[str, Any]:
         values = value if isinstance(value, list | tuple) else [value] * len(names)
         if len(values) != len(names):
             raise StructureError(f"{component}.{name} has {len(values)} start values, expected {len(names)}")
-        if not all(map(is_number, values)):
+        if not all(is_number(v) or (is_foreign and isinstance(v, bool | str)) for v in values):
             refuse(f"{component}.{name}", value, "a number, or a list of numbers for a range")
         members |= dict(zip(names, values, strict=True))
     return members
