@@ -15,7 +15,7 @@ PACKAGE = ".ssp"
 
 
 def package_of(name: str | Path) -> Package:
-    """Return the scene of a package with remarks, read once for each state of its file; errors as of `ssp.read.read`."""
+    """Return the scene of a package and remarks, read once for each state of its file; errors of `ssp.read.read`."""
     file = Path(name)
     try:
         stat = file.stat()

@@ -48,7 +48,7 @@ def package(
     path: str | Path | None = None,
     warn: Warn = warnings.warn,
 ) -> Package:
-    """Write a scene as a system structure package (SSP 1.0), with a sine source at one input where the scene has inputs.
+    """Write a scene as a system structure package (SSP 1.0), with a sine source at an input where the scene has inputs.
 
     FMUs have the scene's start values in them and beside them, so that a tool that reads no parameter sets runs the
     same system. Levels `auto` are chosen as in a run. Arguments that are not listed are those of `run`.

@@ -257,8 +257,8 @@ def run_scene(
 def with_sine(setup: Setup, sine: SineInput) -> tuple[Scene, str | None]:
     """Return the scene with the amplitude of a sine, and the input that it excites; `None` for a motion of its own.
 
-    `StructureError` for a sine where there is no input. Without excitation the scene keeps its amplitude: levels, orders
-    and algorithms are judged at that.
+    `StructureError` for a sine where there is no input. Without excitation the scene keeps its amplitude, at which
+    levels, orders and algorithms are judged.
     """
     scene = setup.scene
     if sine.input or scene.inputs:

@@ -8,8 +8,8 @@
     check_parameters(path, force) # a parameter set
 
 Nothing is overwritten unasked: a results file of hfsa is replaced with `force` only, a picture by a picture, an FMU or
-SSP by its like. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too; the checks
-apply to the file that it refers to, and that file is replaced.
+SSP by its like. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too;
+the checks apply to the file that it refers to, and that file is replaced.
 """
 
 import os

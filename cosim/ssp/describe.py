@@ -1,13 +1,11 @@
 """SystemStructure.ssd and the parameter sets of a scene, as XML of SSP 1.0.
 
-Elements stand in the order of steps, each with its real outputs and the inputs that something feeds as connectors: fmpy
-feeds any other input of the list from anywhere. Nothing is connected to the system itself: libcosim and ecos refuse that.
-What the system offers stands in an annotation instead, in the words of the
-standard, where fmutool finds it. Prefixes are those of the standard, and lists have no attributes: both masters read the
-text, not the namespaces.
+Elements stand in the order of steps, with their outputs and the inputs that something feeds as connectors: any other
+input of the list gets a value of another from fmpy. Nothing is connected to the system itself, as libcosim and ecos
+refuse that; what the system offers stands in an annotation, in the words of the standard, where fmutool finds it.
+Prefixes are those of the standard, and lists have no attributes: the two masters read the text, not the namespaces.
 """
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -37,9 +35,7 @@ _SET = "start"
 _PREFIXES = {"ssc": SSC, "ssd": SSD, "ssv": SSV, "osp": OSP, "oms": OMS, "hfsa": HFSA}
 
 
-def structure_xml(
-    name: str, scene: Scene, assembly: Assembly, elements: Mapping[str, str], annotation: str
-) -> bytes:
+def structure_xml(name: str, scene: Scene, assembly: Assembly, elements: Mapping[str, str], annotation: str) -> bytes:
     """Return the system structure description of a scene.
 
     `elements` are the names of its components' elements, `annotation` is the text of our annotation.
@@ -62,7 +58,7 @@ def structure_xml(
     _add_connections(system, scene, elements)
     annotations = etree.SubElement(system, f"{{{SSD}}}Annotations")
     _add_master(annotations, scene)
-    _add_offered(annotations, scene, elements)
+    _add_offered(annotations, system.get("name", ""), scene, elements)
     _add_units(root, f"{{{SSD}}}Units", used)
     experiment = etree.SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(scene.stop_time))
     noted = etree.SubElement(experiment, f"{{{SSD}}}Annotations")
@@ -82,12 +78,10 @@ def parameters_xml(start: Mapping[str, Any], variables: Mapping[str, Connector])
     for name, value in start.items():
         parameter = etree.SubElement(inside, f"{{{SSV}}}Parameter", name=name)
         variable = variables[name]
-        if not variable.is_real:
-            etree.SubElement(parameter, f"{{{SSV}}}{_type_of(value)}", value=_written(value))
-            continue
-        real = etree.SubElement(parameter, f"{{{SSV}}}Real", value=_written(float(value)))
-        if variable.unit and variable.base_unit:
-            real.set("unit", variable.unit)
+        kind = _type_of(variable)
+        typed = etree.SubElement(parameter, f"{{{SSV}}}{kind}", value=_written(kind, value))
+        if kind == "Real" and variable.unit and variable.base_unit:
+            typed.set("unit", variable.unit)
             used[variable.unit] = variable.base_unit
     _add_units(root, f"{{{SSV}}}Units", used)
     return _text(root)
@@ -104,8 +98,9 @@ def values_of(element: str) -> str:
 
 
 def ports_of(variables: Mapping[str, Connector]) -> list[Connector]:
-    """Return the inputs and outputs of an FMU that are single real numbers."""
-    return [v for v in variables.values() if v.causality in ("input", "output") and v.is_real]
+    """Return the inputs and outputs of an FMU that are single numbers."""
+    ports = [v for v in variables.values() if v.causality in ("input", "output")]
+    return [v for v in ports if v.is_number and v.element is None]
 
 
 def _is_used(port: Connector, component: str, fed: Collection[str]) -> bool:
@@ -123,9 +118,10 @@ def _add_connectors(node: etree._Element, ports: Iterable[Connector]) -> None:
     connectors = etree.SubElement(node, f"{{{SSD}}}Connectors")
     for port in ports:
         connector = etree.SubElement(connectors, f"{{{SSD}}}Connector", name=port.name, kind=port.causality)
-        real = etree.SubElement(connector, f"{{{SSC}}}Real")
-        if port.unit and port.base_unit:
-            real.set("unit", port.unit)
+        kind = _type_of(port)
+        typed = etree.SubElement(connector, f"{{{SSC}}}{kind}")
+        if kind == "Real" and port.unit and port.base_unit:
+            typed.set("unit", port.unit)
 
 
 def _add_connections(system: etree._Element, scene: Scene, elements: Mapping[str, str]) -> None:
@@ -139,8 +135,8 @@ def _add_connections(system: etree._Element, scene: Scene, elements: Mapping[str
         node.attrib.update({"endElement": elements[end], "endConnector": entry})
 
 
-def _add_offered(annotations: etree._Element, scene: Scene, elements: Mapping[str, str]) -> None:
-    """Add the outputs of the scene, and its inputs that nothing feeds, as connections of the system."""
+def _add_offered(annotations: etree._Element, system: str, scene: Scene, elements: Mapping[str, str]) -> None:
+    """Add the outputs of the scene, and its inputs that nothing feeds, as connections of the system of a name."""
     inside = etree.SubElement(_annotation(annotations, OFFERED), f"{{{SSD}}}Connections")
     fed = {connection.end for connection in scene.system.connections}
     sides = [(name, "end", "start") for name in scene.inputs if name not in fed]
@@ -149,7 +145,7 @@ def _add_offered(annotations: etree._Element, scene: Scene, elements: Mapping[st
         component, variable = scene.system.split(name)
         node = etree.SubElement(inside, f"{{{SSD}}}Connection")
         node.attrib.update({f"{own}Element": elements[component], f"{own}Connector": variable})
-        node.set(f"{other}Connector", f"{annotations.getparent().get('name')}.{elements[component]}.{variable}")
+        node.set(f"{other}Connector", f"{system}.{elements[component]}.{variable}")
 
 
 def _add_master(annotations: etree._Element, scene: Scene) -> None:
@@ -181,24 +177,28 @@ def _add_units(root: etree._Element, tag: str, used: Mapping[str, tuple[float, .
         *exponents, factor, offset = base
         named = zip(BASE_UNITS, exponents, strict=True)
         exponents = {key: str(int(exponent)) for key, exponent in named if exponent}
-        scale = {key: repr(value) for key, value, usual in (("factor", factor, 1.0), ("offset", offset, 0.0)) if value != usual}
+        scale = {
+            key: repr(value)
+            for key, value, usual in (("factor", factor, 1.0), ("offset", offset, 0.0))
+            if value != usual
+        }
         etree.SubElement(unit, f"{{{SSC}}}BaseUnit", {**exponents, **scale})
 
 
-def _type_of(value: Any) -> str:
-    """Return the type of a parameter that is no real number."""
-    if isinstance(value, bool):
-        return "Boolean"
-    return "String" if isinstance(value, str) else "Integer"
+def _type_of(variable: Connector) -> str:
+    """Return the type of SSP 1.0 that a variable has; an enumeration is the number of its item."""
+    if variable.type in ("Boolean", "String"):
+        return variable.type
+    return "Real" if variable.type.startswith(("Real", "Float")) else "Integer"
 
 
-def _written(value: Any) -> str:
+def _written(kind: str, value: Any) -> str:
     """Return a value as XML Schema writes it; numbers keep every bit."""
-    if isinstance(value, bool):
+    if kind == "Boolean":
         return "true" if value else "false"
-    if isinstance(value, float) and not math.isfinite(value):
-        return "NaN" if math.isnan(value) else ("INF" if value > 0 else "-INF")
-    return value if isinstance(value, str) else repr(value)
+    if kind == "Real":
+        return repr(float(value))
+    return str(int(value)) if kind == "Integer" else str(value)
 
 
 def _text(root: etree._Element) -> bytes:

@@ -18,7 +18,9 @@ def read_experiment(root: Node, where: str) -> Experiment:
     start = 0.0 if node is None else number(node, "startTime", 0.0, where)
     stop = None if node is None or node.get("stopTime") is None else number(node, "stopTime", 0.0, where)
     types = [annotation.get("type") or "" for annotation in root.iter(f"{{{SSC}}}Annotation")]
-    foreign = dict.fromkeys(kind for kind in types if kind not in (OURS, OFFERED, OPEN_SIMULATION_PLATFORM, OPEN_MODELICA))
+    foreign = dict.fromkeys(
+        kind for kind in types if kind not in (OURS, OFFERED, OPEN_SIMULATION_PLATFORM, OPEN_MODELICA)
+    )
     if root.find(f".//{{{OSP}}}StepSizeHint") is not None:
         foreign[f"{OPEN_SIMULATION_PLATFORM} (StepSizeHint)"] = None
     ours = next((scene.text or "" for scene in root.iter(f"{{{HFSA}}}Scene")), None)

@@ -13,6 +13,7 @@ from hfsa.cosim.fmi.description import Description, describe
 from hfsa.cosim.ssp.structure import Bus, Link, Nest, Part, Port, Value
 from hfsa.cosim.ssp.units import IDENTITY, Affine, Unit, conversion
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.kinds import is_number
 from hfsa.cosim.systems.names import nearest
 
 Path = tuple[str, ...]
@@ -130,7 +131,9 @@ class _Flattening:
         ends = [((path if element is None else homes[element]), name) for element, name in (link.start, link.end)]
         start, end = ends[::-1] if is_turned else ends
         if end in self._into:
-            raise StructureError(f"{link.place}: {'.'.join((*end[0], end[1]))} is fed twice, also by {self._into[end].link.place}")
+            raise StructureError(
+                f"{link.place}: {'.'.join((*end[0], end[1]))} is fed twice, also by {self._into[end].link.place}"
+            )
         edge = _Edge(start, end, link)
         self._into[end] = edge
         self._out.setdefault(start, []).append(edge)
@@ -216,10 +219,12 @@ class _Flattening:
         if name in element.ports:
             unit = element.ports[name].unit
             number = value.value
-            if _is_real(number):
+            if is_number(number):
                 converted = conversion(value.unit, unit, value.place) if value.is_converted else IDENTITY
-                number = converted.then(value.after)(number)
-            self._pass_on((path, name), Value(name, number, unit or value.unit, value.place), IDENTITY, unit or value.unit)
+                number = converted.then(value.after).applied(number)
+            self._pass_on(
+                (path, name), Value(name, number, unit or value.unit, value.place), IDENTITY, unit or value.unit
+            )
             found = True
         for inside in element.elements:
             if name.startswith(f"{inside.name}."):
@@ -240,9 +245,9 @@ class _Flattening:
         """Set the start value of a variable of an FMU."""
         path, name = place
         number = value.value
-        if _is_real(number):
+        if is_number(number):
             own = conversion(unit, self._unit(place), value.place) if is_converted else IDENTITY
-            number = own.then(after)(number)
+            number = own.then(after).applied(number)
         elif not after.is_identity:
             raise StructureError(f"{value.place}: {name} is {number!r}, expected a number, which a mapping transforms")
         self.flat.starts[path][name] = number
@@ -285,8 +290,3 @@ def _shown(end: tuple[str | None, str]) -> str:
     """Return an end of a connection as one reads it."""
     element, name = end
     return name if element is None else f"{element}.{name}"
-
-
-def _is_real(value: Any) -> bool:
-    """Whether a value is a number that units and transformations apply to."""
-    return isinstance(value, float)

@@ -101,9 +101,13 @@ def transformation(node: Node, where: str) -> Affine:
     """Return the linear transformation of a connection or mapping; `StructureError` for one of another kind."""
     for child in node:
         if local(child) in _MAPPINGS:
-            raise StructureError(f"{at(where, child)}: {local(child)} cannot be simulated, expected LinearTransformation")
+            raise StructureError(
+                f"{at(where, child)}: {local(child)} cannot be simulated, expected LinearTransformation"
+            )
     # older documents have it among their own names
-    linear = next((child for child in node if local(child) == "LinearTransformation" and child.tag.startswith("{")), None)
+    linear = next(
+        (child for child in node if local(child) == "LinearTransformation" and child.tag.startswith("{")), None
+    )
     if linear is None:
         return Affine()
     if not linear.tag.startswith((f"{{{SSC}}}", f"{{{SSD}}}", f"{{{SSM}}}")):

@@ -65,7 +65,11 @@ def read(file: Path, keep: Keep) -> Package:
             scene, remarks = _scene(system, flat, names, experiment)
     except StructureError as error:
         raise StructureError(f"{file}: {error}") from None
-    remarks += [f"element {'.'.join(path)} is the component {name}" for path, name in names.items() if _is_new(path, name, known)]
+    remarks += [
+        f"element {'.'.join(path)} is the component {name}"
+        for path, name in names.items()
+        if _is_new(path, name, known)
+    ]
     if experiment.foreign:
         remarks.append(f"annotations of {', '.join(experiment.foreign)} are ignored")
     if flat.unused:
@@ -88,7 +92,8 @@ def _is_new(path: tuple[str, ...], name: str, known: dict[str, str]) -> bool:
 def _system(flat: Flat, names: dict[tuple[str, ...], str], order: list[str]) -> System:
     """Return the system, components in an order of names, and those that it does not have behind."""
     components = {
-        names[path]: Component(names[path], str(part.file), start=flat.starts[path]) for path, part in flat.parts.items()
+        names[path]: Component(names[path], str(part.file), start=flat.starts[path])
+        for path, part in flat.parts.items()
     }
     first = [name for name in order if name in components]
     rest = [name for name in components if name not in first]
@@ -97,7 +102,7 @@ def _system(flat: Flat, names: dict[tuple[str, ...], str], order: list[str]) -> 
 
 
 def _connection(join: Join, flat: Flat, names: dict[tuple[str, ...], str]) -> Connection:
-    """Return a connection between two components, with a factor and an offset where its units alone do not give them."""
+    """Return a connection between two components, with factor and offset where its units alone do not give them."""
     start, end = (f"{names[place[0]]}.{place[1]}" for place in (join.start, join.end))
     plain = Connection(start, end)
     ends = (describe(flat.parts[path].file).variables[name] for path, name in (join.start, join.end))
@@ -118,15 +123,14 @@ def _connection(join: Join, flat: Flat, names: dict[tuple[str, ...], str]) -> Co
 
 def _with_own_source(system: System, settings: dict[str, Any]) -> Scene:
     """Return the scene of an annotation; the source among its components is taken out, with its values."""
-    source: Component = settings.get("source", Component("source", "sine_source"))
-    if all(component.name != source.name for component in system.components):
+    source: Component | None = settings.get("source")
+    if source is None or all(component.name != source.name for component in system.components):
         return Scene(system, **settings)
     packed = system[source.name]
     start = {**source.start, **packed.start}
-    amplitude = start.pop("amplitude", None)
-    unit = describe(Path(packed.part)).variables["value"].unit or "1"
-    if amplitude is not None:
-        settings = {**settings, "amplitude": {**settings.get("amplitude", {}), unit: amplitude}}
+    amplitude, value = start.pop("amplitude", None), describe(Path(packed.part)).variables.get("value")
+    if amplitude is not None and value is not None:
+        settings = {**settings, "amplitude": {**settings.get("amplitude", {}), value.unit or "1": amplitude}}
     rest = System(
         [component for component in system.components if component is not packed],
         [c for c in system.connections if system.split(c.start)[0] != source.name],

@@ -71,7 +71,9 @@ class _Document:
         for name in names:
             if names.count(name) > 1:
                 raise StructureError(f"{place}: two elements are called {name}, expected names of their own")
-        known = [attribute(d, "name", self.where) for d in children(node, SSD, "SignalDictionaries", "SignalDictionary")]
+        known = [
+            attribute(d, "name", self.where) for d in children(node, SSD, "SignalDictionaries", "SignalDictionary")
+        ]
         links = tuple(self._link(child) for child in children(node, SSD, "Connections", "Connection"))
         name, values = node.get("name") or "system", bound_values(node, self.where, self._document_of)
         return Nest(name, place, elements, links, self._ports(node), values, tuple(known))

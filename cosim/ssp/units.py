@@ -29,8 +29,9 @@ class Affine:
     factor: float = 1.0
     offset: float = 0.0
 
-    def __call__(self, value: float) -> float:
-        return self.factor * value + self.offset
+    def applied(self, value: float) -> float:
+        """Return what a value becomes."""
+        return value if self == IDENTITY else self.factor * value + self.offset
 
     def then(self, after: "Affine") -> "Affine":
         """Return the map that applies this one and then another."""

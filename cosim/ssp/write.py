@@ -35,9 +35,7 @@ def write(file: Path, name: str, scene: Scene, assembly: Assembly) -> dict[str, 
         **{key: [_full(assembly, variable) for variable in getattr(scene, key)] for key in _LISTS},
         scale={_full(assembly, variable): size for variable, size in scene.scale.items()},
     )
-    files: dict[str, bytes] = {
-        MAIN: structure_xml(name, packed, assembly, elements, annotation_text(packed, elements))
-    }
+    files: dict[str, bytes] = {MAIN: structure_xml(name, packed, assembly, elements, annotation_text(packed, elements))}
     for component in assembly.system.components:
         element = elements[component.name]
         files[fmu_of(element)] = assembly.files[component.name].read_bytes()

@@ -18,7 +18,7 @@ def parse(content: bytes, where: str) -> Node:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         raise StructureError(f"{where} is not well-formed XML: {error}") from None
-    if root.getroottree().docinfo.doctype:
+    if root.getroottree().docinfo.internalDTD is not None:
         raise StructureError(f"{where} has a document type, which may declare entities; expected XML without one")
     return root
 

@@ -91,9 +91,7 @@ def read_scene_text(text: str, where: str = "scene") -> Scene:
         raise StructureError(f"{where}: {error}") from None
 
 
-def read_settings(
-    text: str, where: str, beside: Iterable[str] = (), required: Iterable[str] = ()
-) -> dict[str, Any]:
+def read_settings(text: str, where: str, beside: Iterable[str] = (), required: Iterable[str] = ()) -> dict[str, Any]:
     """Return the fields of a scene in a TOML document, and the tables `beside` them, of which some are `required`.
 
     `StructureError` for an unknown or missing key; `where` names the document.

@@ -23,7 +23,9 @@ def packages(loop_files, tmp_path) -> Callable[..., Path]:
 
     def written(system: str, *beside: str, **further: str | bytes | Path) -> Path:
         files = {name.replace("__", "/").replace("_dot_", "."): item for name, item in further.items()}
-        return packed(tmp_path / "model.ssp", {"SystemStructure.ssd": structure(system, *beside), **loop_files, **files})
+        return packed(
+            tmp_path / "model.ssp", {"SystemStructure.ssd": structure(system, *beside), **loop_files, **files}
+        )
 
     return written
 

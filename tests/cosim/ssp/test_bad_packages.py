@@ -47,7 +47,10 @@ SYSTEMS = {
         SYSTEM.replace('name="pd"', 'name="plant"'),
         "two elements are called plant",
     ),
-    "no_fmu": (SYSTEM.replace("Pd.fmu", "Pdd.fmu"), "line 4: there is no resources/Pdd.fmu in the archive; did you mean"),
+    "no_fmu": (
+        SYSTEM.replace("Pd.fmu", "Pdd.fmu"),
+        "line 4: there is no resources/Pdd.fmu in the archive; did you mean",
+    ),
     "path_that_leaves": (
         SYSTEM.replace("resources/Pd.fmu", "../../etc/passwd"),
         "line 4: source '../../etc/passwd' leaves the archive",
@@ -187,7 +190,18 @@ def encrypted() -> bytes:
         (encrypted(), "is encrypted"),
         (archived("bomb", bytes(archive.NEVER_TOO_LARGE + 1)), "unpacks to 67,108,865 bytes from"),
     ],
-    ids=["empty", "cut_off", "damaged", "no_description", "upwards", "absolute", "backslashes", "link", "encrypted", "bomb"],
+    ids=[
+        "empty",
+        "cut_off",
+        "damaged",
+        "no_description",
+        "upwards",
+        "absolute",
+        "backslashes",
+        "link",
+        "encrypted",
+        "bomb",
+    ],
 )
 def test_an_archive_that_is_not_unpacked(tmp_path, content, sentence):
     file = tmp_path / "model.ssp"
@@ -223,7 +237,7 @@ def test_a_file_that_is_not_there_and_a_folder(hfsa, tmp_path):
 
 
 def test_a_damaged_fmu_in_a_package(packages):
-    file = packages(SYSTEM, **{"resources__Broken_dot_fmu": "no FMU"})
+    file = packages(SYSTEM, resources__Broken_dot_fmu="no FMU")
     text = structure(SYSTEM.replace("Pd.fmu", "Broken.fmu"))
     packed(file, {"SystemStructure.ssd": text, "resources/Broken.fmu": "no FMU", "resources/Plant.fmu": "no FMU"})
     with pytest.raises(StructureError, match=r"(Broken|Plant)\.fmu is not a readable FMU"):

@@ -99,7 +99,7 @@ def test_moves_as_the_loop_does(packages, system, in_tmp):
 
 
 def test_a_package_without_prefixes_and_optional_parts(loop_files, tmp_path, in_tmp):
-    """The default namespace, no connectors, no units, no experiment, SSP 2.0; the end and step are told to be assumed."""
+    """The default namespace, no connectors, no units, no experiment, SSP 2.0."""
     text = structure(plain(), "", "2.0").replace("<ssd:", "<").replace("</ssd:", "</")
     text = text.replace(f'xmlns:ssd="{SSP}Description"', f'xmlns="{SSP}Description"')
     text = text.replace("ssv:", "q:").replace("xmlns:ssv", "xmlns:q")
@@ -222,10 +222,16 @@ def test_outputs_of_the_system_are_those_of_the_scene(read):
 @pytest.mark.parametrize(
     ("annotation", "step"),
     [
-        ('<o:Algorithm xmlns:o="http://opensimulationplatform.com/SSP/OSPAnnotations">'
-         '<o:FixedStepAlgorithm baseStepSize="2e-3"/></o:Algorithm>', 2e-3),
-        ('<o:SimulationInformation xmlns:o="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd">'
-         '<o:FixedStepMaster description="oms-ma" stepSize="0.003"/></o:SimulationInformation>', 3e-3),
+        (
+            '<o:Algorithm xmlns:o="http://opensimulationplatform.com/SSP/OSPAnnotations">'
+            '<o:FixedStepAlgorithm baseStepSize="2e-3"/></o:Algorithm>',
+            2e-3,
+        ),
+        (
+            '<o:SimulationInformation xmlns:o="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd">'
+            '<o:FixedStepMaster description="oms-ma" stepSize="0.003"/></o:SimulationInformation>',
+            3e-3,
+        ),
     ],
     ids=["open_simulation_platform", "open_modelica"],
 )
@@ -295,8 +301,12 @@ KILONEWTONS = '<ssd:Units><ssc:Unit name="kN"><ssc:BaseUnit kg="1" m="1" s="-2" 
 def test_units_of_systems_on_the_way(read, words, inside, factor):
     """The force passes a connector of a system in kN: N to kN, transformed, and kN to N."""
     changed = NESTED.replace(
-        '<ssd:Connector name="push" kind="input"><ssc:Real/>', '<ssd:Connector name="push" kind="input"><ssc:Real unit="kN"/>'
-    ).replace('<ssd:Connector name="f" kind="input"/>', '<ssd:Connector name="f" kind="input"><ssc:Real unit="kN"/></ssd:Connector>')
+        '<ssd:Connector name="push" kind="input"><ssc:Real/>',
+        '<ssd:Connector name="push" kind="input"><ssc:Real unit="kN"/>',
+    ).replace(
+        '<ssd:Connector name="f" kind="input"/>',
+        '<ssd:Connector name="f" kind="input"><ssc:Real unit="kN"/></ssd:Connector>',
+    )
     changed = changed.replace(
         '<ssd:Connection startConnector="f" endElement="plant" endConnector="force"/>',
         f'<ssd:Connection startConnector="f" endElement="plant" endConnector="force" {words}>{inside}</ssd:Connection>',

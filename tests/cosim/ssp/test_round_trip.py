@@ -61,7 +61,9 @@ def numbered() -> Scene:
     return Scene(
         System(
             [
-                Component("shaker", "sine_source", arguments={"unit": "m"}, start={"amplitude": 1e-3, "frequency": 4.0}),
+                Component(
+                    "shaker", "sine_source", arguments={"unit": "m"}, start={"amplitude": 1e-3, "frequency": 4.0}
+                ),
                 Component("mass[2]", "mass_on_spring", start={"damping": 20.0}),
                 Component("mass[1]", "mass_on_spring"),
             ],
@@ -113,7 +115,9 @@ def test_without_a_source(tmp_path):
 
 def test_groups_are_one_element(tmp_path):
     scene = numbered()
-    system = System(scene.system.components, [scene.system.connections[0], Connection("mass[1].position", "mass[2].base.position")])
+    system = System(
+        scene.system.components, [scene.system.connections[0], Connection("mass[1].position", "mass[2].base.position")]
+    )
     fused = Scene(system, (), ["mass[2].position"], step_size=1e-3, stop_time=0.1)
     found = package(fused, fuse=["mass[1],mass[2]"], path=tmp_path / "fused.ssp", **QUIET)
     assert set(found.elements) == {"shaker", "fused"}
@@ -125,7 +129,9 @@ def test_groups_are_one_element(tmp_path):
 
 
 def test_the_same_scene_gives_the_same_bytes(made, tmp_path):
-    again = package("mass_on_spring", {"damping": 5.0}, frequency=12.0, amplitude=2e-3, path=tmp_path / "mass.ssp", **QUIET)
+    again = package(
+        "mass_on_spring", {"damping": 5.0}, frequency=12.0, amplitude=2e-3, path=tmp_path / "mass.ssp", **QUIET
+    )
     assert again.file.read_bytes() == made.file.read_bytes()
 
 

@@ -1,7 +1,7 @@
 """Packages of ours in the tools that run them: one file, unchanged, with the trajectory of `jacobi_plain`.
 
 Each tool reads what it can. ecos and libcosim read parameter sets; fmpy and fmutool do not, and run on the start values
-inside the FMUs. All fetch all outputs, set all inputs, and step all, as `jacobi_plain` does; fmpy begins with inputs of 0.
+inside the FMUs. All fetch all outputs, set all inputs, and step all, as `jacobi_plain` does; fmpy begins with zeros.
 """
 
 import ctypes
@@ -209,6 +209,6 @@ def test_fmutool_makes_a_container(case, tmp_path):
 
 def test_omsimulator(case):
     needs("OMSimulator")
-    from OMSimulator import Settings, SSP  # noqa: F401
+    from OMSimulator import SSP, Settings  # noqa: F401
 
     raise AssertionError("OMSimulator is installed: compare its trajectory here")
