@@ -179,7 +179,7 @@ class BaseInstance:
     # Life -------------------------------------------------------------------------------------------------------------
 
     def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Starts | None = None):
-        """Set start values of parameters, inputs and states (in their units, or texts) and enter initialization mode.
+        """Set up, set start values of parameters, inputs and states (in their units, or texts), enter initialization mode.
 
         An instance that has run is reset first, which discards all values set before.
         """
@@ -187,6 +187,7 @@ class BaseInstance:
             self._reset()
         self._is_fresh = False
         self.time = start_time
+        self._check("setup", self._library.set_up(self._component, start_time, stop_time))
         for array, starts in self._arrays.values():
             array[:] = starts
         for name in values or ():
