@@ -8,7 +8,9 @@ from pathlib import Path
 
 from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.cosim.ssp.read import Package, read
+from hfsa.cosim.ssp.schema import schema_problems
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.fmus.check import Report, examine
 
 PACKAGE = ".ssp"
 """Ending of a package."""
@@ -22,6 +24,21 @@ def package_of(name: str | Path) -> Package:
     except OSError:
         raise StructureError(f"there is no file {file}") from None
     return _read(file, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
+
+
+def examine_package(file: Path) -> Report:
+    """Return what is wrong with a package: its documents by their schemas, what cannot be simulated, and its FMUs."""
+    try:
+        problems = schema_problems(file)
+        found = package_of(file)
+    except StructureError as error:
+        return Report([str(error)], [])
+    warnings = list(found.remarks)
+    for component in found.scene.system.components:
+        report = examine(Path(component.part))
+        problems += [f"{component.name}: {problem}" for problem in report.problems]
+        warnings += [f"{component.name}: {warning}" for warning in report.warnings]
+    return Report(problems, warnings)
 
 
 @lru_cache(maxsize=16)

@@ -179,7 +179,7 @@ class BaseInstance:
     # Life -------------------------------------------------------------------------------------------------------------
 
     def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Starts | None = None):
-        """Set up, set start values of parameters, inputs and states (in their units, or texts), enter initialization mode.
+        """Set up, set start values of parameters, inputs and states (in units, or texts) and enter initialization mode.
 
         An instance that has run is reset first, which discards all values set before.
         """

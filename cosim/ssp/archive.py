@@ -23,7 +23,7 @@ HIGHEST_RATIO, NEVER_TOO_LARGE = 200, 64 * 1024**2
 
 
 class Archive:
-    """A ZIP archive; `where` names it in messages."""
+    """A ZIP archive; `where` names it in messages, `names` are those of its files."""
 
     def __init__(self, content: bytes, where: str):
         self.where = where
@@ -42,12 +42,12 @@ class Archive:
                 f"{where} unpacks to {size:,} bytes from {len(content):,}, expected at most {HIGHEST_RATIO} times as "
                 f"many and {LARGEST:,}"
             )
-        self._names = [entry.filename for entry in entries if not entry.is_dir()]
+        self.names = [entry.filename for entry in entries if not entry.is_dir()]
 
     def read(self, name: str, place: str) -> bytes:
         """Return the content of an entry; `place` is where the archive names it."""
-        if name not in self._names:
-            raise StructureError(f"{place}: there is no {name} in the archive{nearest(name, self._names)}")
+        if name not in self.names:
+            raise StructureError(f"{place}: there is no {name} in the archive{nearest(name, self.names)}")
         try:
             return self._zip.read(name)
         except (zipfile.BadZipFile, zlib.error, OSError, EOFError, NotImplementedError, RuntimeError) as error:

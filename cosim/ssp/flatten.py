@@ -15,6 +15,7 @@ from hfsa.cosim.ssp.units import IDENTITY, Affine, Unit, conversion
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.kinds import is_number
 from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.units import known_base
 
 Path = tuple[str, ...]
 """Names of the elements from the outermost system inwards."""
@@ -173,9 +174,10 @@ class _Flattening:
         part = self.flat.parts[path]
         declared = part.ports[name].unit if name in part.ports else None
         variable = describe(part.file).variables.get(name)
-        if variable is None or variable.base_unit is None:
+        base = None if variable is None else variable.base_unit or known_base(variable.unit)
+        if variable is None or base is None:
             return declared
-        own = Unit(variable.unit or "", variable.base_unit)
+        own = Unit(variable.unit or "", base)
         if declared is not None and not conversion(declared, own, part.place).is_identity:
             raise StructureError(
                 f"{part.place}: connector {name} of {part.name} is in {declared.name}, but the variable of the FMU "

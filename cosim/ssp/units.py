@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from hfsa.cosim.ssp.vocabulary import BASE_UNITS, SSC
 from hfsa.cosim.ssp.xml import Node, attribute, number
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.units import known_base
 
 _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit: its name, and its base unit, `None` where no document defines it."""
+    """A unit: its name, and its base unit, `None` where no document defines it and the name alone does not tell."""
 
     name: str
     base: tuple[float, ...] | None
@@ -82,8 +83,8 @@ def read_units(groups: list[Node], where: str) -> dict[str, Unit]:
 
 
 def unit_named(name: str | None, units: Mapping[str, Unit]) -> Unit | None:
-    """Return a unit by name, without a base unit where the document does not define it; `None` without a name."""
-    return None if not name else units.get(name, Unit(name, None))
+    """Return a unit by name, by its usual meaning where the document does not define it; `None` without a name."""
+    return None if not name else units.get(name, Unit(name, known_base(name)))
 
 
 def _base(node: Node, where: str) -> tuple[float, ...]:
