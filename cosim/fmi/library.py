@@ -104,7 +104,9 @@ class Library(ABC):
         """Return the address of a new instance of the interface, or `None`."""
 
     @abstractmethod
-    def enter(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
+    def enter(
+        self, component: c_void_p, start_time: float, stop_time: float | None, tolerance: float | None = None
+    ) -> int:
         """Set up the experiment and enter initialization mode; return the status."""
 
     @abstractmethod
@@ -162,10 +164,11 @@ class Library2(Library):
         uri = self._resources.as_uri().encode()
         return self._fmu.fmi2Instantiate(name.encode(), self._type, self._token, uri, byref(log.callbacks), 0, 0)
 
-    def enter(self, component, start_time, stop_time):
+    def enter(self, component, start_time, stop_time, tolerance=None):
         """Call fmi2SetupExperiment and fmi2EnterInitializationMode."""
         stop = (c_int(stop_time is not None), c_double(stop_time or 0.0))
-        status = self.function("setup")(component, c_int(0), c_double(0.0), c_double(start_time), *stop)
+        given = (c_int(tolerance is not None), c_double(tolerance or 0.0))
+        status = self.function("setup")(component, *given, c_double(start_time), *stop)
         return status if status > 1 else self.function("enter")(component)
 
     def values(self, references, count, values):
@@ -198,10 +201,11 @@ class Library3(Library):
     }
     _boolean = c_bool
 
-    def enter(self, component, start_time, stop_time):
+    def enter(self, component, start_time, stop_time, tolerance=None):
         """Call fmi3EnterInitializationMode."""
         stop = (c_bool(stop_time is not None), c_double(stop_time or 0.0))
-        return self.function("enter")(component, c_bool(False), c_double(0.0), c_double(start_time), *stop)
+        given = (c_bool(tolerance is not None), c_double(tolerance or 0.0))
+        return self.function("enter")(component, *given, c_double(start_time), *stop)
 
     def values(self, references, count, values):
         """Value references, their number, values, their number."""
