@@ -83,10 +83,20 @@ class Wiring:
                 yield self.loops[group.loop]
 
     def exchange(self) -> Iterator[Group | Transfer | AlgebraicLoop]:
-        """Yield one exchange in feedthrough order: fetch a group or solve a loop, then set the inputs that it feeds."""
+        """Yield one exchange in feedthrough order: fetch groups and solve loops, then set the inputs that they feed.
+
+        Inputs are set as late as the next group allows, so that no output is fetched after an input of its instance
+        but where it follows that input at once.
+        """
+        waiting: list[Transfer] = []
         for stage in self.stages():
+            groups = stage.groups if isinstance(stage, AlgebraicLoop) else [stage]
+            if any(group in transfer.affected for transfer in waiting for group in groups):
+                yield from waiting
+                waiting = []
             yield stage
-            yield from stage.transfers
+            waiting += stage.transfers
+        yield from waiting
 
     def places(self, group: Group) -> list[int]:
         """Return the indices of a group on the bus."""

@@ -107,7 +107,10 @@ class Access:
             self._piece(kind, [variables[i] for i in places], places) for (kind, _), places in groups.items()
         ]
         # C calls these; they live as long as the access
-        self.functions = {"get": self._thunk(self.get), "set": self._thunk(self.set)}
+        self.functions = {
+            "get": thunk(self._version, self.get, instance.tell),
+            "set": thunk(self._version, self.set, instance.tell),
+        }
 
     def get(self) -> int:
         """Read the variables into the values; return the status."""
@@ -139,19 +142,6 @@ class Access:
                 return status
             warning = warning or status
         return warning
-
-    def _thunk(self, run: Callable[[], int]) -> Any:
-        """Return a call as a function of C, of the type of those for real numbers."""
-
-        def called(*_: Any) -> int:
-            """Call it; what it raises becomes a message, as no exception passes through C."""
-            try:
-                return run()
-            except Exception as error:
-                self._instance.tell(str(error))
-                return _ERROR
-
-        return _THUNKS[self._version](called)
 
     def _misfit(self, piece: _Piece, numbers: np.ndarray) -> str:
         """Return the sentence on the first number that a variable does not take; empty where all fit."""
@@ -196,6 +186,23 @@ class Access:
         if self._version == 3:
             arguments = (*arguments, c_size_t(len(buffer)))
         return _Piece(kind, [v.name for v in variables], np.array(places), np.array(list(elements)), buffer, arguments)
+
+
+def thunk(version: int, run: Callable[[], int], tell: Callable[[str], None]) -> Any:
+    """Return a call as a function of C, of the type of those for real numbers.
+
+    What it raises becomes a message, by `tell`, and an error status, as no exception passes through C.
+    """
+
+    def called(*_: Any) -> int:
+        """Return the status of the call."""
+        try:
+            return run()
+        except Exception as error:
+            tell(str(error))
+            return _ERROR
+
+    return _THUNKS[version](called)
 
 
 def set_texts(function: Callable[..., int], component: c_void_p, version: int, texts: Sequence[tuple[int, str]]) -> int:

@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Literal, Self
 import fmpy
 import numpy as np
 
-from hfsa.cosim.fmi.access import Access, set_texts
+from hfsa.cosim.fmi.access import Access, set_texts, thunk
 from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
 from hfsa.cosim.fmi.library import TERMINATED, Library, Log
@@ -79,6 +79,7 @@ class Fmu:
     folder.
 
     Attributes:
+        holder: name of the last instance of it that is not freed, `None` where there is none.
         description: description of the FMU; `name`, `version` and `variables` (by name) are taken from it.
     """
 
@@ -86,6 +87,7 @@ class Fmu:
 
     def __init__(self, file: Path, interface: Interface = "co_simulation"):
         self.description = describe(file, interface)
+        self.holder: str | None = None
         self.name, self.version = self.description.name, self.description.version
         self.variables = self.description.variables
         folder = tempfile.mkdtemp(prefix="hfsa-")
@@ -187,7 +189,8 @@ class BaseInstance:
             self._reset()
         self._is_fresh = False
         self.time = start_time
-        self._check("setup", self._library.set_up(self._component, start_time, stop_time))
+        times = start_time, stop_time, self.fmu.description.demands.tolerance
+        self._check("setup", self._library.set_up(self._component, *times))
         for array, starts in self._arrays.values():
             array[:] = starts
         for name in values or ():
@@ -198,7 +201,7 @@ class BaseInstance:
             self._set_texts(texts)
         if numbers:
             self.set(self.handle(numbers), list(numbers.values()))
-        self._check("enter", self._library.enter(self._component, start_time, stop_time))
+        self._check("enter", self._library.enter(self._component, *times))
 
     def exit(self) -> None:
         """Leave initialization mode: the instance is ready to step."""
@@ -263,6 +266,11 @@ class BaseInstance:
     def setter(self, handle: Handle) -> Call:
         """Return the prepared call of `set`."""
         return self._prepared("set", handle)
+
+    def served(self, handle: Handle, run: Callable[[], int]) -> Call:
+        """Return the prepared call that writes the handle's array by a function of ours in the place of the FMU's."""
+        function = thunk(self.fmu.version, run, self.tell)
+        return Call(self, "get", function, (self._component, *handle.arguments), run)
 
     def check(self, call: Call, status: int) -> None:
         """Raise `StepError` for the status of a prepared call, unless it is ok or a warning."""
@@ -432,9 +440,14 @@ class BaseInstance:
 
     def _instantiate(self) -> None:
         """Instantiate the FMU; `StepError` where it returns no instance."""
+        demands = self.fmu.description.demands
+        if demands.is_once_per_process and self.fmu.holder is not None:
+            raise demands.second_instance(self.name, self.fmu.holder)
         self._component.value = self._library.instantiate(self.name, self._log)
         if not self._component.value:
-            raise StepError(self.name, "instantiation", "no instance", None, self._log.take())
+            message = "; ".join(filter(None, (self._log.take(), demands.absent_tool)))
+            raise StepError(self.name, "instantiation", "no instance", None, message)
+        self.fmu.holder = self.name
         self._is_fresh = True
         self._library.enable_logging(self._component)
 
@@ -451,6 +464,7 @@ class BaseInstance:
             self._free_state(state)
         if self._component.value:
             self._library.free(self._component)
+            self.fmu.holder = None
         self._component.value = None
 
     def _free_state(self, state: State) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
 from lxml import etree
 
+from hfsa.cosim.fmi.demands import Demands, demands
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 
@@ -63,6 +64,7 @@ class Description:
         event_indicators: number of its event indicators.
         needs_completed_steps: whether it needs a call after each completed integrator step.
         step_size, stop_time: those [s] of its default experiment, `None` where it has none.
+        demands: its demands on what runs it.
     """
 
     file: Path
@@ -81,6 +83,7 @@ class Description:
     output_derivative_order: int
     event_indicators: int
     needs_completed_steps: bool
+    demands: Demands
     is_co_simulation_only: bool = False
     step_size: float | None = None
     stop_time: float | None = None
@@ -107,6 +110,11 @@ class Description:
                 if self.variables[name].dependencies == ():
                     return f"its output {name} declares no input and no state that it depends on"
         return ""
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether hfsa made it."""
+        return self.demands.tool.startswith("hfsa ")
 
     @property
     def is_sampled(self) -> bool:
@@ -188,7 +196,9 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
         (model.coSimulation, "CoSimulation") if chosen == "co_simulation" else (model.modelExchange, "ModelExchange")
     )
     if offered is None:
-        raise StructureError(f"{file} offers no {_MISSING[chosen]}")
+        is_scheduled = root.find("ScheduledExecution") is not None
+        also = "; it offers Scheduled Execution, which hfsa does not run" if is_scheduled else ""
+        raise StructureError(f"{file} offers no {_MISSING[chosen]}{also}")
     flags = {**root.find(tag).attrib}  # type: ignore[union-attr]
     directional = ("providesDirectionalDerivative", "providesDirectionalDerivatives")  # FMI 2, FMI 3
     return Description(
@@ -211,6 +221,7 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
         needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
         step_size=_number(getattr(model.defaultExperiment, "stepSize", None)),
         stop_time=_number(getattr(model.defaultExperiment, "stopTime", None)),
+        demands=demands(file, model, flags, chosen == "co_simulation"),
     )
 
 
@@ -266,8 +277,8 @@ def _names_of_elements(variable: ModelVariable) -> list[str]:
 def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
     """Return the continuous states, each with the name of its derivative."""
     pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
-    names = (map(_names_of_elements, pair) for pair in pairs if pair[0])
-    return tuple(pair for columns in names for pair in zip(*columns, strict=True))
+    names = ((_names_of_elements(state), _names_of_elements(rate)) for state, rate in pairs if state)
+    return tuple(pair for states, rates in names for pair in zip(states, rates, strict=True))
 
 
 def _inputs(unknown: Unknown) -> tuple[str, ...] | None:

@@ -104,11 +104,15 @@ class Library(ABC):
         """Return the address of a new instance of the interface, or `None`."""
 
     @abstractmethod
-    def set_up(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
+    def set_up(
+        self, component: c_void_p, start_time: float, stop_time: float | None, tolerance: float | None = None
+    ) -> int:
         """Set up the experiment, before any value is set; return the status."""
 
     @abstractmethod
-    def enter(self, component: c_void_p, start_time: float, stop_time: float | None) -> int:
+    def enter(
+        self, component: c_void_p, start_time: float, stop_time: float | None, tolerance: float | None = None
+    ) -> int:
         """Enter initialization mode; return the status."""
 
     @abstractmethod
@@ -166,12 +170,13 @@ class Library2(Library):
         uri = self._resources.as_uri().encode()
         return self._fmu.fmi2Instantiate(name.encode(), self._type, self._token, uri, byref(log.callbacks), 0, 0)
 
-    def set_up(self, component, start_time, stop_time):
+    def set_up(self, component, start_time, stop_time, tolerance=None):
         """Call fmi2SetupExperiment, at which some FMUs take their own start values again."""
         stop = (c_int(stop_time is not None), c_double(stop_time or 0.0))
-        return self.function("setup")(component, c_int(0), c_double(0.0), c_double(start_time), *stop)
+        given = (c_int(tolerance is not None), c_double(tolerance or 0.0))
+        return self.function("setup")(component, *given, c_double(start_time), *stop)
 
-    def enter(self, component, start_time, stop_time):  # noqa: ARG002 (FMI 3 takes the times here)
+    def enter(self, component, start_time, stop_time, tolerance=None):  # noqa: ARG002 (FMI 3 takes them here)
         """Call fmi2EnterInitializationMode."""
         return self.function("enter")(component)
 
@@ -205,14 +210,15 @@ class Library3(Library):
     }
     _boolean = c_bool
 
-    def set_up(self, component, start_time, stop_time):  # noqa: ARG002 (FMI 2 takes the times here)
+    def set_up(self, component, start_time, stop_time, tolerance=None):  # noqa: ARG002 (FMI 2 takes them here)
         """Do nothing: FMI 3 has no such call."""
         return 0
 
-    def enter(self, component, start_time, stop_time):
+    def enter(self, component, start_time, stop_time, tolerance=None):
         """Call fmi3EnterInitializationMode."""
         stop = (c_bool(stop_time is not None), c_double(stop_time or 0.0))
-        return self.function("enter")(component, c_bool(False), c_double(0.0), c_double(start_time), *stop)
+        given = (c_bool(tolerance is not None), c_double(tolerance or 0.0))
+        return self.function("enter")(component, *given, c_double(start_time), *stop)
 
     def values(self, references, count, values):
         """Value references, their number, values, their number."""

@@ -77,6 +77,8 @@ class ErrorControlled(Master):
         tolerance: float = TOLERANCE,
         library: Path | None = None,
     ):
+        for name, instance in instances.items():
+            instance.fmu.description.demands.refuse_variable_steps(name)
         super().__init__(instances, system, algorithm, step_size)
         assert isinstance(self._scheme.moving, IteratedStep)
         self.tolerance = tolerance

@@ -24,9 +24,11 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.cosim.actions.action import Group
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.iterated import IteratedStep
+from hfsa.cosim.actions.recorded_calls import recorded_calls, with_early
 from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import Call
@@ -62,6 +64,7 @@ class Master(ABC):
         self._watch = self._exchange.watch
         self._recording: Recording | None = None
         self._record_calls: list[Call] = []
+        self._early: dict[str, Group] = {}
         self._start_time = 0.0
         self._count = 0
         self._is_ready = False
@@ -70,6 +73,11 @@ class Master(ABC):
     def time(self) -> float:
         """Current communication point [s]."""
         return self._start_time + self._count * self.step_size
+
+    @property
+    def first_of_point(self) -> int:
+        """Index of the first action of `cycle` after all instances have stepped."""
+        return self._scheme.first_of_point + len(self._early)
 
     @property
     def order(self) -> int | None:
@@ -101,10 +109,12 @@ class Master(ABC):
         `starts` holds start values by full name, which override those of the components. Raises as `Exchange.enter`.
         """
         check_sample_times(self.system, self.wiring.connectors, starts or {}, self.step_size)
+        for name, instance in self.instances.items():
+            instance.fmu.description.demands.check_step(name, self.step_size)
         self._start_time, self._count, self._is_ready = start_time, 0, False
         self._exchange.enter(start_time, stop_time, starts)
         self._exchange.leave()
-        self._exchange.run(self.point)
+        self._exchange.run([*self._early.values(), *self.point])
         self._watch.check(self.time)
         if self._scheme.moving is not None:
             self._scheme.moving.begin()
@@ -150,12 +160,12 @@ class Master(ABC):
         Storage for `rows` points is allocated at once. A master has one recording.
         """
         recording = Recording(tuple(names), rows, every)
-        self._record_calls = []
-        first = 0
-        for component, variables in self._by_component(recording.names):
-            handle = self.instances[component].handle(variables, recording.point[first : first + len(variables)])
-            self._record_calls.append(self.instances[component].getter(handle))
-            first += len(variables)
+        fetched = [
+            (self.instances[component], variables, values)
+            for component, variables, values in self._by_component(recording)
+        ]
+        self._early, self._record_calls = recorded_calls(self.wiring, self._scheme.cycle, fetched)
+        self.cycle = with_early(self._scheme.cycle, self._early)
         recording.watch = Watch(recording.names, [self._connector(n) for n in recording.names], recording.point)
         self._recording = recording
         return recording
@@ -192,16 +202,20 @@ class Master(ABC):
         """Return the variable of a full name."""
         return connector(self.system, self.wiring.connectors, name)
 
-    def _by_component(self, names: Sequence[str]) -> list[tuple[str, list[str]]]:
-        """Return groups of consecutive variables of one component."""
+    def _by_component(self, recording: Recording) -> list[tuple[str, list[str], np.ndarray]]:
+        """Return groups of consecutive variables of one component, each with its part of the recorded point."""
         runs: list[tuple[str, list[str]]] = []
-        for name in names:
+        for name in recording.names:
             self._connector(name)
             component, variable = self.system.split(name)
             if not runs or runs[-1][0] != component:
                 runs.append((component, []))
             runs[-1][1].append(variable)
-        return runs
+        ends = np.cumsum([len(variables) for _, variables in runs])
+        return [
+            (component, variables, recording.point[end - len(variables) : end])
+            for (component, variables), end in zip(runs, ends, strict=True)
+        ]
 
     def _record(self) -> None:
         """Fetch the recorded variables, and append them as a row."""

@@ -18,8 +18,8 @@ class SteppedMaster(Master):
     def _take(self, steps: int) -> None:
         """Take steps; `native/stepping.py` is the same loop in C."""
         calls = {action.call.run: action.call for action in self.cycle}
-        stepping = [action.call.run for action in self.cycle[: self._scheme.first_of_point]]
-        at_point = [action.call.run for action in self.cycle[self._scheme.first_of_point :]]
+        stepping = [action.call.run for action in self.cycle[: self.first_of_point]]
+        at_point = [action.call.run for action in self.cycle[self.first_of_point :]]
         time, bus, zeros, is_bounded = (
             self.wiring.time,
             self.wiring.bus,

@@ -67,7 +67,7 @@ class CompiledMaster(Master):
         program = Program([*(action.call for action in self.cycle), *self._record_calls], self._library)
         fields = {
             "calls": program.calls,
-            "exchange": self._scheme.first_of_point,
+            "exchange": self.first_of_point,
             "record": len(self.cycle),
             "end": len(program.calls),
             "bus": watched(self._watch),
