@@ -149,14 +149,16 @@ def _add_offered(annotations: etree._Element, system: str, scene: Scene, element
 
 
 def _add_master(annotations: etree._Element, scene: Scene) -> None:
-    """Add what OMSimulator takes for its step; its default is another."""
+    """Add what OMSimulator takes for its step, by functions in Python (the attributes) and in C (the node inside)."""
     inside = etree.SubElement(_annotation(annotations, OPEN_MODELICA), f"{{{OMS}}}Annotations")
-    information = etree.SubElement(inside, f"{{{OMS}}}SimulationInformation")
+    step = repr(scene.step_size)
+    solver = {"name": "oms_ma_default", "method": "oms_ma", "fixedStepSize": step}
+    information = etree.SubElement(inside, f"{{{OMS}}}SimulationInformation", solver)
     etree.SubElement(
         information,
         f"{{{OMS}}}FixedStepMaster",
         description="oms-ma",
-        stepSize=repr(scene.step_size),
+        stepSize=step,
         absoluteTolerance="1e-6",
         relativeTolerance="1e-6",
     )

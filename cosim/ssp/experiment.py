@@ -7,6 +7,7 @@ from hfsa.cosim.ssp.xml import Node, number
 _STEPS = (
     (f"{{{OSP}}}FixedStepAlgorithm", "baseStepSize"),
     (f"{{{OMS}}}FixedStepMaster", "stepSize"),
+    (f"{{{OMS}}}SimulationInformation", "fixedStepSize"),
     (f"{{{SSD}}}FixedStepMaster", "stepSize"),
 )
 """Nodes and attributes with a communication step size, the most specific first."""

@@ -232,8 +232,13 @@ def test_outputs_of_the_system_are_those_of_the_scene(read):
             '<o:FixedStepMaster description="oms-ma" stepSize="0.003"/></o:SimulationInformation>',
             3e-3,
         ),
+        (
+            '<o:SimulationInformation name="a" method="oms_ma" fixedStepSize="0.004" '
+            'xmlns:o="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"/>',
+            4e-3,
+        ),
     ],
-    ids=["open_simulation_platform", "open_modelica"],
+    ids=["open_simulation_platform", "open_modelica", "open_modelica_python"],
 )
 def test_the_step_of_a_tool_is_taken(read, annotation, step):
     noted = f'<ssd:Annotations><ssc:Annotation type="org.example">{annotation}</ssc:Annotation></ssd:Annotations>'

@@ -48,6 +48,7 @@ def test_a_run_of_the_package_is_that_of_the_scene(made, tmp_path, algorithm):
     np.testing.assert_allclose(found["mass.position"], own["mass.position"], rtol=0, atol=1e-12 * scale)
 
 
+@pytest.mark.slow
 def test_a_sweep_of_the_package_is_that_of_the_scene(made, tmp_path):
     options = {"low": 5.0, "high": 40.0, "points": 3, "jobs": 1, **QUIET}
     found = sweep(made.file, path=tmp_path / "package.h5", **options)
@@ -113,6 +114,7 @@ def test_without_a_source(tmp_path):
     assert load_scene(found.file).amplitude == load_scene("mass_on_spring").amplitude
 
 
+@pytest.mark.slow
 def test_groups_are_one_element(tmp_path):
     scene = numbered()
     system = System(
