@@ -1,8 +1,8 @@
 """Packages of ours in the tools that run them: one file, unchanged, with the trajectory of `jacobi_plain`.
 
 Each tool reads what it can. ecos and libcosim read parameter sets; fmpy and fmutool do not, and run on the start values
-inside the FMUs. All fetch all outputs, set all inputs, and step all, as `jacobi_plain` does, but fmpy begins with zeros,
-and OMSimulator passes values at once through FMUs with direct feedthrough.
+inside the FMUs. All fetch all outputs, set all inputs, and step all, as `jacobi_plain` does, but fmpy begins with
+zeros, and OMSimulator passes values at once through FMUs with direct feedthrough.
 """
 
 import ctypes
