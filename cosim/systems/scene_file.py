@@ -41,6 +41,7 @@ def scene_text(scene: Scene) -> str:
     lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
     lines += [f"scale = {_value(scene.scale)}"] if scene.scale else []
     lines += [f"recorded = {_value(scene.recorded)}"] if scene.recorded else []
+    lines += ["quiet_inputs = true"] if scene.quiet_inputs else []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
