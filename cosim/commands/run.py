@@ -34,6 +34,7 @@ def run(
     stepping: SteppingOptions = SteppingOptions(),
     tuned: Tuned = None,
     verify: Verify = False,
+    quiet_inputs: bool = False,
     output: Output = None,
     force: Force = False,
     json: Json = False,
@@ -56,6 +57,8 @@ def run(
         Time from one row of the file to the next [s], a multiple of the step, in place of `--every`.
     stop
         End of the run [s] (default: the scene's).
+    quiet_inputs
+        Say nothing of inputs that nothing feeds; `quiet_inputs = true` in a scene does so for every command.
     output
         Results file (default: `results/SCENE_run.h5`).
     """
@@ -72,6 +75,7 @@ def run(
             **sine.arguments,
             record=signal or (),
             **given({"every": every, "interval": interval, "stop_time": stop, "tuned": tuned}),
+            quiet_inputs=quiet_inputs or None,
             **stepping.arguments,
             verify=verify,
             path=output,

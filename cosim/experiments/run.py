@@ -112,6 +112,7 @@ def run(
     verify: bool = False,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
+    quiet_inputs: bool | None = None,
     path: str | Path | None = None,
     force: bool = False,
     warn: Warn = warnings.warn,
@@ -132,6 +133,7 @@ def run(
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
         keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
             them.
+        quiet_inputs: whether inputs that nothing feeds are not told (default: the scene's).
         path: results file (default: `results/SCENE_run.h5`).
 
     Raises:
@@ -154,6 +156,7 @@ def run(
         algorithm=algorithm,
         tolerance=tolerance,
         tuned=tuned,
+        quiet_inputs=quiet_inputs,
     )
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")

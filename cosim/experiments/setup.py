@@ -26,6 +26,7 @@ from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.results.files import LevelChoice
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import refuse_loops
+from hfsa.cosim.systems.loose_ends import loose_ends
 from hfsa.cosim.systems.names import refuse_signal
 from hfsa.cosim.systems.scene import Scene
 
@@ -46,8 +47,8 @@ class Setup:
     Attributes:
         order: order of steps as typed (`orders.py`).
         signals: full names of variables recorded in addition to the scene's outputs.
-        disagreements: a sentence for each fact on which parts of the scene disagree, and for what is ignored of a
-            package.
+        disagreements: a sentence for each fact on which parts of the scene disagree, for the loose ends of a scene that
+            does not come with hfsa, and for what is ignored of a package.
     """
 
     scene: Scene
@@ -108,8 +109,19 @@ def set_up(
     named = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
     further = tuple(s for s in dict.fromkeys((*loaded.recorded, *named)) if s not in loaded.outputs)
     remarks = package_of(name).remarks if name.endswith(PACKAGE) else ()
-    found = (*remarks, *disagreements(name, parameters or {}, loaded))
-    return dataclasses.replace(setup, signals=further, disagreements=found)
+    sentences = [*remarks, *disagreements(name, parameters or {}, loaded)]
+    if known is None:
+        sentences += _loose_ends(setup, further)
+    return dataclasses.replace(setup, signals=further, disagreements=sentences)
+
+
+def _loose_ends(setup: Setup, further: Sequence[str]) -> list[str]:
+    """Return the sentences on what a scene leaves unconnected; `further` are recorded beside its outputs."""
+    scene = setup.scene
+    if scene.quiet_inputs:
+        return []
+    used = {*scene.inputs, *scene.outputs, *further}
+    return loose_ends(scene.system, setup.highest.connectors, used)
 
 
 def default_path(scene: str | Path | Scene, ending: str = "", suffix: str = ".h5") -> Path:

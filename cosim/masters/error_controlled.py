@@ -6,7 +6,8 @@ difference between the two results:
 
     e = |whole - halves| / 3,     compared over all states of the FMUs and all values that move between them
 
-each relative to the largest value so far (Schierz, Arnold and Clauß, Co-simulation with communication step size
+and, of an FMU of others that shows no states, over its connected and recorded outputs; each relative to the largest
+value so far (Schierz, Arnold and Clauß, Co-simulation with communication step size
 control in an FMI compatible master algorithm, 2012). The estimate needs no history, so a tick of a sampled instance
 shortens a step only if it changes the inputs; and inputs with a small effect have a small weight.
 
@@ -17,13 +18,14 @@ there does not shorten the next one.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from hfsa.cosim.actions.action import Stepper
 from hfsa.cosim.actions.iterated import IteratedStep
+from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.actions.schedule import Action
 from hfsa.cosim.fmi.co_simulation import Instance, State, StepError
 from hfsa.cosim.fmi.description import SAMPLE_TIME
@@ -43,6 +45,9 @@ SCALE = 30.0
 
 SMALLEST = 1e-3
 """Smallest size of a value in the relative error, as a fraction of its nominal."""
+
+UNDECLARED = 1e-6
+"""Nominal of an output of an FMU of others that declares none."""
 
 SAFETY, SHORTEN, LENGTHEN, STEADY = 0.9, 0.1, 5.0, 1.3
 """Step size control: safety factor, smallest and largest ratio of two steps, and the smallest lengthening.
@@ -92,12 +97,22 @@ class ErrorControlled(Master):
         self._clocked = [instances[stepper.instance] for stepper in self.wiring.discrete]
         self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._saved: list[State] = []
-        self._observe()
+        self._observe(())
+
+    def record(self, names: Iterable[str], rows: int, every: int = 1) -> Recording:
+        """Record as `Master.record`; what is recorded of an FMU without visible states determines the steps as well."""
+        recording = super().record(names, rows, every)
+        self._observe(recording.names)
+        return recording
 
     def initialize(
         self, start_time: float = 0.0, stop_time: float | None = None, starts: Mapping[str, float] | None = None
     ) -> None:
-        """Initialize as `Master.initialize`; `StructureError` where an FMU's solver is coarser than the tolerance."""
+        """Initialize as `Master.initialize`.
+
+        `StructureError` where an FMU's solver is coarser than the tolerance, or shows nothing of its error.
+        """
+        self._check_visible()
         self._whole.begin()
         super().initialize(start_time, stop_time, starts)
         self._check_solvers()
@@ -201,8 +216,12 @@ class ErrorControlled(Master):
 
     # Observed values --------------------------------------------------------------------------------------------------
 
-    def _observe(self) -> None:
-        """Prepare the calls that fetch all visible states of the FMUs into one array."""
+    def _observe(self, recorded: Iterable[str]) -> None:
+        """Prepare the calls that fetch visible states, or outputs in their place, into one array.
+
+        `recorded` are full names.
+        """
+        shown = [*(c.start for c in self.wiring.connections), *recorded]
         variables: list[tuple[str, Connector]] = []
         for i in self._half.places:
             component, name = self.wiring.split(self.wiring.connections[i].start)
@@ -211,10 +230,16 @@ class ErrorControlled(Master):
         for stepper in self.wiring.continuous:
             own = self.wiring.connectors[stepper.instance]
             states = [state for state, _ in self.instances[stepper.instance].fmu.description.states]
-            found[stepper.instance] = [name for name in states if name in own and own[name].is_real]
-            variables += [(stepper.instance, own[name]) for name in found[stepper.instance]]
+            visible = [name for name in states if name in own and own[name].is_real]
+            if not visible and not self.instances[stepper.instance].fmu.description.is_ours:
+                ends = dict.fromkeys(self.wiring.split(name) for name in shown)
+                names = [name for component, name in ends if component == stepper.instance]
+                visible = [name for name in names if own[name].causality == "output" and own[name].is_real]
+            found[stepper.instance] = visible
+            variables += [(stepper.instance, own[name]) for name in visible]
+        self._blind = [name for name, seen in found.items() if not seen]
         self._names = [(component, variable.name) for component, variable in variables]
-        self._nominal = np.array([abs(variable.nominal) for _, variable in variables])
+        self._nominal = np.array([self._size(component, variable) for component, variable in variables])
         self._states = np.zeros(sum(map(len, found.values())))
         self._state_calls, first = [], 0
         for component, names in found.items():
@@ -222,6 +247,11 @@ class ErrorControlled(Master):
                 handle = self.instances[component].handle(names, self._states[first : first + len(names)])
                 self._state_calls.append(self.instances[component].getter(handle))
                 first += len(names)
+
+    def _size(self, component: str, variable: Connector) -> float:
+        """Return the nominal of a variable, `UNDECLARED` for an FMU of others that declares none."""
+        is_ours = self.instances[component].fmu.description.is_ours
+        return abs(variable.nominal) if is_ours or variable.has_nominal else UNDECLARED
 
     def _values(self) -> np.ndarray:
         """Return the coupling values and the visible states of the FMUs, (n,)."""
@@ -246,6 +276,16 @@ class ErrorControlled(Master):
         self.wiring.time.value, self.wiring.bus[:] = time, bus
 
     # Errors -----------------------------------------------------------------------------------------------------------
+
+    def _check_visible(self) -> None:
+        """Raise `StructureError` for an FMU of others of which neither a state nor an output is observed."""
+        for name in self._blind:
+            description = self.instances[name].fmu.description
+            if not description.is_ours:
+                raise StructureError(
+                    f"{name}: {description.file.name} shows no states, and none of its outputs is connected or "
+                    "recorded: the error of its steps cannot be seen; expected a recorded output, or another algorithm"
+                )
 
     def _check_solvers(self) -> None:
         """Raise `StructureError` for the FMU with the coarsest solver, where its tolerance exceeds that of a step."""

@@ -32,6 +32,7 @@ def write(file: Path, name: str, scene: Scene, assembly: Assembly) -> dict[str, 
         scene,
         system=assembly.system,
         fuse=(),
+        quiet_inputs=True,  # told when it was written
         **{key: [_full(assembly, variable) for variable in getattr(scene, key)] for key in _LISTS},
         scale={_full(assembly, variable): size for variable, size in scene.scale.items()},
     )

@@ -40,6 +40,7 @@ class Scene:
         scale: typical sizes of variables (full names), from travel, bounds, force and torque limits, in their units;
             a run stops where a variable is a thousand times as large (`actions/divergence.py`).
         recorded: full names of further variables that runs record beside the outputs.
+        quiet_inputs: whether inputs that nothing feeds are meant so, and not told.
     """
 
     system: System
@@ -57,11 +58,13 @@ class Scene:
     fuse: Sequence[Sequence[str]] = ()
     scale: Mapping[str, float] = field(default_factory=dict)
     recorded: Sequence[str] = ()
+    quiet_inputs: bool = False
 
     def __post_init__(self):
         instance("system", self.system, System)
         instance("source", self.source, Component)
         text("algorithm", self.algorithm, "the name of an algorithm")
+        instance("quiet_inputs", self.quiet_inputs, bool)
         self._check_numbers()
         groups = listed("fuse", self.fuse, "a list of lists of component names")
         fuse = tuple(texts("a group of fuse", group, "a list of component names") for group in groups)

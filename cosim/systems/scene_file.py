@@ -31,7 +31,7 @@ from hfsa.cosim.systems.system import Component, Connection, System
 
 _REQUIRED = ("inputs", "outputs", "step_size", "stop_time")
 _ALWAYS = ("inputs", "outputs", "band", "step_size", "stop_time", "tolerance", "algorithm")
-_OPTIONAL = ("marks", "fuse", "scale", "recorded")
+_OPTIONAL = ("marks", "fuse", "scale", "recorded", "quiet_inputs")
 
 
 def scene_text(scene: Scene) -> str:

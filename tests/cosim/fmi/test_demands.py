@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from foreign_fmu import foreign_fmu
 
+from hfsa.cosim.assembly.build import build
 from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance
 from hfsa.cosim.fmi.description import describe
@@ -123,6 +124,36 @@ def test_a_communication_step_is_a_multiple_of_the_fmus_own(opened, keeper, step
         make_master(opened({"a": file, "b": file}), ring(), "error_controlled", step)
 
 
+@pytest.mark.parametrize("way", ["python", "c"])
+def test_error_control_sees_what_is_recorded_of_an_fmu_without_states(opened, keeper, library, way):
+    """A lag behind a sine of 20 Hz: the error is proportional to the tolerance of a run."""
+    omega, rate = 2 * np.pi * 20, 50.0
+    source = Component("source", "sine_source", start={"frequency": 20.0, "ramp": 0.0})
+    system = System([source, Component("lag", "lag.fmu")], [Connection("source.value", "lag.u")])
+    files = {"source": build(System([source])).files["source"], "lag": keeper(2)}
+    for tolerance in (1e-3, 1e-4, 1e-5):
+        master = make_master(
+            opened(files), system, "error_controlled", 5e-3, library if way == "c" else None, 100 * tolerance
+        )
+        recording = master.record(["lag.y"], rows=101)
+        master.initialize()
+        master.advance(100)
+        t = recording.time
+        exact = rate * np.sin(omega * t) - omega * np.cos(omega * t) + omega * np.exp(-rate * t)
+        exact *= rate / (rate**2 + omega**2)
+        error = abs(recording["lag.y"] - exact).max() / abs(exact).max()
+        assert tolerance < error < 10 * tolerance
+
+
+def test_error_control_refuses_an_fmu_of_which_it_sees_nothing(opened, keeper):
+    system = System([Component("a", "a.fmu", start={"u": 1.0})])
+    master = make_master(opened({"a": keeper(2)}), system, "error_controlled", 0.01)
+    with pytest.raises(StructureError, match=r"a: Keeper\.fmu shows no states, and none of its outputs is connected"):
+        master.initialize()
+    master.record(["a.y"], rows=2)
+    master.initialize()
+
+
 # Instances ------------------------------------------------------------------------------------------------------------
 
 
@@ -151,7 +182,8 @@ def test_a_tool_that_is_not_there_is_named(keeper, version):
 
 @VERSIONS
 @pytest.mark.parametrize(
-    ("experiment", "expected"), [("", -1.0), ('<DefaultExperiment tolerance="1e-7"/>', 1e-7)], ids=str
+    ("experiment", "expected"),
+    [pytest.param("", -1.0, id="none"), pytest.param('<DefaultExperiment tolerance="1e-7"/>', 1e-7, id="given")],
 )
 def test_the_tolerance_of_the_default_experiment_is_handed_over(keeper, version, experiment, expected):
     with Instance(Fmu.load(keeper(version, experiment=experiment)), "p") as it:
