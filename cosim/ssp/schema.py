@@ -38,7 +38,8 @@ def schema_problems(file: Path) -> list[str]:
             continue
         validator = _validator(schema)
         if root.get("version", "1.0").startswith("1.") and not validator.validate(root):
-            found += [f"{name}, line {entry.line}: {entry.message}" for entry in validator.error_log]
+            errors = iter(validator.error_log)  # type: ignore[call-overload] (the stubs know no iteration)
+            found += [f"{name}, line {entry.line}: {entry.message}" for entry in errors]
     return found
 
 
