@@ -87,8 +87,8 @@ def _export_parts(
 
     if not fuse:
         advice = (
-            "`--ssp` exports it as one file for other tools, `--fuse NAME,NAME` exports components of it as one FMU, "
-            "`run` and `sweep` simulate it"
+            "`--fuse NAME,NAME` exports components of it as one FMU, `--ssp` exports all of it as one file for other "
+            "tools, `run` and `sweep` simulate it"
         )
         refuse_scene(name, advice)
     if output is not None and output.exists() and not output.is_dir():
