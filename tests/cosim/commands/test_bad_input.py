@@ -167,7 +167,7 @@ def test_a_ring_of_feedthrough_of_gain_1_has_no_solution(hfsa, ring):
 
 def test_a_ring_of_feedthrough_of_another_gain_is_solved(hfsa, ring):
     """Drive 2 slides by -x / 2 + sqrt(3) / 2 y; where its slide is the other's x, and vice versa: by -y / sqrt(3)."""
-    code, _, err = hfsa("run", ring(2), "-o", "ring.h5")
+    code, _, err = hfsa("run", ring(2), "--quiet-inputs", "-o", "ring.h5")
     assert (code, err) == (0, "")
     found, _ = read_run(Path("ring.h5"))
     y = found["left.command.position[2]"]
