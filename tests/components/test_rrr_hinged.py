@@ -299,8 +299,8 @@ def test_given_matrices_are_those_of_the_stage():
             "a jacobian is given, but at level",
         ),
         (
-            Design(hinge=Hinge(radius=6e-3)),
-            r"links.coupler is 0.011 m, but the necks .* touch: .* than 0.012 m",
+            Design(links=LinkChanges(coupler=1.9e-3)),
+            r"links.coupler is 0.0019 m, but the necks .* touch: .* than 0.002 m",
         ),
         (Design(masses=Masses(crank_inertia=0.0, platform=1e-9)), "mass of the stage .* not positive definite"),
     ],
