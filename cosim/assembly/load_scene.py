@@ -284,12 +284,16 @@ def _own_starts(part: Part, component: Component, arguments: Mapping[str, Any]) 
 def _start_value(component: Component, part: Part | None, argument: str, value: Any) -> Any:
     """Return a start value that fits the variables `argument` stands for; errors name what is known, and the bounds."""
     model = None if part is None else _model_with(part, component, argument)
-    known = describe(fmu_file(component)).variables if model is None else [quantity.name for quantity in model]
+    variables = describe(fmu_file(component)).variables if model is None else {}
+    known = variables if model is None else [quantity.name for quantity in model]
     for member in expand(argument):
         if member not in known:
             names = [*known, *(part.arguments if part else ())]
             raise StructureError(f"{component.name} has no argument {member!r}{nearest(member, names)}")
-    if model is None and (typed := _of_type({known[member].type for member in expand(argument)}, value)) is not None:
+    if (
+        model is None
+        and (typed := _of_type({variables[member].type for member in expand(argument)}, value)) is not None
+    ):
         return typed
     try:
         number = math.nan if isinstance(value, bool) else float(value)

@@ -1,5 +1,6 @@
 """Description of an FMU: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
 
+import re
 import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -113,8 +114,8 @@ class Description:
 
     @property
     def is_ours(self) -> bool:
-        """Whether hfsa made it."""
-        return self.demands.tool.startswith("hfsa ")
+        """Whether hfsa made it: its tool is hfsa of a version."""
+        return bool(re.match(r"hfsa \d", self.demands.tool))
 
     @property
     def is_sampled(self) -> bool:

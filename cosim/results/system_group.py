@@ -18,7 +18,9 @@ def write_system(group: Node, system: SystemRecord) -> None:
         instance = group.create_group(record.instance)
         for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):
             instance.attrs[key] = getattr(record, key)
-        _write_named(instance, "start", record.start)
+        # texts are in the scene alone, which has them all
+        numbers = {name: value for name, value in record.start.items() if not isinstance(value, str)}
+        _write_named(instance, "start", numbers)
         if record.choice is not None:
             _write_choice(instance, record.choice)
     _write_named(group, "operating_point", system.operating_point)

@@ -10,6 +10,7 @@ from foreign_fmu import foreign_fmu
 from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance
 from hfsa.cosim.masters.algorithms import make_master
+from hfsa.cosim.results.files import read_run
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -175,3 +176,26 @@ def test_a_whole_number_beyond_a_double_is_not_rounded_in_silence(echo):
         it.step(0.0, 0.1)
         with pytest.raises(StepError, match=r"out_Int64 is 9007199254740993, beyond 2\^53"):
             it.get(it.handle(["out_Int64"]))
+
+
+def test_a_scene_sets_texts_and_booleans_and_records_every_type(hfsa, echo, tmp_path):
+    """From the scene's file and from the command line, into the results file."""
+    Path("echo.toml").write_text(f"""
+inputs = []
+outputs = ["p.out_Int32"]
+step_size = 0.1
+stop_time = 0.5
+quiet_inputs = true
+[[components]]
+name = "p"
+part = "{echo[3]}"
+start = {{ in_Boolean = true, in_String = "abc", "in_array[2,3]" = 4.5 }}
+""")
+    signals = [word for name in ("length", "out_Boolean", "out_array[2,3]") for word in ("--signal", f"p.{name}")]
+    given = ["-p", "p.in_Int32=7", "-p", "p.in_String=hello"]
+    code, _, err = hfsa("run", "echo.toml", *given, *signals, "-o", tmp_path / "echo.h5")
+    assert (code, err) == (0, "")
+    values, _ = read_run(tmp_path / "echo.h5")
+    last = {name.removeprefix("p."): column[-1] for name, column in values.items()}
+    expected = {"out_Int32": 7, "length": 5, "out_Boolean": 1, "out_array[2,3]": 9.0}
+    assert {name: last[name] for name in expected} == expected
