@@ -1,10 +1,11 @@
-"""Limit flags: outputs that are 1 while a saturation or limit is active, recognised by the last part of their name.
+"""Limit flags: outputs that are 1 while a saturation or limit is active, known by the last part of their name.
 
     limit_signals(connectors)                  # ["controller.axis[1].saturation", "stack[1].contact_lost"]
     for found in active_limits(time, values):  # values of a run by full name
         print(found.message)                   # the limit, when it was active, its meaning, and advice
 
-A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags.
+A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags. The output of an FMU
+of another maker is no flag, whatever its name.
 """
 
 from collections.abc import Mapping
@@ -120,7 +121,7 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
         f"{component}.{name}"
         for component, variables in connectors.items()
         for name, variable in variables.items()
-        if variable.causality == "output" and is_limit(name)
+        if variable.causality == "output" and variable.is_conventional and is_limit(name)
     ]
 
 

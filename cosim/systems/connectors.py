@@ -10,7 +10,7 @@ from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.kinds import is_number
-from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.names import DERIVATIVES, companions, nearest
 from hfsa.cosim.systems.system import System
 
 
@@ -22,6 +22,8 @@ class Connector:
         base_unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset of the unit; `None` if undeclared.
         nominal: nominal value, 1 where the description declares none; `has_nominal` is whether it declares one.
         dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
+        is_conventional: whether its name means what names of hfsa mean: of a derivative of another input, of a limit flag,
+            of a sample time.
     """
 
     name: str
@@ -37,11 +39,17 @@ class Connector:
     max: float | None = None
     dependencies: tuple[str, ...] | None = ()
     has_nominal: bool = False
+    is_conventional: bool = False
 
     @property
     def is_real(self) -> bool:
         """Whether it is a scalar Real (FMI 2) or Float64 (FMI 3), the only types that connections carry."""
         return self.type in ("Real", "Float64")
+
+    @property
+    def typical(self) -> float:
+        """Typical size: the nominal value, 0 where an FMU of another maker declares none."""
+        return self.nominal if self.has_nominal or self.is_conventional else 0.0
 
     @property
     def changes_at_events(self) -> bool:
@@ -94,6 +102,15 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
             f"{nearest(variable, connectors[component])}"
         )
     return connectors[component][variable]
+
+
+def derivative_inputs(known: Mapping[str, Connector], name: str) -> dict[str, str]:
+    """Return the inputs that take the derivatives of another, by `DERIVATIVES`, where they mean that.
+
+    `known` holds the variables of the FMU by name. An FMU of another maker has none: its `flow_rate` may be anything.
+    """
+    pairs = zip(DERIVATIVES, companions(name), strict=True)
+    return {order: other for order, other in pairs if other in known and known[other].is_conventional}
 
 
 def _same_unit(start: Connector, end: Connector) -> bool:
