@@ -9,7 +9,8 @@ fit requires neither an integer number of samples per period nor an integer numb
 latched at the end of each window:
 
     gain.real = a,  gain.imaginary = b      so that gain = a + j b is the complex amplitude relative to sin
-    harmonic.second.real = a2, .imaginary = b2, harmonic.third.real = a3, .imaginary = b3, residual = rms of the residual
+    harmonic.second.real = a2, .imaginary = b2, harmonic.third.real = a3, .imaginary = b3
+    residual = rms of the residual
 
 The sample at time start + n sample_time is number n; window k = 1, 2, ... contains the samples (k - 1) N to k N - 1.
 

@@ -281,8 +281,8 @@ class StepAnalysis:
 def motions(system: System, instances: Mapping[str, Instance]) -> list[Excitation]:
     """Return excitations by the components without connected inputs, each motion with its derivatives.
 
-    An output is the derivative of another where its name says so (`names.companions`) in an FMU of ours, or where it is that of a sine
-    source.
+    An output is the derivative of another where its name says so (`names.companions`) in an FMU that follows our
+    conventions, or where it is that of a sine source.
     """
     found, fed = [], {system.split(connection.end)[0] for connection in system.connections}
     for component in system.components:

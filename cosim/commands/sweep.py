@@ -52,16 +52,16 @@ class SettlingOptions:
         int | None,
         Parameter(
             validator=Number(gte=0),
-            help="Periods that pass before a point may count as settled, at least (default: 0). In a multisine, windows of "
-            "the lowest frequency.",
+            help="Periods that pass before a point may count as settled, at least (default: 0); in a multisine, those "
+            "of the lowest frequency.",
         ),
     ] = None
     settling_time_min: Annotated[
         float | None,
         Parameter(
             validator=Number(gte=0),
-            help="Simulated time [s] that passes before a point may count as settled, at least: the longest dead time of "
-            "the scene, which nothing but the user may know (default: 0).",
+            help="Simulated time [s] that passes before a point may count as settled, at least (default: 0): the "
+            "longest dead time of FMUs that do not declare it.",
         ),
     ] = None
     measurement_periods: Annotated[

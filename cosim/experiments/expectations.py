@@ -1,6 +1,6 @@
 """Expected responses of the points of a sweep, from the linearised FMUs, to compare the measured ones with.
 
-    expected = expectations(plan, band, starts, allowed=2e-3)
+    expected = expectations(plan, Theory(linear, draft, dense), starts, scene, settled_to=1e-3)
     expected["reference.command.position[3]"][k]           # that of the input at frequency k
 
 Where the steady state of the stepped system is predicted, its response contains the effect of the communication steps.
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.masters.algorithms import LIMITED
 from hfsa.cosim.measurement.expectation import Expectation
+from hfsa.cosim.measurement.multisine import Run
 from hfsa.cosim.measurement.sweep import LinearSweep
 from hfsa.cosim.results.files import Plan
 from hfsa.cosim.signals.frequency_response import largest_of_unit, negligible
 from hfsa.cosim.signals.response_scale import Scale
+from hfsa.cosim.systems.scene import Scene
 
 _COUNTED = 1e-2
 """Size of an output, relative to the largest in the same unit, from which on its error counts by itself."""
@@ -49,21 +51,39 @@ class Theory:
         return np.where(zero, 0.0, exact), scale
 
 
+def with_expectations(runs: Sequence[Run], plan: Plan, expected: Mapping[str, Sequence[Expectation]]) -> list[Run]:
+    """Return the runs of a multisine with the expectations at their lines, at the places of the plan."""
+    found = []
+    for run in runs:
+        driven, row = [], 0
+        for one in run.driven:
+            own = [expected[plan.inputs[one.input].name][k] for k in one.places]
+            if run.start is not None and run.start.gain is not None:
+                predicted = run.start.gain[row : row + len(own)] / one.wave.gain[:, None]
+                own = [e.of_steps(response) for e, response in zip(own, predicted, strict=True)]
+            row += len(own)
+            driven.append(dataclasses.replace(one, expected=tuple(own)))
+        found.append(dataclasses.replace(run, driven=tuple(driven)))
+    return found
+
+
 def expectations(
-    plan: Plan, theory: Theory, starts: Mapping[str, Sequence[SteadyStart]], algorithm: str, allowed: float
+    plan: Plan, theory: Theory, starts: Mapping[str, Sequence[SteadyStart]], scene: Scene, settled_to: float
 ) -> dict[str, list[Expectation]]:
-    """Return the expected responses by input, at the frequencies of a plan; `allowed` is the largest relative error."""
+    """Return the expected responses by input, at the frequencies of a plan.
+
+    A measured response may be off by the tolerances of the scene and of settling together, both relative.
+    """
     exact, scale = theory.scaled(plan.frequency)
-    unknown = np.inf if algorithm in LIMITED else 0.0
+    unknown = np.inf if scene.algorithm in LIMITED else 0.0
     of_steps = np.full(exact.shape, unknown) if plan.step_error is None else np.nan_to_num(plan.step_error, nan=0.0)
     found: dict[str, list[Expectation]] = {}
     for i, signal in enumerate(plan.inputs):
         found[signal.name] = []
         for k in range(len(plan.frequency)):
-            response, error = exact[k, :, i], allowed + of_steps[k, :, i]
+            one = Expectation(exact[k, :, i], scene.tolerance + settled_to, of_steps[k, :, i], scale[k, :, i])
             start = starts[signal.name][k] if signal.name in starts else None
             if start is not None and start.gain is not None:
-                response = np.where(response == 0, 0.0, start.gain / signal.amplitude)
-                error = np.full(len(response), allowed)
-            found[signal.name].append(Expectation(response, error, scale[k, :, i]))
+                one = one.of_steps(start.gain / signal.amplitude)
+            found[signal.name].append(one)
     return found

@@ -21,7 +21,7 @@ from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.arguments import checked
-from hfsa.cosim.experiments.expectations import Theory, expectations
+from hfsa.cosim.experiments.expectations import Theory, expectations, with_expectations
 from hfsa.cosim.experiments.multisine import INPUTS, Design, designed, runs_of
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude, with_nominal_amplitudes
@@ -253,10 +253,10 @@ def sweep_scene(
             warn(sentence)
         subject = dataclasses.replace(subject, scene=scene, algorithm=algorithm)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
+        exact = None if theory is None or dense is None else Theory(theory, draft, dense)
         if design is not None:
-            measurement = _many_lines(subject, plan, design, known, request, warn)
+            measurement = _many_lines(subject, plan, design, known, exact, request, warn)
         else:
-            exact = None if theory is None or dense is None else Theory(theory, draft, dense)
             measurement = _single_sines(subject, plan, excited, known, exact, request, executor, warn)
     return _written(path, opening, measurement, report, warn)
 
@@ -340,13 +340,21 @@ def _computed(subject: _Subject, plan: Plan, theory: LinearSweep, opening: Calla
 
 
 def _many_lines(
-    subject: _Subject, plan: Plan, design: Design, known: Judge, request: SweepRequest, warn: Warn
+    subject: _Subject,
+    plan: Plan,
+    design: Design,
+    known: Judge,
+    exact: Theory | None,
+    request: SweepRequest,
+    warn: Warn,
 ) -> _Measurement:
     """Return the measurement of a multisine."""
     settings = _multisine_settings(request, subject.scene, design)
     runs, reason = runs_of(design, known, subject.scene, subject.variants, plan, settings, subject.library)
     if reason:
         warn(_AT_REST.format(reason))
+    if exact is not None:
+        runs = with_expectations(runs, plan, expectations(plan, exact, {}, subject.scene, request.settling_tolerance))
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     return _Measurement(
         plan, subject.record(*(run.assembly for run in runs)), partial(multisine, runs=runs, jobs=_jobs(request))
@@ -378,8 +386,7 @@ def _single_sines(
     }
     expected = {}
     if exact is not None and request.start != PREVIOUS:  # which follows what is not linear
-        allowed = settings.settling_tolerance + subject.scene.tolerance
-        expected = expectations(plan, exact, starts, subject.scene.algorithm, allowed)
+        expected = expectations(plan, exact, starts, subject.scene, settings.settling_tolerance)
     run = partial(
         stepped,
         benches=benches,

@@ -43,7 +43,7 @@ def theory_of(assembly: Assembly, draft: Plan, request: SweepRequest, warn: Warn
         warn(f"there is no linear response to compare with: {error}")
         if not request.settling_time_min and not request.settling_periods:
             warn(
-                "a response later than the settled points is not seen; --settling-time-min waits for a longest dead time"
+                "a response that comes after a point has settled is not seen; --settling-time-min waits for a dead time"
             )
         return None
     if found.growth and request.method == "linear":

@@ -1,11 +1,13 @@
 """Expectation of a measured point: the response that the linearised FMUs predict, and how far it may be off.
 
-A response that leaves it is no small-signal response: the system is nonlinear at this amplitude, or the measurement or the
-linearised FMUs are wrong. A response that is not there is awaited unless the expectation is zero.
+A response that leaves it is no small-signal response: the system is nonlinear at this amplitude, or has dynamics that
+its directional derivatives do not show, or a part of the response comes later than the settled point. A response that is
+zero or noise is awaited, unless the expectation is zero.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +15,24 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Expectation:
-    """Expected responses, output per input, and their largest errors relative to a scale; all have shape (outputs,).
+    """Expected responses of the outputs to one input at one frequency; arrays have shape (outputs,).
 
-    An error is infinite where the response is not known well enough to be compared. `scale` is the size that errors are
-    relative to, at least that of the response.
+    Attributes:
+        response: output per input, exactly 0 where it is so by symmetry.
+        allowed: largest relative error of a measured response.
+        step_error: what the communication steps may add to it, infinite where that is not known.
+        scale: size that errors are relative to, at least that of the response.
     """
 
     response: NDArray[np.complex128]
-    error: NDArray[np.float64]
+    allowed: float
+    step_error: NDArray[np.float64]
     scale: NDArray[np.float64]
+
+    def of_steps(self, response: NDArray[np.complex128]) -> Self:
+        """Return the expectation of the response that the stepped system is predicted to have, (outputs,)."""
+        found = np.where(self.rests, 0.0, response)
+        return replace(self, response=found, step_error=np.zeros(len(found)))
 
     @property
     def rests(self) -> NDArray[np.bool_]:
@@ -36,7 +47,7 @@ class Expectation:
         size = np.maximum(self.scale, np.abs(response))
         is_heard = np.maximum(np.abs(response), np.abs(self.response)) > floor
         found = np.divide(np.abs(response - self.response), size, out=np.zeros(len(size)), where=is_heard)
-        return np.where(found > self.error, found, 0.0)
+        return np.where(found > self.allowed + self.step_error, found, 0.0)
 
     def sentence(
         self,
@@ -54,11 +65,9 @@ class Expectation:
         if not found[worst]:
             return ""
         return (
-            f"{outputs[worst]} is off the linear response by {100 * found[worst]:.3g} %, expected "
-            f"{100 * self.error[worst]:.2g} % or less (|H| {abs(response[worst]):.4g} measured, "
-            f"{abs(self.response[worst]):.4g} expected, harmonic distortion {100 * distortion:.2g} %): the system is "
-            "nonlinear at this amplitude, or has dynamics that its directional derivatives do not show, or has not "
-            "settled; compare a smaller --amplitude and a longer --settling-time-min"
+            f"{outputs[worst]} is {100 * found[worst]:.3g} % off the linear response, {abs(self.response[worst]):.4g} "
+            f"(distortion {100 * distortion:.2g} %): nonlinear, late, or not what its derivatives are of; compare a "
+            "smaller --amplitude, a longer --settling-time-min"
         )
 
 
@@ -75,11 +84,14 @@ def unsettled(
     tolerance: float,
     simulated: float,
 ) -> str:
-    """Return why outputs have not settled after a simulated time [s]: their remaining transients, relative, and silence."""
+    """Return why outputs, (n,), have not settled after a simulated time [s].
+
+    `remaining` is the relative transient of each, `silent` whether it is zero or noise where a response is awaited.
+    """
     if np.any(silent):
         return (
-            f"{outputs[int(np.argmax(silent))]} has not responded after {simulated:.3g} s: its gain is zero or noise; it "
-            "does not follow this input, or its dead time is longer than --settling-time"
+            f"{outputs[int(np.argmax(silent))]} has not responded after {simulated:.3g} s: its gain is zero or noise; "
+            "it does not follow this input, or its dead time is longer than --settling-time"
         )
     worst = int(np.argmax(np.nan_to_num(remaining, nan=np.inf)))
     return (

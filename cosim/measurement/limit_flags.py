@@ -4,8 +4,8 @@
     for found in active_limits(time, values):  # values of a run by full name
         print(found.message)                   # the limit, when it was active, its meaning, and advice
 
-A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags. The output of an FMU
-of another maker is no flag, whatever its name.
+A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags. The output of an
+FMU of another maker is no flag, whatever its name.
 """
 
 from collections.abc import Mapping

@@ -210,7 +210,7 @@ class _Measurement:
         return self._points(gains[-1], settling, simulated)
 
     def _silent(self, gains: NDArray[np.complex128], floor: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return whether each output is noise at all lines of an input where a response is awaited, (lines, outputs)."""
+        """Return whether outputs are noise at all lines of an input where they are awaited, (lines, outputs)."""
         run, found = self.run, np.zeros(gains.shape, dtype=bool)
         if not run.assembly.is_foreign:
             return found

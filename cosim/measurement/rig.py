@@ -174,7 +174,7 @@ class Rig:
         return np.where(task.expected.rests, np.maximum(floor, ROUNDING * np.abs(gain).max()), floor)
 
     def _may_be_silent(self, task: Task, floor: np.ndarray) -> np.ndarray:
-        """Return whether each output may be noise: a zero is expected, or no FMU of another maker may have dead time."""
+        """Return whether outputs may be noise: zero is expected, or no FMU of another maker may have a dead time."""
         if task.expected is None:
             return np.full(len(floor), not self.bench.assembly.is_foreign)
         return np.abs(task.expected.response) * task.amplitude <= _AWAITED * floor

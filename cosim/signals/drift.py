@@ -5,13 +5,12 @@
 
 A signal y = D(t) + p(t) is a drift D and a periodic signal p with any harmonics. A straight line in the basis of a fit
 would take part of the higher harmonics for a drift, and so change the amplitudes of a signal that does not drift. The
-means of successive windows depend on p in the same way, their differences not at all. A polynomial D of degree d follows
-from d + 1 means, and what it contributes to the amplitudes of a window from its projection on their basis, which is
-linear and known: a signal that does not drift stays as it is, and one that drifts along the polynomial is measured
-without error.
+means of successive windows depend on p alike, their differences not at all. A polynomial D of degree d follows from
+d + 1 means, and what it adds to the amplitudes of a window from its projection on their basis, which is known: a signal
+that does not drift stays as it is, and one that drifts along the polynomial is measured without error.
 
-Amplitudes are without a drift of degree 2: a parabola is what a double integrator makes of a constant. Their doubt is
-the change by one degree more. It is constant where the drift is a cubic, so such a signal does not settle.
+A drift of degree 2 is removed: a parabola is what a double integrator makes of a constant. The change by one degree
+more is the doubt. It is constant where the drift is a cubic, so such a signal does not settle.
 """
 
 from collections.abc import Iterator
@@ -36,8 +35,8 @@ class Drift:
 
     Attributes:
         mean: mean that each power contributes, (powers,).
-        amplitude: complex amplitude that each contributes, (powers, amplitudes), relative to phase 0 at the first sample
-            of the window.
+        amplitude: complex amplitudes that each contributes, (powers, amplitudes), of phase 0 at the first sample of the
+            window.
         turn: phase of each amplitude at the first sample of a window after that of the window before [rad],
             (amplitudes,).
     """
@@ -84,7 +83,7 @@ class Drift:
         return self._weights[key]
 
     def _means_of_powers(self, degree: int, place: int) -> NDArray[np.float64]:
-        """Return the means of windows, (windows, powers), for powers 0 to `degree` of time from the window at a place."""
+        """Return the means of windows, (windows, powers), of powers 0 to `degree` of the time since one of them."""
         of_powers = np.concatenate([[1.0], self.mean])
         rows = [
             [sum(comb(q, j) * float(k) ** (q - j) * of_powers[j] for j in range(q + 1)) for q in range(degree + 1)]

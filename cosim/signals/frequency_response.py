@@ -98,7 +98,7 @@ class Settling:
             before, now = np.array([self.expected, *self._gains])[-2:]
             if np.all(np.abs(np.array([before, now]) - self.expected) <= self.tolerance * self.scale):
                 self.remaining = 2 * np.abs(now - before) / max(1 - self.keeps, np.finfo(float).tiny)
-        self.remaining = self.remaining + doubt
+        self.remaining = self.remaining + np.asarray(doubt, dtype=float)
 
     @property
     def gain(self) -> NDArray[np.complex128]:

@@ -286,7 +286,7 @@ class LineSettling(Settling):
         is_known = self.expected is None and self.keeps < 1
         keeps = self.keeps if is_known else _decay(changes, self.scale)
         if keeps is not None:
-            self.remaining = 2 * changes[-1] / max(1 - keeps, np.finfo(float).tiny) + doubt
+            self.remaining = 2 * changes[-1] / max(1 - keeps, np.finfo(float).tiny) + np.asarray(doubt, dtype=float)
 
 
 def _decay(changes: NDArray[np.float64], scale: NDArray[np.float64]) -> float | None:

@@ -22,8 +22,8 @@ class Connector:
         base_unit: exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset of the unit; `None` if undeclared.
         nominal: nominal value, 1 where the description declares none; `has_nominal` is whether it declares one.
         dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
-        is_conventional: whether its name means what names of hfsa mean: of a derivative of another input, of a limit flag,
-            of a sample time.
+        is_conventional: whether its name means what it would mean in an FMU of hfsa: the derivative of another input, a
+            limit flag, a sample time.
     """
 
     name: str
