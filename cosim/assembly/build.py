@@ -64,8 +64,8 @@ def instrument(
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
     the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
     have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the inputs that
-    take them (`connectors.derivative_inputs`). `parts` is the assembly of the scene's system, where there is one; it may
-    be pruned, and its system is then the one that gets the instruments.
+    take them (`connectors.derivative_inputs`). `parts` is the assembly of the scene's system, where there is one; it
+    may be pruned, and its system is then the one that gets the instruments.
     """
     outputs = scene.outputs if outputs is None else outputs
     plain = build(scene.system, fmi) if parts is None else parts

@@ -1,8 +1,8 @@
 """Expectation of a measured point: the response that the linearised FMUs predict, and how far it may be off.
 
 A response that leaves it is no small-signal response: the system is nonlinear at this amplitude, or has dynamics that
-its directional derivatives do not show, or a part of the response comes later than the settled point. A response that is
-zero or noise is awaited, unless the expectation is zero.
+its directional derivatives do not show, or a part of the response comes later than the settled point. A response that
+is zero or noise is awaited, unless the expectation is zero.
 """
 
 from collections.abc import Sequence

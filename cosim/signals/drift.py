@@ -107,7 +107,7 @@ def of_sine(samples: int, turn: float, harmonics: int = 3) -> Drift:
         moment += basis.T @ _powers(number, samples)
     fit = np.linalg.solve(gram, moment)
     amplitude = fit[1 : harmonics + 1] + 1j * fit[harmonics + 1 :]
-    return Drift(fit[0], amplitude.T, turn * samples * order)
+    return Drift(fit[0], amplitude.T, np.asarray(turn * samples * order, dtype=float))
 
 
 def of_lines(points: int, lines: NDArray[np.int64]) -> Drift:
