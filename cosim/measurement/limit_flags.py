@@ -10,10 +10,12 @@ FMU of another maker is no flag, whatever its name.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hfsa.cosim.results.files import read_limit_flags
 from hfsa.cosim.systems.connectors import Connector
 
 
@@ -123,6 +125,12 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
         for name, variable in variables.items()
         if variable.causality == "output" and variable.is_conventional and is_limit(name)
     ]
+
+
+def recorded_flags(path: Path, values: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """Return the limit flags among the values of a run by full name, as its file names them."""
+    stated = read_limit_flags(path)
+    return {name: v for name, v in values.items() if (is_limit(name) if stated is None else name in stated)}
 
 
 class LimitLog:
