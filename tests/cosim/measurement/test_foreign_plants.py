@@ -8,6 +8,7 @@ from foreign_fmu import foreign_fmu
 
 from hfsa.cosim.results.files import Status, read_limit_flags, read_sweep
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.system import Component
 
 SOURCE = Path(__file__).with_name("plant.c")
 STEP = 1e-3
@@ -75,15 +76,19 @@ def only(bode):
     return bode.response[:, 0, 0]
 
 
+def held(z):
+    """Return the response of a double integrator to an input that is held over each step at its value at the end."""
+    return STEP**2 / 2 * z * (z + 1) / (z - 1) ** 2
+
+
 @pytest.mark.parametrize("periods", [1, 3], ids=["one period", "three periods"])
 @pytest.mark.parametrize("high", [8.0, 9.7], ids=["whole samples", "broken samples"])
 def test_a_double_integrator_with_a_constant_load_has_its_own_gain(plant, swept, periods, high):
     """Its position is a parabola of metres and an oscillation of millimetres; u is held over a step."""
     bode, code, _ = swept(plant("double_integrator"), "--to", high, "--measurement-periods", periods)
     z = np.exp(2j * np.pi * bode.frequency * STEP)
-    exact = STEP**2 / 2 * (z + 1) / (z - 1) ** 2
     assert code == 0
-    assert only(bode) == pytest.approx(exact, rel=1e-7)
+    assert only(bode) == pytest.approx(held(z), rel=1e-7)
     assert np.all(bode.harmonic_distortion < 1e-6)
 
 
@@ -91,7 +96,7 @@ def test_a_multisine_sees_through_the_drift_too(plant, swept):
     bode, code, _ = swept(plant("double_integrator"), "--method", "multisine", points=4)
     z = np.exp(2j * np.pi * bode.frequency * STEP)
     assert code == 0
-    assert only(bode) == pytest.approx(STEP**2 / 2 * (z + 1) / (z - 1) ** 2, rel=1e-5)
+    assert only(bode) == pytest.approx(held(z), rel=1e-5)
 
 
 def test_creep_settles_at_the_gain_beneath_it(plant, swept):
@@ -120,7 +125,7 @@ def test_a_dead_time_is_awaited_while_nothing_comes(plant, swept, method):
 
 @pytest.mark.parametrize("method", ["stepped", "multisine"])
 def test_an_output_that_never_responds_is_not_settled(plant, swept, method):
-    bode, code, told = swept(plant("delay"), "--method", method, "--from", 4, "--settling-time", 0.6, points=3)
+    bode, code, told = swept(plant("delay"), "--method", method, "--from", 7, "--to", 40, "--settling-time", 0.1)
     assert code == 1
     assert np.all(bode.status == Status.NOT_SETTLED)
     assert "p.y has not responded after" in told
@@ -138,7 +143,7 @@ def test_an_output_that_never_responds_is_not_settled(plant, swept, method):
 )
 def test_a_wait_sees_what_comes_late(plant, swept, kind, wait):
     """A part of the response after a dead time, or a gain that is 0.2 for the first two seconds."""
-    bode, code, told = swept(plant(kind), *wait, "--from", 8, points=3)
+    bode, code, told = swept(plant(kind), *wait, "--from", 7, "--to", 40)
     z = np.exp(2j * np.pi * bode.frequency * STEP)
     exact = 0.1 + z ** (1 - DELAY / STEP) if kind == "echo" else np.ones(len(z))
     assert code == 0
@@ -170,7 +175,7 @@ def test_an_output_called_saturated_is_no_flag(plant, swept, hfsa):
     assert only(bode) == pytest.approx(1.0, rel=1e-9)
     code, out, err = hfsa("run", scene, "-o", "run.h5", "--frequency", "5")
     assert code == 0
-    assert "p.steam.saturated: 2 to 4" in out
+    assert "p.steam.saturated: 2.7" in out
     assert "a command is held" not in out + err
     assert read_limit_flags("run.h5") == []
 
@@ -184,15 +189,13 @@ def test_a_parameter_called_sample_time_is_a_parameter(plant, swept, value):
 
 @pytest.mark.parametrize("said", ["by the tool", "by the scene"])
 def test_names_mean_what_ours_mean_where_that_is_said(plant, swept, said):
-    """The rate of the sine enters 10 times: |1 + 10 j omega|."""
+    """The rate of the sine enters 10 times: 1 + 10 j omega."""
     given = {"tool": "hfsa 1.0"} if said == "by the tool" else {"keys": 'conventions = "hfsa"'}
     bode, code, _ = swept(plant("pair", other="u_rate", causality="input", **given))
     assert code == 0
     assert only(bode) == pytest.approx(1 + 20j * np.pi * bode.frequency, rel=2e-3)
 
 
-def test_other_conventions_are_refused(plant, swept):
+def test_other_conventions_are_refused():
     with pytest.raises(StructureError, match="conventions are 'x', expected 'hfsa'"):
-        from hfsa.cosim.systems.system import Component
-
         Component("p", "p.fmu", conventions="x")
