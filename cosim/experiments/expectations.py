@@ -1,6 +1,6 @@
 """Expected responses of the points of a sweep, from the linearised FMUs, to compare the measured ones with.
 
-    expected = expectations(plan, Theory(linear, draft, dense), starts, scene, settled_to=1e-3)
+    expected = expectations(plan, Theory(linear, draft, dense, is_foreign), starts, scene, settled_to=1e-3)
     expected["reference.command.position[3]"][k]           # that of the input at frequency k
 
 Where the steady state of the stepped system is predicted, its response contains the effect of the communication steps.
@@ -29,11 +29,15 @@ _COUNTED = 1e-2
 
 @dataclasses.dataclass(frozen=True)
 class Theory:
-    """The exact response: a linearised system, and its response at the frequencies of a dense draft of the plan."""
+    """The linear response of a system, and its values at the frequencies of a dense draft of the plan.
+
+    `is_foreign` is whether an FMU of another maker is among those that were linearised.
+    """
 
     linear: LinearSweep
     draft: Plan
     dense: NDArray[np.complex128]
+    is_foreign: bool
 
     def scaled(self, frequency: NDArray[np.float64]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """Return the responses at frequencies [Hz], exactly 0 where they are so by symmetry, and the scale of errors.
@@ -81,7 +85,9 @@ def expectations(
     for i, signal in enumerate(plan.inputs):
         found[signal.name] = []
         for k in range(len(plan.frequency)):
-            one = Expectation(exact[k, :, i], scene.tolerance + settled_to, of_steps[k, :, i], scale[k, :, i])
+            one = Expectation(
+                exact[k, :, i], scene.tolerance + settled_to, of_steps[k, :, i], scale[k, :, i], not theory.is_foreign
+            )
             start = starts[signal.name][k] if signal.name in starts else None
             if start is not None and start.gain is not None:
                 one = one.of_steps(start.gain / signal.amplitude)

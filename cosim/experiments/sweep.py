@@ -253,7 +253,9 @@ def sweep_scene(
             warn(sentence)
         subject = dataclasses.replace(subject, scene=scene, algorithm=algorithm)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
-        exact = None if theory is None or dense is None else Theory(theory, draft, dense)
+        exact = None
+        if theory is not None and dense is not None:
+            exact = Theory(theory, draft, dense, subject.variants.plain.is_foreign)
         if design is not None:
             measurement = _many_lines(subject, plan, design, known, exact, request, warn)
         else:

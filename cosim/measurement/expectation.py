@@ -12,6 +12,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+_LINEAR = 1e-6
+"""Harmonic distortion below which a response is that of a linear system."""
+
 
 @dataclass(frozen=True)
 class Expectation:
@@ -22,12 +25,15 @@ class Expectation:
         allowed: largest relative error of a measured response.
         step_error: what the communication steps may add to it, infinite where that is not known.
         scale: size that errors are relative to, at least that of the response.
+        is_exact: whether the derivatives are known to be those of the FMUs, as of ours: a response with harmonics that
+            is off is then that of a nonlinear system, and is no disagreement.
     """
 
     response: NDArray[np.complex128]
     allowed: float
     step_error: NDArray[np.float64]
     scale: NDArray[np.float64]
+    is_exact: bool = False
 
     def of_steps(self, response: NDArray[np.complex128]) -> Self:
         """Return the expectation of the response that the stepped system is predicted to have, (outputs,)."""
@@ -62,7 +68,7 @@ class Expectation:
         """
         found = self.disagreement(response, floor)
         worst = int(np.argmax(found))
-        if not found[worst]:
+        if not found[worst] or (self.is_exact and distortion > _LINEAR):
             return ""
         return (
             f"{outputs[worst]} is {100 * found[worst]:.3g} % off the linear response, {abs(self.response[worst]):.4g} "

@@ -135,7 +135,7 @@ def test_an_output_that_never_responds_is_not_settled(plant, swept, method):
     ("kind", "wait"),
     [
         ("echo", ("--settling-time-min", 2.2)),
-        ("echo", ("--settling-periods", 25)),
+        ("echo", ("--settling-periods", 90)),
         ("late", ("--settling-time-min", 2.2)),
         ("late", ("--settling-time-min", 2.2, "--method", "multisine")),
     ],
