@@ -59,8 +59,10 @@ sheet `stack`, with the `damping_ratio` 1 % of each. Pinned end blocks swing abo
 With `contact=ball` the Jacobian tends to J0 as the necks become thin. Results have a `mesh_error`, the difference from
 a mesh of twice the size.
 
-Links, hinges and masses are arguments, by default those of the source. A Jacobian, a stiffness or an inertia that is
-measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
+Links, hinges and masses are arguments, by default those of the source. At `constant_jacobian` and `exact`, which are
+affine in them, the stiffness of the hinges and all masses are parameters of the FMU too, `hinge.stiffness` and
+`masses.platform` to `masses.coupler`: of this part alone, not of the models in controllers. A Jacobian, a stiffness or
+an inertia that is measured or computed elsewhere can take the place of theirs, by `_mechanics/rrr_design.py`.
 
 Source: thesis of 2000 on the 3-RRR stage. Assumed: beta, for a damping ratio of 1 % of the translations; damping and
 mass of the stacks.

@@ -5,7 +5,10 @@
 Source of the triangles: gmsh, of the extra `fem`.
 """
 
+import ctypes
+import locale
 import math
+import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -66,12 +69,29 @@ def mesh(boundary: Boundary, sizes: Mapping[str, float], turned: Mapping[str, st
 
 
 @contextmanager
+def _process_unchanged() -> Iterator[None]:
+    """Keep the locale of this process, and that it ignores SIGPIPE: the mesher resets both as it starts.
+
+    Otherwise a worker process that dies would take this one with it, by the pipe between them.
+    """
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
+        pipe = getattr(signal, "SIGPIPE", None)  # Windows has none
+        if pipe is not None and signal.getsignal(pipe) is signal.SIG_IGN:
+            ctypes.CDLL(None).signal(int(pipe), ctypes.c_void_p(int(signal.SIG_IGN)))  # from any thread
+
+
+@contextmanager
 def _session() -> Iterator[Any]:
     """Start the mesher, silent, on a model of its own; end it unless it ran before."""
     gmsh = library("gmsh")
     was_running = bool(gmsh.isInitialized())
     if not was_running:
-        gmsh.initialize(readConfigFiles=False, run=False, interruptible=False)
+        with _process_unchanged():
+            gmsh.initialize(readConfigFiles=False, run=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)

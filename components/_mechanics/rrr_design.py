@@ -12,6 +12,7 @@ acceleration of the base acts, is not changed.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -29,6 +30,13 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 _SYMMETRIC = 1e-9
 """Largest difference of a matrix and its transpose, relative to its largest element."""
+
+
+class Tuned(NamedTuple):
+    """Hinges and masses, numbers or expressions: stiffness of each hinge [N.m/rad], and the attributes of `Masses`."""
+
+    hinge_stiffness: Any
+    masses: Any
 
 
 @dataclass(frozen=True)
@@ -87,13 +95,16 @@ class Design(Dimensions):
             return matrix("jacobian", self.jacobian)
         return jacobian(self.kinematics, self.links)
 
-    def mechanism(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
+    def mechanism(self, level: str, coordinates: ca.SX, rates: ca.SX, tuned: "Tuned | None" = None) -> Mechanism:
         """Return the mechanism at level `constant_jacobian` or `exact` over symbols (3, 1) of coordinates and rates.
+
+        `tuned` are hinges and masses in place of those of the design. What given matrices add remains that to the
+        design's own.
 
         Raises:
             ModelError: a given Jacobian at level `exact`, as that is a function of the links.
         """
-        built = self._of_links(level, coordinates, rates)
+        built = self._of_links(level, coordinates, rates, tuned or Tuned(self.hinge.stiffness, self.masses))
         if self.stiffness is None and self.mass is None:
             return built
         mass, stiffness = self._at_rest
@@ -111,9 +122,14 @@ class Design(Dimensions):
         """K0 = d2P/dl2 at rest, the same at both dynamic levels, shape (3, 3) [N/m]."""
         return self._at_rest[1] if self.stiffness is None else matrix("stiffness", self.stiffness)
 
-    def _of_links(self, level: str, coordinates: ca.SX, rates: ca.SX) -> Mechanism:
+    def tuned_stiffness(self, hinge: ca.SX) -> ca.SX:
+        """Return K0 at rest, shape (3, 3) [N/m], with another stiffness of the hinges [N.m/rad]."""
+        links = self._at_rest[1]
+        return ca.DM(self.stiffness_at_rest - links) + hinge / self.hinge.stiffness * ca.DM(links)
+
+    def _of_links(self, level: str, coordinates: ca.SX, rates: ca.SX, parts: "Tuned") -> Mechanism:
         """Return the mechanism of links, hinges and masses."""
-        arguments = (self.links_at_rest, coordinates, rates, self.hinge, self.masses)
+        arguments = (self.links_at_rest, coordinates, rates, parts.hinge_stiffness, parts.masses)
         if level != "exact":
             return dynamics.constant_jacobian(*arguments, self.jacobian_at_rest)
         if self.jacobian is not None:
@@ -126,7 +142,7 @@ class Design(Dimensions):
     def _at_rest(self) -> tuple[np.ndarray, np.ndarray]:
         """M0 and K0 of links, hinges and masses at rest, on the elongations."""
         p, v = ca.SX.sym("p", 3), ca.SX.sym("v", 3)
-        terms = dynamics.terms(self._of_links("constant_jacobian", p, v))
+        terms = dynamics.terms(self._of_links("constant_jacobian", p, v, Tuned(self.hinge.stiffness, self.masses)))
         found = ca.Function("rest", [p], [terms.mass, ca.jacobian(terms.elastic, p)])(0)
         return np.array(found[0]), np.array(found[1])
 

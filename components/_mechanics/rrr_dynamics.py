@@ -20,12 +20,12 @@ Source: thesis of 2000 on the 3-RRR stage, ch. 4 and tables D.2, D.3. I_bc is M_
 the numbers of the source agree with /12. The source omits the yaw inside P, an error of first order; P here has it.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE, Hinge
+from hfsa.components._mechanics.rrr_hinge import THESIS_HINGE
 from hfsa.components._mechanics.rrr_kinematics import (
     Links,
     columns,
@@ -34,7 +34,7 @@ from hfsa.components._mechanics.rrr_kinematics import (
     elongations,
     rotated,
 )
-from hfsa.components._mechanics.rrr_masses import THESIS_MASSES, Masses
+from hfsa.components._mechanics.rrr_masses import THESIS_MASSES
 
 
 class Mechanism(NamedTuple):
@@ -63,7 +63,7 @@ class Mechanism(NamedTuple):
     bends: ca.SX
     kinetic: ca.SX
     momentum: ca.SX
-    hinge_stiffness: float
+    hinge_stiffness: Any
     springs: ca.SX | float = 0.0
 
     @property
@@ -112,9 +112,16 @@ class Terms(NamedTuple):
 
 
 def exact(
-    geometry: Links, pose: ca.SX, rates: ca.SX, hinge: Hinge = THESIS_HINGE, masses: Masses = THESIS_MASSES
+    geometry: Links,
+    pose: ca.SX,
+    rates: ca.SX,
+    hinge_stiffness: Any = THESIS_HINGE.stiffness,
+    masses: Any = THESIS_MASSES,
 ) -> Mechanism:
-    """Return the mechanism with rigid links, as functions of the symbols of its pose and the rates of the pose."""
+    """Return the mechanism with rigid links, as functions of the symbols of its pose and the rates of the pose.
+
+    `hinge_stiffness` [N.m/rad] and the attributes of `masses`, those of `Masses`, are numbers or expressions.
+    """
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     crank, corners = -z[3:] / geometry.arm, _turned(geometry.corners, z[[2, 2, 2]])
     arms, change = _turned(geometry.cranks, crank), coupler_motion(geometry, z[:3], crank)
@@ -131,7 +138,7 @@ def exact(
         ca.vertcat(rates, -geometry.arm * cranking),
         ca.vertcat(crank, crank - coupler, coupler - z[2]),
         *_inertial(geometry, masses, z_rate, arms, corners),
-        hinge.stiffness,
+        hinge_stiffness,
     )
 
 
@@ -139,13 +146,13 @@ def constant_jacobian(
     geometry: Links,
     elongation: ca.SX,
     rates: ca.SX,
-    hinge: Hinge = THESIS_HINGE,
-    masses: Masses = THESIS_MASSES,
+    hinge_stiffness: Any = THESIS_HINGE.stiffness,
+    masses: Any = THESIS_MASSES,
     jacobian: np.ndarray | None = None,
 ) -> Mechanism:
     """Return the mechanism with pose = J elongations, as functions of the symbols of these and of their rates.
 
-    J is `jacobian`, shape (3, 3), by default that of the links.
+    J is `jacobian`, shape (3, 3), by default that of the links; the rest as in `exact`.
     """
     z, z_rate = ca.SX.sym("z", 6), ca.SX.sym("z_rate", 6)
     J0, crank = ca.SX(geometry.jacobian if jacobian is None else jacobian), -z[3:] / geometry.arm
@@ -161,7 +168,7 @@ def constant_jacobian(
         ca.vertcat(J0 @ rates, rates),
         ca.vertcat(crank, crank_sine - coupler_sine, coupler_sine - ca.sin(z[2])),
         *_inertial(geometry, masses, z_rate, _turned(geometry.cranks, crank), ca.SX(columns(geometry.corners))),
-        hinge.stiffness,
+        hinge_stiffness,
     )
 
 
@@ -196,7 +203,7 @@ def _energy(mechanism: Mechanism) -> ca.SX:
     return mechanism.hinge_stiffness / 2 * ca.sumsqr(mechanism.bends) + mechanism.springs
 
 
-def _inertial(geometry: Links, masses: Masses, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _inertial(geometry: Links, masses: Any, z_rate: ca.SX, arms: ca.SX, corners: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return T and I_b as functions of the rates of pose and elongations.
 
     `arms` are the A_i B_i, `corners` the C_i from the centre of the platform, shape (2, 3) each.

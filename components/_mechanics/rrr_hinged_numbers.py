@@ -7,6 +7,7 @@ import numpy as np
 from hfsa.components._mechanics.modes import modes
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.components._mechanics.rrr_hinged import NECKS, Hinged
+from hfsa.components._mechanics.rrr_limits import reached
 from hfsa.components._mechanics.rrr_numbers import Triple, kinematic_numbers
 
 
@@ -52,12 +53,8 @@ def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
 def _limit(stage: Hinged, stresses: np.ndarray, elongation: np.ndarray) -> str:
     """Return in words the neck of the largest stress, and from which elongations on it exceeds the allowable one."""
     worst, allowed = int(np.argmax(stresses)), stage.neck.hinge.allowed_stress
-    share = stresses[worst] / allowed
-    if not share:
+    stress = stresses[worst]
+    if not stress:
         return f"no neck is stressed; {allowed / 1e6:.4g} MPa are allowable"
-    said = f"neck {NECKS[worst]} is stressed most, by {stresses[worst] / 1e6:.4g} MPa, {share:.3g} of the allowable "
-    said += f"{allowed / 1e6:.4g} MPa"
-    if share <= 1:
-        return said
-    reached = ", ".join(f"{1e6 * value / share + 0.0:.4g}" for value in elongation)
-    return f"{said}; it is beyond it from elongations of {reached} um on"
+    said = f"neck {NECKS[worst]} is stressed most, by {stress / 1e6:.4g} MPa, {stress / allowed:.3g} of the allowable "
+    return f"{said}{allowed / 1e6:.4g} MPa{reached(stress / allowed, elongation)}"

@@ -186,23 +186,8 @@ AS_NAMED = LinkChanges()
 
 
 @dataclass(frozen=True)
-class SavedLinks(Document):
-    """Parameter set of the links in a file, as `hfsa calibrate rrr_stage` writes it; names and units of `Links`."""
-
-    crank: float
-    coupler: float
-    radius: float
-    psi1: float
-    psi2: float
-    arm: float = 3.5e-3
-
-    def __post_init__(self):
-        _ = self.links
-
-    @property
-    def links(self) -> Links:
-        """The links; `ModelError` for dimensions that cannot be built."""
-        return Links(**{field.name: getattr(self, field.name) for field in fields(self)})
+class SavedLinks(Links, Document):
+    """Parameter set of the links in a file, as `hfsa calibrate rrr_stage` writes it."""
 
     def __str__(self) -> str:
         return "of a file"
@@ -224,7 +209,7 @@ def links(kinematics: str | SavedLinks, changes: LinkChanges = AS_NAMED) -> Link
             "the other levels take nominal or calibrated, and a jacobian beside them"
         )
     if isinstance(kinematics, SavedLinks):
-        return replace(kinematics.links, **changes.given)
+        return replace(kinematics, **changes.given)
     sets = {"nominal": NOMINAL, "calibrated": CALIBRATED}
     return replace(sets[one_of(kinematics, sets, "rrr_stage: kinematics")], **changes.given)
 

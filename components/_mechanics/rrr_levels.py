@@ -7,8 +7,10 @@ import numpy as np
 
 from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.pzt import PULL_FROM_ROUNDING, Stack
-from hfsa.components._mechanics.rrr_design import Design
+from hfsa.components._mechanics.rrr_design import Design, Tuned
+from hfsa.components._mechanics.rrr_hinge import stress_per_angle
 from hfsa.components._mechanics.rrr_hinged import Hinged
+from hfsa.components._mechanics.rrr_symbols import MASSES, MassSymbols
 from hfsa.components._modelling.model import Model
 
 MOVE = (1e-6, 1e-3, 1.0)
@@ -52,8 +54,9 @@ def kinematic(m: Model, J: np.ndarray) -> Motion:
 
 def dynamic(m: Model, level: str, design: Design, causality: str, stack: Stack) -> tuple[Motion, Hinges]:
     """Add the equations of rigid links and the outputs of the stacks; return the motion of the platform."""
-    mechanism = design.mechanism(level, *(_elongations(m) if level == "constant_jacobian" else _poses(m)))
-    rest_stiffness, hinge = ca.DM(design.stiffness_at_rest), design.hinge
+    coordinates, tuned = _elongations(m) if level == "constant_jacobian" else _poses(m), _tuned(m, design)
+    mechanism = design.mechanism(level, *coordinates, tuned)
+    rest_stiffness, hinge = design.tuned_stiffness(tuned.hinge_stiffness), design.hinge
     beta, loads = _damping_time(m), declare_loads(m, causality)
     p, v, terms = mechanism.coordinates, mechanism.rates, dynamics.terms(mechanism)
     (to_pose, to_stacks), (pose_bias, stack_bias) = ca.vertsplit(terms.slope, 3), ca.vertsplit(terms.bias, 3)
@@ -66,7 +69,8 @@ def dynamic(m: Model, level: str, design: Design, causality: str, stack: Stack) 
     acceleration = m.motion(v, mass=terms.mass + tip * to_stacks.T @ to_stacks, force=force)
     declare_stacks(m, causality, mechanism.elongation, rate, on_cranks - tip * to_stacks @ acceleration)
     angle = ca.mmax(ca.fabs(mechanism.hinges))
-    hinges = Hinges(angle, hinge.stress_per_angle * angle, hinge.allowed_stress)
+    stress = stress_per_angle(tuned.hinge_stiffness, hinge.width, hinge.thickness) * angle
+    hinges = Hinges(angle, stress, hinge.allowed_stress)
     return Motion(mechanism.pose, to_pose @ v, to_pose @ acceleration + pose_bias), hinges
 
 
@@ -89,6 +93,16 @@ def flexible(m: Model, stage: Hinged, causality: str, stack: Stack) -> tuple[Mot
     angle = ca.mmax(ca.fabs(ca.vertcat(*[neck[2] for neck in deformed])))
     hinges = Hinges(angle, ca.mmax(ca.vertcat(*stresses)), stage.neck.hinge.allowed_stress)
     return Motion(pose, twist, acceleration[3:]), hinges
+
+
+def _tuned(m: Model, design: Design) -> Tuned:
+    """Declare hinges and masses as parameters, which start as those of the design."""
+    stiffness = m.parameter("hinge.stiffness", design.hinge.stiffness, "N.m/rad", "Stiffness of each hinge", min=0)
+    symbols = {
+        name: m.parameter(f"masses.{name}", getattr(design.masses, name), unit, text, min=0)
+        for name, (unit, text) in MASSES.items()
+    }
+    return Tuned(stiffness, MassSymbols(**symbols))
 
 
 class Loads(NamedTuple):

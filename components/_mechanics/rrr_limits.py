@@ -25,12 +25,19 @@ def hinge_limit(hinge: Hinge, angles: np.ndarray, elongation: np.ndarray) -> str
     These are in proportion to the given ones, by the angles that are.
     """
     worst = int(np.argmax(np.abs(angles)))
-    share = abs(angles[worst]) / hinge.allowed_angle
-    if not share:
-        return f"no hinge bends; {hinge.allowed_angle * 1e3:.4g} mrad are allowable"
-    said = f"hinge {HINGES[worst]} bends most, by {abs(angles[worst]) * 1e3:.4g} mrad, {share:.3g} of the allowable "
-    said += f"{hinge.allowed_angle * 1e3:.4g} mrad"
+    bends, allowed = abs(angles[worst]), hinge.allowed_angle
+    if not bends:
+        return f"no hinge bends; {allowed * 1e3:.4g} mrad are allowable"
+    said = f"hinge {HINGES[worst]} bends most, by {bends * 1e3:.4g} mrad, {bends / allowed:.3g} of the allowable "
+    return f"{said}{allowed * 1e3:.4g} mrad{reached(bends / allowed, elongation)}"
+
+
+def reached(share: float, elongation: np.ndarray) -> str:
+    """Return from which elongations on a limit is exceeded, as the end of a sentence; nothing where it is not.
+
+    `share` is the share of the limit at `elongation` (3,) [m], with which it grows.
+    """
     if share <= 1:
-        return said
-    reached = ", ".join(f"{1e6 * value / share + 0.0:.4g}" for value in elongation)
-    return f"{said}; it is beyond it from elongations of {reached} um on"
+        return ""
+    limits = ", ".join(f"{1e6 * value / share + 0.0:.4g}" for value in elongation)
+    return f"; it is beyond it from elongations of {limits} um on"

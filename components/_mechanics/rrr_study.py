@@ -21,7 +21,7 @@ from hfsa.components._mechanics import rrr_dynamics as dynamics
 from hfsa.components._mechanics.pzt import Stack
 from hfsa.components._mechanics.rrr_design import Dimensions
 from hfsa.components._mechanics.rrr_hinge import bending_stiffness, stress_per_angle
-from hfsa.components._mechanics.rrr_symbols import LINKS, LinkSymbols
+from hfsa.components._mechanics.rrr_symbols import LINKS, LinkSymbols, MassSymbols
 from hfsa.components._modelling.model import ModelError
 from hfsa.components._modelling.study import Response, Study, Variable
 
@@ -107,16 +107,6 @@ class _Hinge(NamedTuple):
         return bending_stiffness(self.elastic_modulus, self.width, self.thickness, self.radius)
 
 
-class _Masses(NamedTuple):
-    """Masses as expressions, the moments of inertia in proportion to them."""
-
-    platform: ca.SX
-    crank: ca.SX
-    coupler: ca.SX
-    platform_inertia: ca.SX
-    crank_inertia: ca.SX
-
-
 def design_study(design: Dimensions, stack: Stack, goals: Goals, objective: Objective, title: str) -> Study:
     """Return the study of a design over its dimensions, with a response to maximise; errors as `Dimensions`."""
     variables = _variables(design)
@@ -152,18 +142,18 @@ def _variables(design: Dimensions) -> dict[str, Variable]:
     }
 
 
-def _masses(design: Dimensions, symbols: Mapping[str, ca.SX]) -> _Masses:
+def _masses(design: Dimensions, symbols: Mapping[str, ca.SX]) -> MassSymbols:
     """Return the masses; one that is 0 is not a variable."""
     own = design.masses
     platform, crank, coupler = (symbols.get(f"masses.{name}", ca.SX(0)) for name in _MASSES)
     inertia = crank * (own.crank_inertia / own.crank) if own.crank else ca.SX(own.crank_inertia)
-    return _Masses(platform, crank, coupler, platform * (own.platform_inertia / own.platform), inertia)
+    return MassSymbols(platform, crank, coupler, platform * (own.platform_inertia / own.platform), inertia)
 
 
 def _responses(links: Any, hinge: Any, masses: Any, stack: Stack, stroke: float) -> dict[str, Response]:
     """Return the responses by name."""
     p = ca.SX.sym("p", 3)
-    mechanism = dynamics.constant_jacobian(links, p, ca.SX.sym("v", 3), hinge, masses)
+    mechanism = dynamics.constant_jacobian(links, p, ca.SX.sym("v", 3), hinge.stiffness, masses)
     terms = dynamics.terms(mechanism)
     mass, stiffness = ca.substitute([terms.mass, ca.jacobian(terms.elastic, p)], [p], [ca.SX.zeros(3)])
     corners = [stroke * np.array(corner) for corner in product((0, 1), repeat=3)]

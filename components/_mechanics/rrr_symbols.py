@@ -1,4 +1,4 @@
-"""Links of the 3-RRR stage as expressions."""
+"""Links and masses of the 3-RRR stage as expressions."""
 
 import math
 from typing import Any, NamedTuple
@@ -16,6 +16,24 @@ LINKS = {
     "arm": ("m", "Arm of a stack on its crank"),
 }
 """Unit and description of each dimension of the links."""
+MASSES = {
+    "platform": ("kg", "Mass of the platform"),
+    "platform_inertia": ("kg.m2", "Moment of inertia of the platform about its centre"),
+    "crank": ("kg", "Mass of a crank"),
+    "crank_inertia": ("kg.m2", "Moment of inertia of a crank about its fixed hinge"),
+    "coupler": ("kg", "Mass of a coupler"),
+}
+"""Unit and description of each mass and moment of inertia."""
+
+
+class MassSymbols(NamedTuple):
+    """Masses as expressions, with the attributes of `Masses`."""
+
+    platform: ca.SX
+    crank: ca.SX
+    coupler: ca.SX
+    platform_inertia: ca.SX
+    crank_inertia: ca.SX
 
 
 class LinkSymbols(NamedTuple):

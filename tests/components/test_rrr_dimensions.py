@@ -14,6 +14,7 @@ from hfsa.components._mechanics.rrr_hinge import Hinge
 from hfsa.components._mechanics.rrr_kinematics import LinkChanges
 from hfsa.components._mechanics.rrr_masses import Masses
 from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.linearize import linearize
 from hfsa.components._modelling.model import Kind
 
 analyze, rrr_stage = part("rrr_stage").analysis, part("rrr_stage").model
@@ -282,3 +283,42 @@ EYE = rows(np.eye(3))
 def test_mistakes_are_named(given, message):
     with pytest.raises(ModelError, match=message):
         analyze(**given())
+
+
+# Parameters of the FMU ------------------------------------------------------------------------------------------------
+
+
+@LEVEL
+@pytest.mark.parametrize(
+    "matrices",
+    [{}, {"stiffness": rows(4e7 * np.eye(3) - 1e6), "mass": rows(2.0 * np.eye(3))}],
+    ids=["of links", "given"],
+)
+def test_tuned_hinges_and_masses_are_those_of_another_design(level, matrices):
+    """At rest and moved; what a given matrix adds stays that to the design's own."""
+    hinge = Hinge(thickness=0.7e-3)
+    masses = {"platform": 0.2, "platform_inertia": 2e-5, "crank": 0.02, "crank_inertia": 3e-6, "coupler": 0.01}
+    tuned = rrr_stage(level=level, **matrices)
+    tuned.set_start("hinge.stiffness", hinge.stiffness)
+    for name, value in masses.items():
+        tuned.set_start(f"masses.{name}", value)
+    own, other = analyze(level=level), analyze(level=level, hinge=hinge, masses=Masses(**masses))
+    keys = {"stiffness": "stiffness", "mass": "inertia"}
+    expected = {n: rows(other[keys[n]] + np.array(g).reshape(3, 3) - own[keys[n]]) for n, g in matrices.items()}
+    made = rrr_stage(level=level, hinge=hinge, masses=Masses(**masses), **expected)
+    one, two = linearize(tuned), linearize(made)
+    for name in "ABCD":
+        a, b = getattr(one, name), getattr(two, name)
+        np.testing.assert_allclose(a, b, rtol=1e-7, atol=1e-9 * max(np.abs(b).max(), 1e-300))
+
+
+def test_stress_follows_the_tuned_hinge():
+    model, moved = rrr_stage(), np.array([5e-6, 2e-6, 0, 0, 0, 0])
+    parameters = {quantity.name: quantity.start for quantity in model.of(Kind.PARAMETER)}
+    outputs = [quantity.name for quantity in model.of(Kind.OUTPUT)]
+    inputs = [quantity.start for quantity in model.of(Kind.INPUT)]
+    found = [
+        np.array(functions(model).out(0, moved, [], inputs, [*values.values()])).ravel()[outputs.index("hinge.stress")]
+        for values in (parameters, parameters | {"hinge.stiffness": 2 * parameters["hinge.stiffness"]})
+    ]
+    assert found[1] == pytest.approx(2 * found[0], rel=1e-12)

@@ -1,5 +1,8 @@
 """Meshes: their area, their arcs, equal cuts, and triangles that nothing inverts."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -51,3 +54,19 @@ def test_one_cut_is_the_other_turned(mesh):
     turned = cut @ np.array([[-0.5, -np.sqrt(0.75)], [np.sqrt(0.75), -0.5]]).T
     order = [np.argsort(np.hypot(*points.T)) for points in (turned, other)]
     np.testing.assert_allclose(turned[order[0]], other[order[1]], atol=1e-14)
+
+
+def test_the_mesher_leaves_signals_and_locale_of_the_process():
+    """It resets both as it starts; with SIGPIPE at its default a worker that dies would end its parent."""
+    code = (
+        "import locale, os, signal\n"
+        "from hfsa.components._continuum import meshing\n"
+        "before = locale.setlocale(locale.LC_ALL)\n"
+        "with meshing._session():\n    pass\n"
+        "assert locale.setlocale(locale.LC_ALL) == before\n"
+        "end, start = os.pipe()\n"
+        "os.close(end)\n"
+        "try:\n    os.write(start, b'x')\n"
+        "except BrokenPipeError:\n    print('alive')\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "alive\n"

@@ -13,11 +13,14 @@ import pytest
 from sksundae.cvode import CVODE
 
 from hfsa.components._modelling.functions import functions
+from hfsa.components._modelling.model import Kind
 from hfsa.components.rrr_stage import rrr_stage
 from hfsa.controllers.stage_closed_loop import analyze
 
 RATE, DURATION = 3e-6, 4.0
-STAGE = functions(rrr_stage(level="constant_jacobian", causality="force")).rhs
+MODEL = rrr_stage(level="constant_jacobian", causality="force")
+MODEL.set_start("damping_time", 0.0)
+STAGE, PARAMETERS = functions(MODEL).rhs, [quantity.start for quantity in MODEL.of(Kind.PARAMETER)]
 
 
 class Loop:
@@ -27,7 +30,7 @@ class Loop:
         t, y = ca.MX.sym("t"), ca.MX.sym("y", 6)
         e, rate = y[:3], y[3:]
         force = ca.vertcat(kp * e + kv * rate, ca.DM.zeros(5))
-        acceleration = STAGE(t, ca.vertcat(RATE * t - e, RATE - rate), [], force, [0.0])[3:]
+        acceleration = STAGE(t, ca.vertcat(RATE * t - e, RATE - rate), [], force, PARAMETERS)[3:]
         slope = ca.vertcat(rate, -acceleration)
         self._slope = ca.Function("slope", [t, y], [slope])
         self._jacobian = ca.Function("jacobian", [t, y], [ca.jacobian(slope, y)])

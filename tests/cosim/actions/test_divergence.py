@@ -154,6 +154,7 @@ def test_a_run_of_the_command_line_that_diverges_is_exit_code_4(hfsa):
     assert np.isfinite(read_run("it.h5")[0]["stage.platform.rotation"]).sum() == 40
 
 
+@pytest.mark.slow
 def test_of_a_comparison_the_others_go_on(hfsa):
     words = ["-p", "actuator=force", "-p", "damping_time=0", "-p", "sample_time=20e-6", "--step", "20e-6"]
     code, out, _ = hfsa("compare", "stage_tracking", "--over", "law=pd,ctc", *words, "--stop", "0.01", "-j", "1",

@@ -30,6 +30,7 @@ def analysis_of(ring, opened, fmus):
     return StepAnalysis(ring.system(), opened(ring.files(fmus["linear"], fmus["law"])), [], ["part[1].y"], (0.1, 10.0))
 
 
+@pytest.mark.slow
 def test_growth_that_steps_hide_is_told_of_every_random_system_and_of_no_other(opened, fmus, monkeypatch):
     # the sample time that would do takes seconds more
     monkeypatch.setattr("hfsa.cosim.analysis.algorithm_choice.sampling_limit", lambda *_: None)

@@ -164,6 +164,7 @@ def test_modes_are_called_by_what_they_do(hfsa, damping, oscillatory, aperiodic)
     assert "rigid" not in out
 
 
+@pytest.mark.slow
 def test_the_verb_of_one_algorithm(hfsa):
     code, out, _ = hfsa("stability", "sdelta_hfsa", "--algorithm", "linearized_feedback", "--json")
     assert code == 0

@@ -152,7 +152,10 @@ WRONG = {
     "design": ([*PART, "--optimize", "-p", "design=memes"], "design is 'memes', expected one of mems"),
     "impossible": ([*PART, "--optimize", "-p", "dimensions.s=1e-3"], "the frame must be larger than the proof mass"),
     "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize are different studies"),
-    "output": ([*PART, "--sensitivity", "-o", "x.h5"], "-o is the file of a map, which takes --map"),
+    "output": (
+        [*PART, "--sensitivity", "-o", "x.h5"],
+        "-o is the file of a map, a path or a table, which takes --map, --path or --over",
+    ),
     "bounds": ([*PART, "--bounds", "10"], "--bounds are bounds of an optimum, which takes --optimize"),
     "one dimension": ([*PART, "--map", "tm"], "a map has two dimensions, not 1: tm"),
     "same dimension": ([*PART, "--map", "tm,tm"], "--map names tm twice"),

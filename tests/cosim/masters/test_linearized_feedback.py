@@ -100,6 +100,7 @@ def test_a_continuous_controller_has_no_sample_time():
         load_scene("stage_extremes", {"execution": "continuous", "sample_time": 1e-9})
 
 
+@pytest.mark.slow
 def test_held_forces_explode_in_two_steps(opened):
     """The same scene at 1 us: each step multiplies the error by more than Kv H = 600."""
     system = stage(5e16, 6e8)
