@@ -81,8 +81,11 @@ def held(z):
     return STEP**2 / 2 * z * (z + 1) / (z - 1) ** 2
 
 
-@pytest.mark.parametrize("periods", [1, 3], ids=["one period", "three periods"])
-@pytest.mark.parametrize("high", [8.0, 9.7], ids=["whole samples", "broken samples"])
+@pytest.mark.parametrize(
+    ("periods", "high"),
+    [(1, 8.0), (3, 9.7), pytest.param(1, 9.7, marks=pytest.mark.slow)],
+    ids=["one period of whole samples", "three periods of broken samples", "one period of broken samples"],
+)
 def test_a_double_integrator_with_a_constant_load_has_its_own_gain(plant, swept, periods, high):
     """Its position is a parabola of metres and an oscillation of millimetres; u is held over a step."""
     bode, code, _ = swept(plant("double_integrator"), "--to", high, "--measurement-periods", periods)
@@ -134,9 +137,9 @@ def test_an_output_that_never_responds_is_not_settled(plant, swept, method):
 @pytest.mark.parametrize(
     ("kind", "wait"),
     [
-        ("echo", ("--settling-time-min", 2.2)),
+        pytest.param("echo", ("--settling-time-min", 2.2), marks=pytest.mark.slow),
         ("echo", ("--settling-periods", 90)),
-        ("late", ("--settling-time-min", 2.2)),
+        pytest.param("late", ("--settling-time-min", 2.2), marks=pytest.mark.slow),
         ("late", ("--settling-time-min", 2.2, "--method", "multisine")),
     ],
     ids=["echo by time", "echo by periods", "late by time", "late by a multisine"],
@@ -180,7 +183,7 @@ def test_an_output_called_saturated_is_no_flag(plant, swept, hfsa):
     assert read_limit_flags("run.h5") == []
 
 
-@pytest.mark.parametrize("value", [0.0, 0.7e-3], ids=["inherited", "no multiple of the step"])
+@pytest.mark.parametrize("value", [0.0, pytest.param(0.7e-3, marks=pytest.mark.slow)], ids=["inherited", "no multiple"])
 def test_a_parameter_called_sample_time_is_a_parameter(plant, swept, value):
     bode, code, _ = swept(plant("gain", other="sample_time", keys=f"start = {{ sample_time = {value} }}"))
     assert code == 0
