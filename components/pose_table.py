@@ -9,20 +9,25 @@ The outputs are `position[i]` [m] and `rotation[i]` [rad], with `_rate` and `_ac
 `sdelta_reference`. There is no input and so no Bode plot.
 """
 
+import math
+
+import numpy as np
+
 from hfsa.components import Model, ModelError
 from hfsa.components._modelling.motion_table import MotionTable, splined
 
 _POSITION, _ROTATION = ("x", "y", "z"), ("rotation_x", "rotation_y", "rotation_z")
 
 
-def pose_table(*, table: MotionTable | None = None) -> Model:
+def pose_table(*, table: MotionTable | None = None, reach: float = 1.0) -> Model:
     """Return the motion of one table; without one the platform stands still.
 
     Args:
         table: the path of a CSV file.
+        reach: farthest displacement along an axis that may be meant [m]; a rotation is less than half a turn.
 
     Raises:
-        ModelError: a file that is no such table, by its line; columns of another motion.
+        ModelError: a file that is no such table, by its line; columns of another motion; a row beyond reach.
     """
     table = MotionTable({"time": (0.0, 1.0), "x": (0.0, 0.0)}) if table is None else table
     known = (*_POSITION, *_ROTATION)
@@ -30,6 +35,14 @@ def pose_table(*, table: MotionTable | None = None) -> Model:
         raise ModelError(
             f"pose_table: the table has the columns {', '.join(strange)}, expected some of {', '.join(known)}"
         )
+    for names, limit, unit in ((_POSITION, reach, "m"), (_ROTATION, math.pi, "rad")):
+        size = np.abs(table.values(names))
+        if size.max() > limit:
+            row, column = (int(place) for place in np.argwhere(size > limit)[0])
+            raise ModelError(
+                f"pose_table: row {row + 1}: {names[column]} is {table.values(names)[row, column]:g} {unit}, expected "
+                f"{limit:.4g} {unit} at most"
+            )
     m = Model("PoseTable", "Motion of a platform from a table")
     words = (("", "", 1e-4, 1e-3), ("_rate", "/s", 1e-2, 1e-1), ("_acceleration", "/s2", 1.0, 10.0))
     for (order, per, move, turn), column in zip(words, splined(table, known, m.time), strict=True):

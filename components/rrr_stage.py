@@ -105,6 +105,8 @@ Causality = Literal["source", "force"]
 
 LADDER = ("jacobian", "constant_jacobian", "flexible_hinges", "continuum")
 """Levels of growing truth about the structure; `exact` is that of finite motion on rigid links, beside them."""
+_SMALL = 0.1
+"""Largest elongation of a level of small motion, by the arm of a stack."""
 UNAVAILABLE = unavailable("continuum")
 """Levels that this machine cannot build, with the reason."""
 
@@ -145,6 +147,7 @@ def rrr_stage(
             be built; a singular Jacobian; a stiffness or mass that is not symmetric and positive definite.
     """
     _check(level, causality, mesh)
+    _check_plate(level, plate)
     m = Model("RrrStage", "3-RRR piezo stage")
     if level == "jacobian":
         declare_motion(m, kinematic(m, design.jacobian_at_rest))
@@ -215,12 +218,15 @@ def analyze(
             given; elongations, a pose or voltages that are not finite.
     """
     _check(level, causality, mesh)
+    _check_plate(level, plate)
     for name, values, unit in (
         ("elongation", elongation, "m"),
         ("pose", pose or (), "m, rad"),
         ("voltage", voltage, "V"),
     ):
         _check_finite(name, values, unit)
+    if level in ("flexible_hinges", "continuum"):
+        _check_stroke(design, elongation)
     if not (np.isfinite(resolution) and resolution > 0):
         raise ModelError(f"rrr_stage: resolution is {resolution:g} m, expected a finite length above 0")
     if pose is not None and any(elongation):
@@ -309,6 +315,27 @@ def calibration(*, dimensions: Dimensions = THESIS_DIMENSIONS, turn: float = 0.0
     if not np.isfinite(turn):
         raise ModelError(f"rrr_stage: turn is {turn:g} deg, expected a finite angle")
     return calibration_of(dimensions, turn)
+
+
+def _check_plate(level: str, plate: Plate) -> None:
+    """Raise `ModelError` for contact, bolts or outline at a level of rigid links, which knows none of them."""
+    if level in ("flexible_hinges", "continuum") or plate == THESIS_PLATE:
+        return
+    changed = [name for name in ("contact", "bolts", "outline") if getattr(plate, name) != getattr(THESIS_PLATE, name)]
+    raise ModelError(
+        f"rrr_stage: {' and '.join(changed)} {'is' if len(changed) == 1 else 'are'} given, but level {level} has rigid "
+        "links on hinges, where it has no effect; take flexible_hinges or continuum"
+    )
+
+
+def _check_stroke(design: Design, elongation: Triple) -> None:
+    """Raise `ModelError` for elongations that are not small beside the links, at a level of small motion."""
+    farthest = max(map(abs, elongation))
+    if not farthest < _SMALL * design.links_at_rest.arm:
+        raise ModelError(
+            f"rrr_stage: elongation is {farthest:g} m, but the level is one of small motion, below "
+            f"{_SMALL * design.links_at_rest.arm:g} m; the stacks reach 0 to 12e-6 m"
+        )
 
 
 def _check(level: str, causality: str, mesh: float | None) -> None:

@@ -11,13 +11,16 @@ from their printed mass. Assumed: corners of the end blocks, without effect on s
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from hfsa.components._continuum.boundary import Boundary, Edge, Point, arcs, check_simple, circle, line
 from hfsa.components._mechanics.rrr_hinge import Hinge
 from hfsa.components._mechanics.rrr_kinematics import Links
 from hfsa.components._mechanics.rrr_outline import Outline
 from hfsa.components._modelling.errors import ModelError
+
+_LARGEST = 10.0
+"""Largest dimension of the plate, by the radius of the links: beyond, a mesh of small necks has no end."""
 
 NECKS = ("A", "B", "C", "D")
 """The necks of a third, which are the labels of their notches; D is between the stack and the lever."""
@@ -162,6 +165,15 @@ def _check(at: Centers, links: Links, hinge: Hinge, outline: Outline) -> None:
     r, t, g = hinge.radius, hinge.thickness, _offset(hinge)
     (ax, _), (bx, _), (_, cy), (dx, dy) = at.A, at.B, at.C, at.D
     face, block = outline.slot_face, outline.block_height
+    lengths = {
+        f.name: getattr(outline, f.name) for f in fields(outline) if f.name not in ("poisson", "plane", "density")
+    }
+    largest = max(lengths, key=lambda name: lengths[name])
+    if not lengths[largest] <= _LARGEST * links.radius:
+        raise ModelError(
+            f"the stage cannot be cut from a plate: outline.{largest} is {lengths[largest]:g} m, expected at most "
+            f"{_LARGEST * links.radius:g} m, {_LARGEST:g} times links.radius"
+        )
     inside_block = min(outline.bolt_distance, block - outline.bolt_distance, outline.block_left, outline.block_right)
     for name, found, least, why in (
         ("outline.coupler_width", outline.coupler_width, t + 2 * r, "hinge.thickness + 2 hinge.radius, its necks"),

@@ -61,6 +61,8 @@ def elastic(material: Material, label: str) -> Elastic:
     for name, value in stated.items():
         if not (math.isfinite(value) and value > 0) and not (name == "nu" and value == 0):
             raise ModelError(f"{label}.{name} is {value:g}, expected above 0")
+    if not stated.get("nu", 0.0) < 0.5:
+        raise ModelError(f"{label}.nu is {stated['nu']:g}, expected below 0.5")
     if not stated:
         stated = {"E": 69e9, "G": 26e9}
     if "E" not in stated or len(stated) == 1:

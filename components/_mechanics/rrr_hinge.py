@@ -12,6 +12,9 @@ from typing import Any
 
 from hfsa.components._modelling.errors import ModelError
 
+_MODULI = (1e3, 1e15)
+"""Moduli of what a stage may be made of, from gels to beyond diamond [Pa]."""
+
 
 def bending_stiffness(modulus: Any, width: Any, thickness: Any, radius: Any) -> Any:
     """Return K_b [N.m/rad], a number or an expression."""
@@ -51,6 +54,10 @@ class Hinge:
             value = getattr(self, field.name)
             if not (math.isfinite(value) and value > 0):
                 raise ModelError(f"hinge.{field.name} is {value:g}, expected a finite number above 0")
+        if not _MODULI[0] <= self.elastic_modulus <= _MODULI[1]:
+            raise ModelError(
+                f"hinge.elastic_modulus is {self.elastic_modulus:g} Pa, expected {_MODULI[0]:g} to {_MODULI[1]:g} Pa"
+            )
         if self.safety_factor < 1:
             raise ModelError(f"hinge.safety_factor is {self.safety_factor:g}, expected 1 or more")
 

@@ -27,7 +27,7 @@ from hfsa.components._mechanics.rrr_bodies import PLATFORM, SIZE, Leg
 from hfsa.components._mechanics.rrr_contact import held, sideways_stiffness
 from hfsa.components._mechanics.rrr_design import Design, matrix
 from hfsa.components._mechanics.rrr_neck import Neck
-from hfsa.components._mechanics.rrr_outline import Plate
+from hfsa.components._mechanics.rrr_outline import Outline, Plate
 from hfsa.components._modelling.model import ModelError
 
 NECKS = tuple(f"{name}{leg}" for leg in (1, 2, 3) for name in "ABCD")
@@ -105,7 +105,7 @@ def hinged(design: Design, plate: Plate, stack: Stack) -> Hinged:
         raise ModelError(
             "a jacobian is given, but at level flexible_hinges it follows from links and necks; take constant_jacobian"
         )
-    _check_necks(design)
+    _check_necks(design, plate.outline)
     legs = [Leg(number, design, plate.outline, plate.bolts) for number in range(3)]
     necks = np.array([joint.deformation for leg in legs for joint in leg.joints])
     neck = Neck(design.hinge, plate.outline.poisson)
@@ -120,7 +120,14 @@ def hinged(design: Design, plate: Plate, stack: Stack) -> Hinged:
             r[link.coordinates][:2] = np.eye(2)
     T = np.zeros((SIZE, 6))
     T[:6], inner = np.eye(6), _inner(legs, plate)
-    T[inner] = -np.linalg.solve(K[np.ix_(inner, inner)], K[inner, :6])
+    try:
+        T[inner] = -np.linalg.solve(K[np.ix_(inner, inner)], K[inner, :6])
+    except np.linalg.LinAlgError:
+        along, across, bending = neck.stiffness
+        raise ModelError(
+            f"the necks have stiffnesses of {along:g} N/m, {across:g} N/m and {bending:g} N.m/rad, beyond all digits "
+            "of a balance of forces; expected a hinge of metal"
+        ) from None
     found = Hinged(_symmetric(T.T @ K @ T), _symmetric(T.T @ M @ T), T.T @ M @ r, necks @ T, neck)
     found = found.with_matrices(design)
     for name, values in (("mass", found.mass), ("stiffness", found.stiffness)):
@@ -142,9 +149,15 @@ def _inner(legs: list[Leg], plate: Plate) -> list[int]:
     return inner
 
 
-def _check_necks(design: Design) -> None:
-    """Raise `ModelError` where the necks of one link touch."""
+def _check_necks(design: Design, outline: Outline) -> None:
+    """Raise `ModelError` where the necks of one link touch, or are wider than it."""
     links, radius = design.links_at_rest, design.hinge.radius
+    needed = design.hinge.thickness + 2 * radius
+    if not needed <= outline.coupler_width:
+        raise ModelError(
+            f"hinge.thickness + 2 hinge.radius is {needed:g} m, wider than a coupler; expected at most "
+            f"{outline.coupler_width:g} m, outline.coupler_width"
+        )
     for name, length in (("crank", links.crank), ("coupler", links.coupler)):
         if not length > 2 * radius:
             raise ModelError(

@@ -12,6 +12,9 @@ from hfsa.components._mechanics.rrr_contact import Bolts, Contact
 from hfsa.components._modelling.arguments import ArgumentGroup
 from hfsa.components._modelling.errors import ModelError
 
+_DENSITIES = (1.0, 1e5)
+"""Densities of what a plate may be made of [kg/m3]."""
+
 
 @dataclass(frozen=True)
 class Outline:
@@ -72,6 +75,10 @@ class Outline:
             if not (math.isfinite(value) and value > least):
                 words = "a finite number" if field.name == "slot_face" else "a finite number above 0"
                 raise ModelError(f"outline.{field.name} is {value:g}, expected {words}")
+        if not _DENSITIES[0] <= self.density <= _DENSITIES[1]:
+            raise ModelError(
+                f"outline.density is {self.density:g} kg/m3, expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g} kg/m3"
+            )
         if not 0 <= self.poisson < 0.5:
             raise ModelError(f"outline.poisson is {self.poisson:g}, expected a number from 0 to below 0.5")
         if self.plane not in ("stress", "strain"):

@@ -69,6 +69,8 @@ def _named(header: list[str], units: Mapping[str, str], label: str) -> list[str]
     """Return the names in a header; `ModelError` for one that is wrong, or in another unit."""
     if not any(math.isnan(_number(cell)) for cell in header):
         raise ModelError(f"{label}: numbers, expected a header that names the columns: {', '.join(units)}")
+    if len(header) == 1 and ";" in header[0]:
+        raise ModelError(f"{label}: columns are separated by semicolons, expected commas")
     names = []
     for heading in header:
         found = _HEADING.match(heading)

@@ -36,6 +36,8 @@ _MISSED = 1e6
 _STRANGE = 300.0
 """Ratio of measured to computed magnitudes from which a column is in another unit."""
 _AT_BOUND = 1e-9
+_EXACT = 1e-18
+"""Largest weighted square of a row that is rounding, by that at the start."""
 
 
 def fit(
@@ -167,7 +169,9 @@ class _Problem:
         self._low, self._high = (limits / equations.scale[:, None]).T
         self._start = equations.start / equations.scale
         for name, value, (low, high) in zip(equations.free, equations.start, limits, strict=True):
-            if not low <= value <= high or low == high:
+            if not low < high:
+                raise ModelError(f"bounds of {name} are {low:g} to {high:g}, expected the lower one first")
+            if not low <= value <= high:
                 raise ModelError(
                     f"{name} is {value:g} at the start, its bounds are {low:g} to {high:g}; expected a range that "
                     "contains it"
@@ -197,6 +201,8 @@ class _Problem:
 
         e, shape = self._equations, (self._equations.rows, len(self._equations.measured))
         begun = self.least_squares()
+        if not begun.weighted(begun.after).max() > _EXACT * max(begun.weighted(begun.before).max(), _EXACT):
+            return begun._replace(objective="largest")  # no row has an error beyond rounding
         x0 = np.array([begun.values[name] for name in e.free]) / e.scale
         size = float(begun.weighted(begun.after).max()) or 1.0
 

@@ -23,15 +23,18 @@ _ELEMENTS = 12
 
 def over_answer(
     name: str, over: Sequence[str], arguments: Mapping[str, str], output: Path | None, force: bool
-) -> tuple[dict[str, Any], str]:
-    """Return the analyses for values NAME=VALUES as data and as text, and write them to a file, if there is one."""
+) -> tuple[dict[str, Any], str, bool]:
+    """Return the analyses for values NAME=VALUES as data and as text, and whether the part takes all of them.
+
+    They are written to a file, if there is one.
+    """
     if output is not None:
         check_new(output, force)
     found = analyze_over(name, parse_over(over), arguments)
     if output is not None:
         write_analyses(output, found, force)
     text = analyses_text(found) if output is None else f"{analyses_text(found)}\n{output}"
-    return {**analyses_data(found), "file": output}, text
+    return {**analyses_data(found), "file": output}, text, not found.refusals
 
 
 def analyses_data(found: Analyses) -> dict[str, Any]:

@@ -51,6 +51,9 @@ def sentences(found: Fit) -> list[str]:
     if any(math.isnan(deviation) for deviation in found.deviations.values()):
         reason = "the largest error was minimised" if found.objective == "largest" else "no number is redundant"
         lines.append(f"standard deviations are not known, because {reason}")
+    bound = [name for name, side in found.at_bound.items() if side]
+    if bound:
+        lines.append(f"{', '.join(bound)} ended at a bound: what would fit better is beyond it (--bounds)")
     if not found.is_converged:
         lines.append(f"NOT converged: {found.message}")
     return lines

@@ -75,8 +75,9 @@ def analyze(
         _shell.answer(*picture_answer(drawn(name, available_parts()), values, picture), json)
         return _shell.DONE
     if over:
-        _shell.answer(*over_answer(name, over, values, output, force), json)
-        return _shell.DONE
+        data, text, is_complete = over_answer(name, over, values, output, force)
+        _shell.answer(data, text, json)
+        return _shell.DONE if is_complete else _shell.PROBLEMS
     if path is not None:
         part = following(name, available_parts())
         file = _shell.results_file(output, part.name, "path", force)

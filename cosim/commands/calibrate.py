@@ -54,7 +54,7 @@ def calibrate(
         name,
         measured,
         _shell.part_arguments(None, parameter),
-        free=[word.strip() for word in free.split(",")] if free else (),
+        free=() if free is None else [word.strip() for word in free.split(",")],
         bounds=named_ranges(bounds, "--bounds"),
         sizes=named_numbers(sizes, "--sizes"),
         objective=objective,

@@ -33,7 +33,7 @@ def calibrate(
     *,
     free: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    sizes: Mapping[str, float] | None = None,
+    sizes: Mapping[str, Any] | None = None,
     objective: Objective = "least_squares",
     path: str | Path | None = None,
     force: bool = False,

@@ -10,6 +10,7 @@ from hfsa.cosim.systems.errors import StructureError
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _SPACED = re.compile(rf"^({_NUMBER}):({_NUMBER}):([1-9]\d{{0,3}})$")
 """FIRST:LAST:COUNT, up to 9999 values."""
+_LIKE_SPACED = re.compile(rf"^{_NUMBER}:{_NUMBER}(:.*)?$")
 
 
 def parse_over(words: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -37,5 +38,9 @@ def _spaced(word: str) -> list[str]:
     """Return the values of FIRST:LAST:COUNT; of any other word, itself."""
     match = _SPACED.match(word)
     if match is None:
+        if _LIKE_SPACED.match(word):
+            raise StructureError(f"--over has {word!r}, expected FIRST:LAST:COUNT with a count of 1 to 9999")
         return [word]
-    return [repr(value) for value in np.linspace(float(match[1]), float(match[2]), int(match[3])).tolist()]
+    values = np.linspace(float(match[1]), float(match[2]), int(match[3]))
+    is_whole = all(re.fullmatch(r"[+-]?\d+", end) for end in match.groups()) and not np.any(values % 1)
+    return [str(int(value)) if is_whole else repr(value) for value in values.tolist()]

@@ -42,6 +42,9 @@ _LARGE = 100_000_000
 _CAPACITY = 100_000
 """Number of recorded points that are written at the latest, to bound the memory of a run."""
 
+_MOST_ROWS = 1_000_000_000
+"""Largest number of rows of a file."""
+
 _FASTER = 10
 """Largest ratio of the length of a block to that of the previous one."""
 
@@ -81,7 +84,16 @@ class RunPlan:
 
     @property
     def kept(self) -> NDArray[np.int64]:
-        """Numbers of the points in the file, from 0, (rows,): every so many, and the last."""
+        """Numbers of the points in the file, from 0, (rows,): every so many, and the last.
+
+        `StructureError` for more rows than a file can have.
+        """
+        if self.steps / self.every > _MOST_ROWS:
+            raise StructureError(
+                f"a stop time of {self.stop_time:g} s at steps of {self.step_size:g} s is {self.steps:.3g} points, of "
+                f"which a file keeps {_MOST_ROWS:.0e} at most; expected a sooner end, or --every "
+                f"{math.ceil(self.steps / _MOST_ROWS)}"
+            )
         regular = np.arange(0, self.steps + 1, self.every)
         return regular if regular[-1] == self.steps else np.append(regular, self.steps)
 

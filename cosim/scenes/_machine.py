@@ -3,12 +3,16 @@
 A scene owns them once: `Machine` hands each part those that it uses.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from hfsa.cosim.scenes._given import given
 
 Triple = tuple[float, float, float]
+
+_BASE_RADIUS = 0.45
+"""Circumradius of the base of the thesis [m]."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,11 @@ class Machine:
     pitch: float | None = None
     stiffness: Literal["ch3_full", "ch3_rods", "ch4", "ch4_full"] = "ch4"
     damping_model: Literal["modal", "rayleigh"] = "modal"
+
+    @property
+    def reach(self) -> float:
+        """Half a side of the base, the farthest that a tube slides either way [m]."""
+        return math.sqrt(3) / 2 * (_BASE_RADIUS if self.geometry.base_radius is None else self.geometry.base_radius)
 
     @property
     def kinematic(self) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Motions of a scene that are in a file: a table in CSV, which the reference of the scene or a part before it reads."""
 
+import csv
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -33,11 +35,12 @@ def is_file(motion: str, scene: str, names: Sequence[str]) -> bool:
 def end_of(motion: str) -> float:
     """Return the last time in a motion file [s]; 1 s for a file that cannot be read, which its reader refuses."""
     try:
-        lines = Path(motion).read_text(encoding="utf-8-sig").split()
-        header = [heading.partition("[")[0].strip() for heading in lines[0].split(",")]
-        return float(lines[-1].split(",")[header.index("time")])
-    except (OSError, ValueError, IndexError):
+        rows = [row for row in csv.reader(Path(motion).read_text(encoding="utf-8-sig").splitlines()) if any(row)]
+        header = [heading.partition("[")[0].strip() for heading in rows[0]]
+        end = float(rows[-1][header.index("time")])
+    except (OSError, ValueError, IndexError, csv.Error):
         return _NO_END
+    return end if 0 < end < math.inf else _NO_END
 
 
 class Command(NamedTuple):
@@ -49,15 +52,18 @@ class Command(NamedTuple):
     stop_time: float
 
 
-def commanded(motion: str | None, scene: str, stop_time: float) -> Command:
-    """Return the command of `reference`: the motion in a file, or without one free inputs and `stop_time` [s]."""
+def commanded(motion: str | None, scene: str, stop_time: float, reach: float) -> Command:
+    """Return the command of `reference`: the motion in a file, or without one free inputs and `stop_time` [s].
+
+    `reach` is the farthest displacement of the platform that may be meant [m].
+    """
     sides = ("rotation", "position")
     if motion is None:
         return Command([], [], [f"reference.command.{side}[1..3]" for side in sides], stop_time)
     is_file(motion, scene, ())
     orders = ("", *(f"_{derivative}" for derivative in DERIVATIVES[:2]))
     return Command(
-        [Component("motion", "pose_table", None, {"table": motion})],
+        [Component("motion", "pose_table", None, {"table": motion, "reach": reach})],
         [
             Connection(f"motion.{side}{order}[1..3]", f"reference.command.{side}{order}[1..3]")
             for side in sides

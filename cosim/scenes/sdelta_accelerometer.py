@@ -70,7 +70,7 @@ def sdelta_accelerometer(
         motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
             from the posture, in place of the inputs (default: none).
     """
-    command = commanded(motion, "sdelta_accelerometer", 2.0)
+    command = commanded(motion, "sdelta_accelerometer", 2.0, machine.reach)
     components = [
         accelerometer(sensor, design, mounting.at(posture), damping),  # in this order of steps
         ideal(mounting.at(posture)),

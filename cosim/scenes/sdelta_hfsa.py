@@ -107,7 +107,7 @@ def sdelta_hfsa(
         machine=machine,
         robot=robot,
     )
-    command = commanded(motion, "sdelta_hfsa", 5.0)
+    command = commanded(motion, "sdelta_hfsa", 5.0, machine.reach)
     drive_level = "rotor" if robot == "generalized" else drive
     noise = {"encoder.noise": encoder_noise, "encoder.interval": sample_time}
     drives = [

@@ -84,7 +84,7 @@ def sdelta_manoeuvre(
     ]
     recorded, stop_time = ("tone[1..3].value", "tone[4..6].value"), 2.0
     if motion is not None:
-        tones, commands, _, stop_time = commanded(motion, "sdelta_manoeuvre", stop_time)
+        tones, commands, _, stop_time = commanded(motion, "sdelta_manoeuvre", stop_time, machine.reach)
         recorded = ("motion.rotation[1..3]", "motion.position[1..3]")
     carrying = {**posture.arguments, **payload.arguments, **machine.elastic}
     level = "exact" if robot == "nonlinear" else reference

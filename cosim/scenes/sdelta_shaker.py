@@ -48,7 +48,7 @@ def sdelta_shaker(
         motion: path of a CSV file with columns time [s], and x, y, z [m] and rotation_x, rotation_y, rotation_z [rad]
             from the posture, in place of the inputs (default: none).
     """
-    command = commanded(motion, "sdelta_shaker", 5.0)
+    command = commanded(motion, "sdelta_shaker", 5.0, machine.reach)
     reference = Component(
         "reference",
         "sdelta_reference",

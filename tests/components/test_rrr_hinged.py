@@ -299,8 +299,8 @@ def test_given_matrices_are_those_of_the_stage():
             "a jacobian is given, but at level",
         ),
         (
-            Design(hinge=Hinge(radius=6e-3)),
-            r"links.coupler is 0.011 m, but the necks .* touch: .* than 0.012 m",
+            Design(links=LinkChanges(coupler=1.9e-3)),
+            r"links.coupler is 0.0019 m, but the necks .* touch: .* than 0.002 m",
         ),
         (Design(masses=Masses(crank_inertia=0.0, platform=1e-9)), "mass of the stage .* not positive definite"),
     ],
@@ -314,3 +314,29 @@ def test_mistakes_are_named(design, message):
 def test_outlines_are_checked():
     with pytest.raises(ModelError, match=r"outline.poisson is 0.6, expected"):
         replace(THESIS_OUTLINE, poisson=0.6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"plate": Plate("locked")}, "contact is given, but level constant_jacobian has rigid links"),
+        ({"plate": Plate("ball", "rigid"), "level": "exact"}, "contact and bolts are given, but level exact"),
+        ({"level": "flexible_hinges", "elongation": (12.0, 0.0, 0.0)}, "elongation is 12 m, .* reach 0 to 12e-6 m"),
+        (
+            {"level": "flexible_hinges", "design": Design(hinge=Hinge(thickness=5.0))},
+            "is 5.002 m, wider than a coupler",
+        ),
+    ],
+    ids=["contact", "contact and bolts", "metres", "thick necks"],
+)
+def test_what_a_level_does_not_know_is_refused(arguments, message):
+    with pytest.raises(ModelError, match=message):
+        analyze(**arguments)
+    if "elongation" not in arguments:
+        with pytest.raises(ModelError, match=message):
+            rrr_stage(**arguments)
+
+
+def test_a_hinge_of_no_material_is_refused():
+    with pytest.raises(ModelError, match=r"hinge.elastic_modulus is 1e-300 Pa, expected 1000 to 1e\+15 Pa"):
+        Hinge(elastic_modulus=1e-300)

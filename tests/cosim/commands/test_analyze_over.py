@@ -9,6 +9,7 @@ import pytest
 from hfsa.components.rrr_stage import analyze
 from hfsa.cosim.cli import main
 from hfsa.cosim.experiments.over import parse_over
+from hfsa.cosim.systems.errors import StructureError
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +46,7 @@ def test_the_text_is_one_table_with_units_and_sentences_beside(capsys):
 
 
 def test_a_case_that_cannot_be_has_a_reason(capsys):
-    assert main(["analyze", "rrr_stage", "--over", "links.crank=7e-3,17e-3", "--json"]) == 0
+    assert main(["analyze", "rrr_stage", "--over", "links.crank=7e-3,17e-3", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     assert found["numbers"]["range"][0] == [None, None, None]
     assert found["refusals"][0]["case"] == 1
@@ -80,3 +81,6 @@ def test_values_in_words():
         "b": ("x:y",),
         "c": ("1,2", "3,4"),
     }
+    assert parse_over(["n=3:6:4", "m=3:6:3"]) == {"n": ("3", "4", "5", "6"), "m": ("3.0", "4.5", "6.0")}
+    with pytest.raises(StructureError, match="'0:1:0', expected FIRST:LAST:COUNT"):
+        parse_over(["a=0:1:0"])
