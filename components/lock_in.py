@@ -9,7 +9,8 @@ fit requires neither an integer number of samples per period nor an integer numb
 latched at the end of each window:
 
     gain.real = a,  gain.imaginary = b      so that gain = a + j b is the complex amplitude relative to sin
-    harmonic.second = |a2 + j b2|, harmonic.third = |a3 + j b3|, residual = rms of the residual
+    harmonic.second.real = a2, .imaginary = b2, harmonic.third.real = a3, .imaginary = b3
+    residual = rms of the residual
 
 The sample at time start + n sample_time is number n; window k = 1, 2, ... contains the samples (k - 1) N to k N - 1.
 
@@ -73,9 +74,11 @@ def _channel(m: Model, i: int, signal, unit: str, basis, factor, first, complete
         (f"gain[{i}].real", fit[1], f"In phase with sine, signal {i}"),
         (f"gain[{i}].imaginary", fit[2], f"In phase with cosine, signal {i}"),
         (f"mean[{i}]", offset_now + fit[0], f"Mean of signal {i}"),
-        (f"harmonic[{i}].second", _norm(fit[3], fit[4]), f"Amplitude of the second harmonic, signal {i}"),
-        (f"harmonic[{i}].third", _norm(fit[5], fit[6]), f"Amplitude of the third harmonic, signal {i}"),
-        (f"residual[{i}]", _norm(ca.sqrt(left / samples), 0), f"Root mean square of the residual, signal {i}"),
+        (f"harmonic[{i}].second.real", fit[3], f"In phase with sine of twice the phase, signal {i}"),
+        (f"harmonic[{i}].second.imaginary", fit[4], f"In phase with cosine of twice the phase, signal {i}"),
+        (f"harmonic[{i}].third.real", fit[5], f"In phase with sine of three times the phase, signal {i}"),
+        (f"harmonic[{i}].third.imaginary", fit[6], f"In phase with cosine of three times the phase, signal {i}"),
+        (f"residual[{i}]", ca.sqrt(left / samples), f"Root mean square of the residual, signal {i}"),
     )
     for name, value, description in results:
         held = m.sampled_state(f"latched.{name}", unit, f"{description}, last window")
@@ -100,7 +103,3 @@ def _symmetric(lower: ca.SX, k: int) -> ca.SX:
         for j in range(i + 1):
             matrix[i, j] = matrix[j, i] = lower[i * (i + 1) // 2 + j]
     return matrix
-
-
-def _norm(a: ca.SX, b: ca.SX | float) -> ca.SX:
-    return ca.sqrt(a * a + b * b)

@@ -189,7 +189,7 @@ def check_sample_times(
     """
     for component in system.components:
         sampled = connectors[component.name].get(SAMPLE_TIME)
-        if sampled is None or sampled.causality != "parameter":
+        if sampled is None or not sampled.is_conventional or sampled.causality != "parameter":
             continue
         name = f"{component.name}.{SAMPLE_TIME}"
         sample_time = starts.get(name, component.start.get(SAMPLE_TIME, sampled.start))

@@ -32,7 +32,7 @@ from hfsa.cosim.linear.linearize import Growth, Linearization
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import near_modes
-from hfsa.cosim.systems.connectors import connector
+from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.names import companions
 from hfsa.cosim.systems.scene import SINE_SOURCE
 from hfsa.cosim.systems.system import System
@@ -281,15 +281,15 @@ class StepAnalysis:
 def motions(system: System, instances: Mapping[str, Instance]) -> list[Excitation]:
     """Return excitations by the components without connected inputs, each motion with its derivatives.
 
-    An output is the derivative of another where its name says so (`names.companions`), or where it is that of a sine
-    source.
+    An output is the derivative of another where its name says so (`names.companions`) in an FMU that follows our
+    conventions, or where it is that of a sine source.
     """
     found, fed = [], {system.split(connection.end)[0] for connection in system.connections}
     for component in system.components:
         own, connected = instances[component.name].fmu, _connected_outputs(system, component.name)
         if component.name in fed or own.description.states or own.description.has_sample_time or not connected:
             continue
-        for orders in _families(connected, is_sine=component.part == SINE_SOURCE):
+        for orders in _families(connected, own.variables, is_sine=component.part == SINE_SOURCE):
             first = min(orders, key=orders.__getitem__)
             name, unit = f"{component.name}.{first}", own.variables[first].unit or "1"
             found.append(entering(name, unit, 1.0, system, instances, Source(component.name, orders)))
@@ -321,12 +321,12 @@ def _connected_outputs(system: System, component: str) -> list[str]:
     return sorted({variable for owner, variable in starts if owner == component})
 
 
-def _families(outputs: Sequence[str], is_sine: bool) -> list[dict[str, int]]:
+def _families(outputs: Sequence[str], known: Mapping[str, Connector], is_sine: bool) -> list[dict[str, int]]:
     """Return families of outputs, each a motion and its derivatives with their orders."""
     if is_sine:
         return [{name: SINE[name] for name in outputs if name in SINE}]
     derivatives = {c: (name, order) for name in outputs for order, c in enumerate(companions(name), 1)}
-    of = {name: derivatives[name] for name in outputs if name in derivatives}
+    of = {name: derivatives[name] for name in outputs if name in derivatives and known[name].is_conventional}
     families = {name: {name: 0} for name in outputs if name not in of}
     for name, (base, order) in of.items():
         if base in families:

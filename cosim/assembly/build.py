@@ -17,8 +17,8 @@ from hfsa.cosim.assembly.transformations import with_transformations
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import algorithm_named
+from hfsa.cosim.systems.connectors import derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import DERIVATIVES, companions
 from hfsa.cosim.systems.scene import LOCK_IN, Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -72,9 +72,9 @@ def instrument(
 
     Source and amplifier take the units of what they are joined to; the amplifier samples at every step. Signal i + 1 of
     the amplifier is `outputs[i]`; all outputs of the scene by default. The sine rides on the value that the input would
-    have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the
-    input's companions where the FMU has them. `parts` is the assembly of the scene's system, where there is one; it may
-    be pruned, and its system is then the one that gets the instruments.
+    have without it: its start value, the scene's or else the FMU's own. The source's derivatives go to the inputs that
+    take them (`connectors.derivative_inputs`). `parts` is the assembly of the scene's system, where there is one; it
+    may be pruned, and its system is then the one that gets the instruments.
     """
     outputs = scene.outputs if outputs is None else outputs
     plain = build(scene.system, fmi) if parts is None else parts
@@ -97,8 +97,8 @@ def instrument(
     joined = [("value", excited)]
     joined += [
         (port, f"{component}.{companion}")
-        for port, companion in zip(DERIVATIVES, companions(variable), strict=True)
-        if companion in plain.connectors[component] and f"{component}.{companion}" not in fed
+        for port, companion in derivative_inputs(plain.connectors[component], variable).items()
+        if f"{component}.{companion}" not in fed
     ]
     connections = [
         *(Connection(f"{source.name}.{port}", end) for port, end in joined),

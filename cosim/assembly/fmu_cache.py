@@ -25,6 +25,7 @@ from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
+from hfsa.cosim.assembly.conventions import following
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
 from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fmi.co_simulation import StepError
@@ -195,7 +196,7 @@ def _finished(component: Component) -> Path:
     if ending := _death(file, file.stat().st_mtime_ns):
         message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
         raise StepError(component.name, file.name, "cannot be run", None, message)
-    return file
+    return file if component.conventions is None else following(file)
 
 
 @cache

@@ -7,8 +7,8 @@ source_names(scene, 2)                        # ("source[1]", "source[2]"), thos
 from collections.abc import Sequence
 
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.systems.connectors import derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import DERIVATIVES, companions
 from hfsa.cosim.systems.scene import MULTISINE_SOURCE, SAMPLER, SINE_SOURCE, Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -42,8 +42,8 @@ def with_multisine(scene: Scene, excited: Sequence[str], outputs: Sequence[str],
         connections.append(Connection(f"{name}.value", full))
         connections += [
             Connection(f"{name}.{port}", f"{component}.{companion}")
-            for port, companion in zip(DERIVATIVES, companions(variable), strict=True)
-            if companion in parts.connectors[component] and f"{component}.{companion}" not in fed
+            for port, companion in derivative_inputs(parts.connectors[component], variable).items()
+            if f"{component}.{companion}" not in fed
         ]
     units = [parts.connector(name).unit or "1" for name in outputs]
     sampler = Component(SAMPLER, SAMPLER, None, {"units": units}, {"sample_time": scene.step_size})

@@ -17,7 +17,7 @@ from hfsa.components._modelling.parts import Argument, Part
 from hfsa.cosim.assembly.load_scene import FILES, available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.commands._branches import branches_data, branches_lines
-from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, recorded_flags
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     Bode,
@@ -309,7 +309,8 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
     errors = read_errors(path)
     reached = np.all([np.isfinite(v) for v in recorded.values()], axis=0)
     values = {name: v[reached] for name, v in recorded.items()}
-    limits = active_limits(values["time"], values)
+    flags = recorded_flags(path, values)
+    limits = active_limits(values["time"], flags)
     stop_time, step_size, rows = float(values["time"].max(initial=0.0)), read_step_size(path), len(values["time"])
     steps = max(rows - 1, 0) if step_size is None else round(stop_time / step_size)
     data = {
@@ -336,7 +337,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
     lines += [
         f"  {v['name']}: {v['minimum']:.4g} to {v['maximum']:.4g} {v['unit']}{_error_words(v)}"
         for v in data["variables"]
-        if not is_limit(v["name"])
+        if v["name"] not in flags
     ]
     for found in limits:
         often = f"{100 * found.share:.3g} % of the time"

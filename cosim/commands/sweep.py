@@ -48,6 +48,22 @@ class SettlingOptions:
             validator=Number(gt=0), help="Simulated time [s] after which an unsettled point is given up (default: 60)."
         ),
     ] = None
+    settling_periods: Annotated[
+        int | None,
+        Parameter(
+            validator=Number(gte=0),
+            help="Periods that pass before a point may count as settled, at least (default: 0); in a multisine, those "
+            "of the lowest frequency.",
+        ),
+    ] = None
+    settling_time_min: Annotated[
+        float | None,
+        Parameter(
+            validator=Number(gte=0),
+            help="Simulated time [s] that passes before a point may count as settled, at least (default: 0): the "
+            "longest dead time of FMUs that do not declare it.",
+        ),
+    ] = None
     measurement_periods: Annotated[
         int | None,
         Parameter(

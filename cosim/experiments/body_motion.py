@@ -39,8 +39,8 @@ _COMMAND = re.compile(r"^(.*\.command)\.(rotation|position)\[[1-3]\]$")
 _BODY = re.compile(r"^(.*)\.(limbs|platform)\.\w+\[[1-3]\]$")
 _UNIFORM = 1e-6
 """Largest relative difference of the steps of a signal that is differentiated."""
-_MEASURED = (Status.DONE, Status.NOT_SETTLED)
-"""Points of a sweep whose responses are linear: what has not settled yet, obeys the equations of the body too."""
+_MEASURED = (Status.DONE, Status.NOT_SETTLED, Status.DISAGREES)
+"""Points of a sweep that obey the equations of the body, also where they have not settled or are not linear."""
 
 
 @dataclass(frozen=True)

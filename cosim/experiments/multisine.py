@@ -116,7 +116,7 @@ def tick_steps(assembly: Assembly, step_size: float) -> int:
     found = 1
     for component in assembly.system.components:
         sampled = assembly.connectors[component.name].get(SAMPLE_TIME)
-        if sampled is not None and sampled.causality == "parameter":
+        if sampled is not None and sampled.is_conventional and sampled.causality == "parameter":
             sample_time = component.start.get(SAMPLE_TIME, sampled.start) or step_size
             found = math.lcm(found, max(round(sample_time / step_size), 1))
     return found

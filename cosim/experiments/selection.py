@@ -7,9 +7,9 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.connectors import Connector, derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import companions, expand, matching_names, nearest
+from hfsa.cosim.systems.names import expand, matching_names, nearest
 from hfsa.cosim.systems.scene import Scene
 
 _CAUSALITIES = {"input": ("input",), "output": ("output",), "signal": ("output", "input", "local")}
@@ -76,6 +76,6 @@ def free_inputs(assembly: Assembly) -> list[str]:
     free = []
     for component, known in assembly.connectors.items():
         names = [v.name for v in known.values() if v.causality == "input" and f"{component}.{v.name}" not in fed]
-        follow = {companion for name in names for companion in companions(name)}
+        follow = {companion for name in names for companion in derivative_inputs(known, name).values()}
         free += [f"{component}.{name}" for name in names if name not in follow]
     return free

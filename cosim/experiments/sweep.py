@@ -21,6 +21,7 @@ from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.assembly.build import LOCK_IN, with_ports
 from hfsa.cosim.assembly.native_loop import chosen_loop
 from hfsa.cosim.experiments.arguments import checked
+from hfsa.cosim.experiments.expectations import Theory, expectations, with_expectations
 from hfsa.cosim.experiments.multisine import INPUTS, Design, designed, runs_of
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, free_inputs, with_amplitude, with_nominal_amplitudes
@@ -38,8 +39,8 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import Judge, judge
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.multisine import MultisineSettings, multisine
-from hfsa.cosim.measurement.rig import PREVIOUS, REST, Bench
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, points_of, stepped, system_record
+from hfsa.cosim.measurement.task import PREVIOUS, REST, Bench
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     Bode,
@@ -65,7 +66,7 @@ _WITHOUT_AMPLITUDE = 1e-6
 _AT_REST = "points start at rest, which takes longer: their steady state is not known, as {}"
 
 
-@checked(zero=("seed", "amplitude"))
+@checked(zero=("seed", "amplitude", "settling_periods", "settling_time_min"))
 def sweep(
     scene: str | Path | Scene,
     parameters: Mapping[str, Any] | None = None,
@@ -86,6 +87,8 @@ def sweep(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     settling_tolerance: float = 1e-3,
     settling_time: float = 60.0,
+    settling_periods: int = 0,
+    settling_time_min: float = 0.0,
     measurement_periods: int | None = None,
     start: Literal["steady", "rest", "previous"] = "steady",
     phases: Literal["schroeder", "random"] | None = None,
@@ -122,6 +125,8 @@ def sweep(
         algebraic_loops: `solve` or `refuse`.
         settling_tolerance: largest remaining transient, relative to each response.
         settling_time: simulated time [s] after which an unsettled point is given up.
+        settling_periods: least number of periods after which a point may settle: those of the longest dead time.
+        settling_time_min: least simulated time [s] after which a point may settle: the longest dead time.
         measurement_periods: periods in a measurement window (default: 1); in that of a multisine, of the lowest
             frequency (default: as many as give each frequency its own line, if affordable).
         start: `steady` starts each point on its predicted steady state, where that is known; `rest` waits for it;
@@ -170,6 +175,8 @@ def sweep(
         amplitude,
         settling_tolerance,
         settling_time,
+        settling_periods,
+        settling_time_min,
         measurement_periods,
         jobs,
         backend,
@@ -246,10 +253,13 @@ def sweep_scene(
             warn(sentence)
         subject = dataclasses.replace(subject, scene=scene, algorithm=algorithm)
         plan = dataclasses.replace(plan, step_error=known.step_error(scene, plan.frequency))
+        exact = None
+        if theory is not None and dense is not None:
+            exact = Theory(theory, draft, dense, subject.variants.plain.is_foreign)
         if design is not None:
-            measurement = _many_lines(subject, plan, design, known, request, warn)
+            measurement = _many_lines(subject, plan, design, known, exact, request, warn)
         else:
-            measurement = _single_sines(subject, plan, excited, known, request, executor, warn)
+            measurement = _single_sines(subject, plan, excited, known, exact, request, executor, warn)
     return _written(path, opening, measurement, report, warn)
 
 
@@ -332,13 +342,21 @@ def _computed(subject: _Subject, plan: Plan, theory: LinearSweep, opening: Calla
 
 
 def _many_lines(
-    subject: _Subject, plan: Plan, design: Design, known: Judge, request: SweepRequest, warn: Warn
+    subject: _Subject,
+    plan: Plan,
+    design: Design,
+    known: Judge,
+    exact: Theory | None,
+    request: SweepRequest,
+    warn: Warn,
 ) -> _Measurement:
     """Return the measurement of a multisine."""
     settings = _multisine_settings(request, subject.scene, design)
     runs, reason = runs_of(design, known, subject.scene, subject.variants, plan, settings, subject.library)
     if reason:
         warn(_AT_REST.format(reason))
+    if exact is not None:
+        runs = with_expectations(runs, plan, expectations(plan, exact, {}, subject.scene, request.settling_tolerance))
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
     return _Measurement(
         plan, subject.record(*(run.assembly for run in runs)), partial(multisine, runs=runs, jobs=_jobs(request))
@@ -350,6 +368,7 @@ def _single_sines(
     plan: Plan,
     excited: Mapping[str, Assembly],
     known: Judge,
+    exact: Theory | None,
     request: SweepRequest,
     executor: Executor | None,
     warn: Warn,
@@ -367,7 +386,18 @@ def _single_sines(
         name: Bench(whole, tuple(subject.outputs), subject.scene.source.name, LOCK_IN, subject.library)
         for name, whole in ready.items()
     }
-    run = partial(stepped, benches=benches, settings=settings, starts=starts, jobs=_jobs(request), executor=executor)
+    expected = {}
+    if exact is not None and request.start != PREVIOUS:  # which follows what is not linear
+        expected = expectations(plan, exact, starts, subject.scene, settings.settling_tolerance)
+    run = partial(
+        stepped,
+        benches=benches,
+        settings=settings,
+        starts=starts,
+        expected=expected,
+        jobs=_jobs(request),
+        executor=executor,
+    )
     return _Measurement(plan, subject.record(*ready.values()), run)
 
 
@@ -420,6 +450,8 @@ def _multisine_settings(request: SweepRequest, scene: Scene, design: Design) -> 
             scene.step_size,
             request.settling_tolerance,
             settling_time=request.settling_time,
+            settling_periods=request.settling_periods,
+            settling_time_min=request.settling_time_min,
             start=request.start,
             phases=request.phases or PHASES[0],
             seed=request.seed or 0,

@@ -41,6 +41,10 @@ def theory_of(assembly: Assembly, draft: Plan, request: SweepRequest, warn: Warn
         if request.method == "linear":
             raise
         warn(f"there is no linear response to compare with: {error}")
+        if not request.settling_time_min and not request.settling_periods:
+            warn(
+                "a response that comes after a point has settled is not seen; --settling-time-min waits for a dead time"
+            )
         return None
     if found.growth and request.method == "linear":
         warn(f"the system is unstable: a mode grows by {found.growth:.3g} 1/s, so its response cannot be measured")

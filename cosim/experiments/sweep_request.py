@@ -6,7 +6,7 @@ from typing import Literal
 
 from hfsa.cosim.assembly.assemble import Keep
 from hfsa.cosim.assembly.native_loop import BACKENDS
-from hfsa.cosim.measurement.rig import PREVIOUS, STARTS, Settings
+from hfsa.cosim.measurement.task import PREVIOUS, STARTS, Settings
 from hfsa.cosim.signals import excitation
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
@@ -40,6 +40,8 @@ class SweepRequest:
     amplitude: float | None = None
     settling_tolerance: float = 1e-3
     settling_time: float = 60.0
+    settling_periods: int = 0
+    settling_time_min: float = 0.0
     measurement_periods: int | None = None
     jobs: int | None = None
     backend: str = BACKENDS[0]
@@ -74,6 +76,8 @@ class SweepRequest:
             self.measurement_periods or 1,
             self.settling_time,
             self.start,
+            self.settling_periods,
+            self.settling_time_min,
         )
 
     def band(self, scene: Scene) -> tuple[float, float]:

@@ -41,8 +41,8 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.linearize import entering, linearize, sinusoids, upstream
 from hfsa.cosim.masters.algorithms import open_master
-from hfsa.cosim.measurement.rig import REST, Settings
 from hfsa.cosim.measurement.sweep import LinearSweep, plan_sweep
+from hfsa.cosim.measurement.task import REST, Settings
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES, logarithmic
 from hfsa.cosim.signals.frequency_response import negligible
 from hfsa.cosim.signals.response_scale import Scale, near_modes

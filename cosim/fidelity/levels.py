@@ -33,7 +33,7 @@ from hfsa.cosim.assembly.sources import sources
 from hfsa.cosim.fidelity.level_error import Reference, reference_of
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.fmi.description import describe
-from hfsa.cosim.measurement.rig import REST
+from hfsa.cosim.measurement.task import REST
 from hfsa.cosim.results.records import LevelChoice, SystemRecord
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene

@@ -24,7 +24,8 @@ from hfsa.cosim.fidelity.step_judge import judge, with_algorithm
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import block
-from hfsa.cosim.measurement.rig import REST, STARTS, Bench, Rig, Settings, Task
+from hfsa.cosim.measurement.rig import Rig
+from hfsa.cosim.measurement.task import REST, STARTS, Bench, Settings, Task
 from hfsa.cosim.results.files import Point, Signal, Status
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene

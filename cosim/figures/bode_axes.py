@@ -20,6 +20,13 @@ _PHASE_TICKS = (45, 90, 180, *range(360, 360_000, 360))
 _DASHES = ("-", (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)))
 """Line styles of the published frequencies of a scene."""
 
+_HOLLOW = (
+    (Status.NOT_SETTLED, "not settled", "o"),
+    (Status.LIMITED, "at a limit", "s"),
+    (Status.DISAGREES, "off the linear response", "D"),
+)
+"""Statuses of measured points that are not plain ones, in words, with their markers."""
+
 
 def draw_panel(part: Any, panel: Panel, sheet: Sheet) -> None:
     """Draw magnitude and phase of a panel into a part of the figure."""
@@ -62,7 +69,7 @@ def _draw_curve(axes: Any, curve: Curve, values: NDArray[np.float64]) -> None:
         arrow = {"arrowstyle": "->", "color": curve.colour, "linestyle": (0, (3, 2)), "shrinkA": 4, "shrinkB": 4}
         axes.annotate("", xytext=ends[0], xy=ends[1], arrowprops=arrow, zorder=3)
     hollow = {"color": "white", "markeredgecolor": curve.colour, "markeredgewidth": 1.2}
-    for status, words, marker in ((Status.NOT_SETTLED, "not settled", "o"), (Status.LIMITED, "at a limit", "s")):
+    for status, words, marker in _HOLLOW:
         here = curve.status == status
         if here.any():
             label = f"{curve.label}, {words}"

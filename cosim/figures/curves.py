@@ -88,14 +88,17 @@ def downward_sweep(bode: Bode) -> list[Bode]:
 
 
 def select_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[Entry]:
-    """Return the entries to draw, without those that are zero by symmetry; `ResultsError` where none is left."""
+    """Return the entries to draw; `ResultsError` where there is none.
+
+    Entries that are zero by symmetry are drawn where their output is named, and are left out otherwise.
+    """
     entries = []
     for bode in sweeps:
         units, amplitudes = [s.unit for s in bode.outputs], [s.amplitude for s in bode.inputs]
         left_out = negligible(bode.response, units, amplitudes)
         for (o, output), (i, source) in itertools.product(enumerate(bode.outputs), enumerate(bode.inputs)):
-            wanted = (not outputs or output.name in outputs) and (not inputs or source.name in inputs)
-            if wanted and not left_out[o, i]:
+            wanted = output.name in outputs if outputs else not left_out[o, i]
+            if wanted and (not inputs or source.name in inputs):
                 unit, factor = _display_unit(output.unit, source.unit)
                 entries.append(Entry(source, unit, _curve(bode, output, source, factor)))
     entries = [entry for entry in entries if len(entry.curve.frequency)]

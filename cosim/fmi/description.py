@@ -25,6 +25,9 @@ SOLVER_TOLERANCE, SOLVER_STEP = "solver.relative_tolerance", "solver.maximum_ste
 SAMPLE_TIME = "sample_time"
 """Parameter [s] that declares the sample time of an FMU; its discrete outputs change at ticks only."""
 
+CONVENTIONS = "hfsa "
+"""Beginning of the generation tool of FMUs whose variables' names mean what they mean in FMUs of hfsa."""
+
 NEXT = "next."
 """Prefix of the variable that holds the value of a sampled state after the next tick."""
 
@@ -126,7 +129,8 @@ class Description:
     @cached_property
     def has_sample_time(self) -> bool:
         """Whether it has a parameter `sample_time` [s]."""
-        return SAMPLE_TIME in self.variables and self.variables[SAMPLE_TIME].causality == "parameter"
+        found = self.variables.get(SAMPLE_TIME)
+        return found is not None and found.is_conventional and found.causality == "parameter"
 
     def input_derivative(self, name: str, order: int) -> str | None:
         """Return the variable that sets a time derivative of an input; `None` where none does.
@@ -137,7 +141,8 @@ class Description:
         if self.version == 2:
             return name if self.can_interpolate else None
         parameter = f"input_derivative[{order}].{name}"
-        return parameter if parameter in self.variables else None
+        found = self.variables.get(parameter)
+        return parameter if found is not None and found.is_conventional else None
 
     @property
     def counters(self) -> tuple[str, ...]:
@@ -148,12 +153,14 @@ class Description:
     def _counters(self) -> tuple[str, ...]:
         """Names of the variables that are counters by name and kind."""
         found = [self.variables[name] for name in COUNTERS if name in self.variables]
-        return tuple(v.name for v in found if v.is_real and (v.causality, v.variability) == ("local", "discrete"))
+        own = [v for v in found if v.is_conventional and v.is_real]
+        return tuple(v.name for v in own if (v.causality, v.variability) == ("local", "discrete"))
 
     @property
     def sampled_states(self) -> tuple[str, ...]:
         """Names of its sampled states: each state z has a variable `next.z` with the value after the next tick."""
-        return tuple(name for name in self.variables if f"{NEXT}{name}" in self.variables)
+        known = self.variables
+        return tuple(name for name, v in known.items() if v.is_conventional and f"{NEXT}{name}" in known)
 
 
 def describe(file: Path, interface: Interface | None = None) -> Description:
@@ -229,7 +236,8 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
 def _variables(model: ModelDescription) -> dict[str, Connector]:
     """Return the variables by name."""
     units = {unit.name: _base_unit(unit.baseUnit) for unit in model.unitDefinitions}
-    ticks = any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
+    is_conventional = (model.generationTool or "").startswith(CONVENTIONS)
+    ticks = is_conventional and any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
     dependencies = {unknown.variable.name: _inputs(unknown) for unknown in model.outputs if unknown.variable}
     variables = {}
     for v in model.modelVariables:
@@ -252,6 +260,7 @@ def _variables(model: ModelDescription) -> dict[str, Connector]:
             dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
             has_nominal=bool(nominal),
             is_relative=bool(v.relativeQuantity or (declared and declared.relativeQuantity)),
+            is_conventional=is_conventional,
         )
         variables |= {element.name: element for element in _elements(whole, v)} if v.shape else {v.name: whole}
     return variables

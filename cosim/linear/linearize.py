@@ -33,8 +33,9 @@ from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Blocks, ClosedSystem
 from hfsa.cosim.linear.equilibrium import equilibrium
 from hfsa.cosim.linear.sampled import SampledSystem
+from hfsa.cosim.systems.connectors import derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import companions
+from hfsa.cosim.systems.names import DERIVATIVES
 from hfsa.cosim.systems.system import Connection, System
 
 if TYPE_CHECKING:
@@ -214,8 +215,8 @@ def sinusoids(system: System, instances: Mapping[str, Instance], inputs: Sequenc
     orders = []
     for name in inputs:
         component, variable = system.split(name)
-        known = instances[component].fmu.variables
-        companion = [f"{component}.{c}" if c in known else "" for c in companions(variable)]
+        own = derivative_inputs(instances[component].fmu.variables, variable)
+        companion = [f"{component}.{own[order]}" if order in own else "" for order in DERIVATIVES]
         orders.append(tuple(_place(columns, c) for c in (name, *(c if c not in fed else "" for c in companion))))
     return columns, orders
 

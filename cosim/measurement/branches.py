@@ -9,7 +9,8 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from hfsa.cosim.measurement.rig import Task, measure_on
+from hfsa.cosim.measurement.rig import measure_on
+from hfsa.cosim.measurement.task import Task
 from hfsa.cosim.results.records import Point
 from hfsa.cosim.systems.errors import StructureError
 

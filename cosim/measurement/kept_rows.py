@@ -1,29 +1,31 @@
 """Rows of a results file among the points of a recording, taken block by block while a run goes on.
 
-    rows = KeptRows(master.record(names, rows=capacity), kept)
+    rows = KeptRows(master.record(names, rows=capacity), kept, flags)
     file.write(rows.written, rows.take())        # whenever there are new points
 
 A limit flag of a row is the fraction of the points since the row before at which it was active. The recording forgets
 what was taken, so that the memory of a run does not grow with its length.
 """
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.actions.recording import Recording
-from hfsa.cosim.measurement.limit_flags import LimitLog, is_limit
+from hfsa.cosim.measurement.limit_flags import LimitLog
 
 
 class KeptRows:
-    """Rows of a file: `kept` holds the numbers of their points, ascending from 0.
+    """Rows of a file: `kept` holds the numbers of their points, ascending from 0, `flags` names the limit flags.
 
     Attributes:
         written: number of rows taken.
         limits: the limits that were active at any point.
     """
 
-    def __init__(self, recording: Recording, kept: NDArray[np.int64]):
-        self._recording, self._kept = recording, kept
+    def __init__(self, recording: Recording, kept: NDArray[np.int64], flags: Collection[str] = ()):
+        self._recording, self._kept, self._flags = recording, kept, frozenset(flags)
         self.written, self.limits = 0, LimitLog()
         self._forgotten = self._seen = 0
 
@@ -35,7 +37,7 @@ class KeptRows:
     def take(self) -> dict[str, NDArray[np.float64]]:
         """Return the rows recorded since the last call, by variable."""
         recording = self._recording
-        flags = {name: recording[name][self._seen :] for name in recording.names if is_limit(name)}
+        flags = {name: recording[name][self._seen :] for name in recording.names if name in self._flags}
         self.limits.add(recording.time[self._seen :], flags)
         reached = int(np.searchsorted(self._kept, self._forgotten + recording.rows))
         points = self._kept[self.written : reached] - self._forgotten
@@ -57,7 +59,8 @@ class KeptRows:
         if not len(points):
             return {name: of_all[:0].copy() for name, of_all in values.items()}
         begins, end = np.append(0, points[:-1] + 1), points[-1] + 1
+        counts, flags = points + 1 - begins, self._flags
         return {
-            name: np.add.reduceat(of_all[:end], begins) / (points + 1 - begins) if is_limit(name) else of_all[points]
+            name: np.add.reduceat(of_all[:end], begins) / counts if name in flags else of_all[points]
             for name, of_all in values.items()
         }

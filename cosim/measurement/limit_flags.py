@@ -1,18 +1,21 @@
-"""Limit flags: outputs that are 1 while a saturation or limit is active, recognised by the last part of their name.
+"""Limit flags: outputs that are 1 while a saturation or limit is active, known by the last part of their name.
 
     limit_signals(connectors)                  # ["controller.axis[1].saturation", "stack[1].contact_lost"]
     for found in active_limits(time, values):  # values of a run by full name
         print(found.message)                   # the limit, when it was active, its meaning, and advice
 
-A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags.
+A part declares a limit by the name of an output alone; runs, sweeps and reports evaluate the flags. The output of an
+FMU of another maker is no flag, whatever its name.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hfsa.cosim.results.files import read_limit_flags
 from hfsa.cosim.systems.connectors import Connector
 
 
@@ -120,8 +123,14 @@ def limit_signals(connectors: Mapping[str, Mapping[str, Connector]]) -> list[str
         f"{component}.{name}"
         for component, variables in connectors.items()
         for name, variable in variables.items()
-        if variable.causality == "output" and is_limit(name)
+        if variable.causality == "output" and variable.is_conventional and is_limit(name)
     ]
+
+
+def recorded_flags(path: Path, values: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """Return the limit flags among the values of a run by full name, as its file names them."""
+    stated = read_limit_flags(path)
+    return {name: v for name, v in values.items() if (is_limit(name) if stated is None else name in stated)}
 
 
 class LimitLog:

@@ -26,12 +26,14 @@ from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import ALGORITHMS, DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement import pool
+from hfsa.cosim.measurement.expectation import Expectation, relative, unsettled
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
-from hfsa.cosim.measurement.rig import STARTS
 from hfsa.cosim.measurement.sweep import Progress
+from hfsa.cosim.measurement.task import STARTS
 from hfsa.cosim.results.files import Plan, Point, Status, SweepFile
-from hfsa.cosim.signals.excitation import ramp_time
-from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, NEGLIGIBLE, noise_floor
+from hfsa.cosim.signals.drift import of_lines
+from hfsa.cosim.signals.excitation import ramp_time, unread_windows
+from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, LONGEST_MEMORY, NEGLIGIBLE, noise_floor
 from hfsa.cosim.signals.multisine import (
     PHASES,
     Excitation,
@@ -62,7 +64,8 @@ class MultisineSettings:
         algorithm, step_size: co-simulation algorithm and its step [s].
         settling_tolerance: largest remaining transient, relative to the gain of a line.
         measurement_periods: periods of the lowest frequency in a window.
-        settling_time: largest simulated time [s] of a run after the ramp.
+        settling_time: largest simulated time [s] of a run after the ramp and the wait.
+        settling_periods, settling_time_min: the wait, as of a single sine (`task.py`).
         start: one of `STARTS`.
         phases: one of `PHASES`; `seed` is that of random phases and of the lines that are left out.
         inputs: `separate`, a run for each input, or `together`.
@@ -74,6 +77,8 @@ class MultisineSettings:
     settling_tolerance: float = 1e-3
     measurement_periods: int = 1
     settling_time: float = 60.0
+    settling_periods: int = 0
+    settling_time_min: float = 0.0
     start: str = STARTS[0]
     phases: str = PHASES[0]
     seed: int = 0
@@ -85,12 +90,16 @@ class MultisineSettings:
 
 @dataclass(frozen=True)
 class Driven:
-    """An excited input: its source component, its index in the file, its sines, and their indices in the file."""
+    """An excited input: its source component, its index in the file, its sines, and their indices in the file.
+
+    `expected` holds what the linearised FMUs predict at the lines; it is empty where that is not known.
+    """
 
     source: str
     input: int
     wave: Excitation
     places: tuple[int, ...]
+    expected: tuple[Expectation, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -158,11 +167,12 @@ class _Measurement:
         self._recording = master.record([*held, *self._limits], rows=rows)
         outputs = [run.assembly.connector(name) for name in run.outputs]
         self._units = [output.unit or "" for output in outputs]
-        self._nominal = np.array([output.nominal for output in outputs])
+        self._nominal = np.array([output.typical for output in outputs])
         lines = run.lines
         odd, even = detection_lines(np.sort(lines))
         self._lines = np.concatenate([lines, odd, even])
         self._excited = len(lines)
+        self._drift = of_lines(run.grid.points, self._lines)
         self._active: dict[str, ActiveLimit] = {}
 
     def points(self) -> list[Point]:
@@ -176,20 +186,41 @@ class _Measurement:
             ramp, keeps = 0, math.exp(start.growth * window)
             settling = LineSettling(settings.settling_tolerance, expected=start.gain.ravel(), keeps=keeps)
         self._initialize(ramp * window)
+        periods = settings.settling_periods / settings.measurement_periods
+        unread = unread_windows(ramp * window, window, periods, settings.settling_time_min)
         most = max(math.ceil(settings.settling_time / window), FEWEST_WINDOWS)
-        gains, simulated = np.zeros((0, len(run.outputs)), complex), ramp * window
-        for _ in range(ramp):
+        simulated = unread * window
+        for _ in range(unread):
             self._window(None)
+        means, all_gains = np.zeros((0, len(run.outputs))), np.zeros((0, len(self._lines), len(run.outputs)), complex)
+        gains, n = all_gains, self._excited
         for _ in range(most):
             spectrum = Spectrum(run.grid, self._lines, len(run.outputs))
             self._window(spectrum)
             simulated += window
-            gains = spectrum.gain
-            settling.floor = self._floor(gains).ravel()
-            settling.add(gains[: self._excited].ravel())
+            means = np.array([*means, spectrum.mean])[-LONGEST_MEMORY:]
+            all_gains = np.array([*all_gains, spectrum.gain])[-LONGEST_MEMORY:]
+            gains, doubt = self._drift.removed(means, all_gains)
+            floor = self._floor(gains[-1])
+            settling.floor = floor.ravel()
+            settling.silent = self._silent(gains[-1, :n], floor).ravel()
+            settling.judge(gains[:, :n].reshape(len(gains), -1), doubt[:n].ravel())
             if settling.settled:
                 break
-        return self._points(gains, settling, simulated)
+        return self._points(gains[-1], settling, simulated)
+
+    def _silent(self, gains: NDArray[np.complex128], floor: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether outputs are noise at all lines of an input where they are awaited, (lines, outputs)."""
+        run, found = self.run, np.zeros(gains.shape, dtype=bool)
+        if not run.assembly.is_foreign:
+            return found
+        first = 0
+        for one in run.driven:
+            own = slice(first, first := first + len(one.wave.lines))
+            heard = np.any(np.abs(gains[own]) > floor[own], axis=0)
+            rests = [line.rests for line in one.expected]
+            found[own] = ~heard & ~np.all(rests, axis=0) if rests else ~heard
+        return found
 
     def _initialize(self, ramp: float) -> None:
         """Bring the system to the start of the run, with a ramp [s]; raises as the master."""
@@ -244,33 +275,35 @@ class _Measurement:
         run, n = self.run, self._excited
         shape = n, len(run.outputs)
         gain, floor = gains[:n], settling.floor.reshape(shape)
-        remaining = np.broadcast_to(settling.remaining / settling.scale, n * shape[1]).reshape(shape)
+        remaining = relative(np.broadcast_to(settling.remaining, n * shape[1]), settling.scale).reshape(shape)
+        silent = np.broadcast_to(settling.silent, n * shape[1]).reshape(shape)
         order = np.argsort(run.lines)
         by_line = dict(zip(self._lines.tolist(), gains, strict=True))
         level = np.zeros(shape)
         level[order] = distortion(run.lines[order], by_line)
-        relative = np.full(shape, np.nan)
-        np.divide(level, np.abs(gain), out=relative, where=np.abs(gain) > floor)
+        distorted = np.full(shape, np.nan)
+        np.divide(level, np.abs(gain), out=distorted, where=np.abs(gain) > floor)
         amplitude = np.concatenate([one.wave.gain for one in run.driven])
         spoilt = sorted(self._active.values(), key=lambda found: (not found.limit.spoils_response, found.first_time))
         steps = np.diff(np.linspace(0, self.master.statistics["steps"], n + 1).astype(int)).tolist()
         points = []
+        expected = [line for one in run.driven for line in one.expected]
         for row, (i, k) in enumerate(_places(run)):
             status, message = Status.DONE, ""
-            worst = int(np.argmax(remaining[row]))
-            if not remaining[row, worst] <= settling.tolerance:
+            response, own = gain[row] / amplitude[row], floor[row] / abs(amplitude[row])
+            if np.any(silent[row]) or not np.all(remaining[row] <= settling.tolerance):
                 status = Status.NOT_SETTLED
-                message = (
-                    f"{run.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
-                    f"{remaining[row, worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
-                )
+                message = unsettled(run.outputs, remaining[row], silent[row], settling.tolerance, simulated)
+            elif expected:
+                largest = float(np.nanmax(distorted[row], initial=0.0))
+                message = expected[row].sentence(run.outputs, response, own, largest)
+                status = Status.DISAGREES if message else status
             if spoilt and spoilt[0].limit.spoils_response:
                 status, message = Status.LIMITED, spoilt[0].response_message
             elif spoilt and status is Status.DONE:
                 message = spoilt[0].response_message
-            response = gain[row] / amplitude[row]
             points.append(
-                Point(i, k, status, response, relative[row], remaining[row], message=message, steps=steps[row])
+                Point(i, k, status, response, distorted[row], remaining[row], message=message, steps=steps[row])
             )
         return points
 

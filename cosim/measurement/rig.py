@@ -6,90 +6,30 @@ A `Rig` is a system with its instruments, loaded once per thread and reused for 
 import math
 import threading
 import time
-from dataclasses import dataclass, replace
-from functools import cached_property
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 
 from hfsa.cosim.analysis.steady_start import SteadyStart
-from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.algorithms import DEFAULT, open_master
+from hfsa.cosim.masters.algorithms import open_master
+from hfsa.cosim.measurement.expectation import relative, unsettled
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.measurement.newton import CONTRACTION, MOST_CORRECTIONS, SAMPLES, Orbit
 from hfsa.cosim.measurement.pool import is_stopping
+from hfsa.cosim.measurement.readings import Readings
 from hfsa.cosim.measurement.start_state import StartState
+from hfsa.cosim.measurement.task import Bench, Settings, Task
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
-from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, Settling, harmonic_distortion, noise_floor
+from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, ROUNDING, Settling, harmonic_distortion, noise_floor
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.scene import LOCK_IN
-
-STARTS = STEADY, REST, PREVIOUS = "steady", "rest", "previous"
-"""States in which a measurement starts: the predicted steady state, where there is one, rest, or the point before."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of a sweep.
-
-    Attributes:
-        method: `stepped` or `linear`.
-        algorithm, step_size: co-simulation algorithm and its step [s].
-        settling_tolerance: largest remaining transient, relative to the gain.
-        measurement_periods: periods in a measurement window.
-        settling_time: largest simulated time [s] of a point after the ramp.
-        start: one of `STARTS`.
-    """
-
-    method: str = "stepped"
-    algorithm: str = DEFAULT
-    step_size: float = 1e-4
-    settling_tolerance: float = 1e-3
-    measurement_periods: int = 1
-    settling_time: float = 60.0
-    start: str = STARTS[0]
-
-
-@dataclass(frozen=True, eq=False)
-class Bench:
-    """A system with its instruments for one input: a sine source feeds it, a lock-in amplifier measures the outputs.
-
-    Attributes:
-        assembly: the system, both instruments included.
-        outputs: full names; signal i + 1 of the amplifier is `outputs[i]`.
-        source, lock_in: names of the instruments.
-        library: the stepping loop in C; `None` for the one in Python.
-    """
-
-    assembly: Assembly
-    outputs: tuple[str, ...]
-    source: str = "source"
-    lock_in: str = LOCK_IN
-    library: Path | None = None
-
-    @cached_property
-    def key(self) -> str:
-        """Text that identifies the bench in every process."""
-        return repr((self.assembly.system, sorted(self.assembly.files.items()), self.outputs, self.library))
-
-
-@dataclass(frozen=True)
-class Task:
-    """One point of a sweep: its indices in the file (input, frequency), its measurement, its predicted steady state."""
-
-    input: int
-    place: int
-    bench: Bench
-    settings: Settings
-    frequency: float
-    amplitude: float
-    start: SteadyStart | None = None
-
 
 _SPELL = 100_000
 """Largest number of steps between two looks for a stop request."""
+
+_AWAITED = 10.0
+"""Expected amplitude, relative to the noise floor, above which an output is awaited."""
 
 _LEFT = 0.05
 """Largest error of a corrected start, relative to the settling tolerance."""
@@ -139,12 +79,8 @@ class Rig:
         self.master = open_master(bench.assembly, settings.algorithm, settings.step_size, bench.library)
         outputs = [bench.assembly.connector(name) for name in bench.outputs]
         self.units = [output.unit or "" for output in outputs]
-        self.nominal = np.array([output.nominal for output in outputs])
-        self._lock_in = self.master.instances[bench.lock_in]
-        count = range(1, len(outputs) + 1)
-        members = ("gain[{}].real", "gain[{}].imaginary", "mean[{}]", "harmonic[{}].second", "harmonic[{}].third")
-        self._results = self._lock_in.handle([member.format(i) for member in members for i in count])
-        self._windows = self._lock_in.handle(["windows"])
+        self.nominal = np.array([output.typical for output in outputs])
+        self._readings = Readings(self.master.instances[bench.lock_in], len(outputs))
         limits = [bench.assembly.system.own_name(name) for name in limit_signals(self.master.wiring.connectors)]
         self._limits = self.master.record(limits, rows=1000) if limits else None
         self.steps = 0
@@ -186,41 +122,62 @@ class Rig:
         """Measure one point from its start, or from rest without one; raises as the master."""
         steps = window_steps(task.frequency, task.settings.step_size, task.settings.measurement_periods)
         window, tolerance, start = steps * task.settings.step_size, task.settings.settling_tolerance, task.start
-        self._initialize(task, window)
+        self._initialize(task, steps)
+        ramp = ramp_time(task.frequency) if start is None else 0.0
+        unread = task.settings.unread_windows(ramp, window)
         if start is None:
-            ramp = math.ceil(ramp_time(task.frequency) / window - 1e-9)
-            return self._settled(task, steps, Settling(tolerance), ramp=ramp)
+            return self._settled(task, steps, Settling(tolerance), unread)
         settling = Settling(tolerance, expected=start.gain, keeps=math.exp(start.growth * window))
-        self._take_window(steps, settling, 1)
+        if unread:
+            return self._settled(task, steps, settling, unread)
+        self._take_window(task, steps, settling, 1)
         if settling.settled or start.map is None:
             return self._settled(task, steps, settling, done=1)
         corrected, reason = self._corrected(task, steps, settling)
         if corrected is not None:
             return self._settled(task, steps, corrected, done=1)
-        self._initialize(task, window)
+        self._initialize(task, steps)
         point = self._settled(task, steps, Settling(tolerance, expected=start.gain, keeps=settling.keeps))
         # a branch is followed by waiting wherever it is far from linear
         return replace(point, message=point.message or reason) if start.gain is not None else point
 
-    def _settled(self, task: Task, steps: int, settling: Settling, ramp: int = 0, done: int = 0) -> Point:
-        """Measure windows after the `done` ones until the gains have settled; those of the ramp are not measured."""
+    def _settled(self, task: Task, steps: int, settling: Settling, unread: int = 0, done: int = 0) -> Point:
+        """Measure windows after the `done` ones until the gains have settled; the first ones may stay unread."""
         window = steps * task.settings.step_size
         most = max(math.ceil(task.settings.settling_time / window), FEWEST_WINDOWS)
         k = done
-        while k < ramp + most and not settling.settled:
+        while k < unread + most and not settling.settled:
             k += 1
-            self._take_window(steps, settling if k > ramp else None, k)
+            self._take_window(task, steps, settling if k > unread else None, k)
         return self._point(task, settling, k * window)
 
-    def _take_window(self, steps: int, settling: Settling | None, k: int) -> None:
-        """Run to the end of window `k`, and add its gains to the settling."""
+    def _take_window(self, task: Task, steps: int, settling: Settling | None, k: int) -> None:
+        """Run to the end of window `k`, and judge the settling of the gains with its own."""
         if self._limits is not None:
             self._limits.clear()
         self._advance(k * steps - self.master.statistics["steps"])
         if settling is not None:
-            gain = self._gain(k)
-            settling.floor = np.maximum(noise_floor(gain, self.units, self.nominal), _OWN * self._harmonics)
-            settling.add(gain)
+            readings = self._readings
+            readings.take(k)
+            gain = readings.gains[-1]
+            floor = self._floor(task, gain)
+            settling.floor = np.maximum(floor, _OWN * np.hypot(*readings.harmonics))
+            settling.silent = (np.abs(gain) <= floor) & ~self._may_be_silent(task, floor)
+            settling.judge(readings.gains, readings.doubt)
+
+    def _floor(self, task: Task, gain: np.ndarray) -> np.ndarray:
+        """Return the amplitude of each output below which it is noise, (outputs,)."""
+        floor = noise_floor(gain, self.units, self.nominal)
+        if task.expected is None:
+            return floor
+        # an output that is expected to rest has the rounding of all
+        return np.where(task.expected.rests, np.maximum(floor, ROUNDING * np.abs(gain).max()), floor)
+
+    def _may_be_silent(self, task: Task, floor: np.ndarray) -> np.ndarray:
+        """Return whether outputs may be noise: zero is expected, or no FMU of another maker may have a dead time."""
+        if task.expected is None:
+            return np.full(len(floor), not self.bench.assembly.is_foreign)
+        return np.abs(task.expected.response) * task.amplitude <= _AWAITED * floor
 
     def _corrected(self, task: Task, steps: int, settling: Settling) -> tuple[Settling | None, str]:
         """Correct the start by Newton's method (`newton.py`), after the first window of a run from it.
@@ -239,9 +196,9 @@ class Rig:
         for k in range(1, MOST_CORRECTIONS + 1):
             try:
                 z = z + orbit.correction(z, self._sampled(orbit, state))
-                self._initialize(replace(task, start=state.start(start, z)), steps * task.settings.step_size)
+                self._initialize(replace(task, start=state.start(start, z)), steps)
                 found = Settling(settling.tolerance)
-                self._take_window(steps, found, 1)
+                self._take_window(task, steps, found, 1)
             except StepError as error:
                 return None, f"{_WAITED} Newton's method leads to a state that does not run: {error}"
             gains.append(found.gain)
@@ -250,8 +207,7 @@ class Rig:
             if changes[-1] * factor <= _LEFT * settling.tolerance and factor <= CONTRACTION:
                 # the true map keeps at most as much more of a transient as the method leaves of an error
                 keeps = 1 - (1 - settling.keeps) * (1 - factor)
-                found = Settling(settling.tolerance, found.floor, expected=found.gain, keeps=keeps)
-                return found, ""
+                return Settling(settling.tolerance, found.floor, expected=found.gain, keeps=keeps), ""
             if k > 1 and not factor <= CONTRACTION:
                 break
         return None, f"{_WAITED} Newton's method does not converge, the last change is {changes[-1]:.2g} of the gain"
@@ -273,13 +229,14 @@ class Rig:
             self.master.advance(spell)
             self.steps += spell
 
-    def _initialize(self, task: Task, window: float) -> None:
-        """Bring the system to the start of a point, windows of a length [s]; raises as the master."""
+    def _initialize(self, task: Task, steps: int) -> None:
+        """Bring the system to the start of a point, windows of a number of steps; raises as the master."""
         source = self.bench.source
+        self._readings.begin(steps, _turn(task))
         starts = {
             f"{source}.frequency": task.frequency,
             f"{source}.amplitude": task.amplitude,
-            f"{self.bench.lock_in}.window": window,
+            f"{self.bench.lock_in}.window": steps * task.settings.step_size,
         }
         if task.start is None:
             self.master.initialize(starts=starts)
@@ -287,49 +244,46 @@ class Rig:
             self.master.initialize(starts={**starts, **task.start.values, f"{source}.{_RAMP}": 0.0})
             self.master.remember(task.start.earlier)
 
-    @property
-    def _harmonics(self) -> np.ndarray:
-        """Amplitude of the second and third harmonic together of each output, in the window read last."""
-        _, _, _, second, third = self._results.values.reshape(5, -1)
-        return np.hypot(second, third)
-
-    def _gain(self, window: int) -> np.ndarray:
-        """Return the complex amplitudes of the outputs over the last window."""
-        done = self._lock_in.get(self._windows)[0]
-        if done != window:
-            raise RuntimeError(f"{self.bench.lock_in} has completed {done:g} windows, expected {window}")
-        real, imaginary, *_ = self._lock_in.get(self._results).reshape(5, -1)
-        return real + 1j * imaginary
-
     def _point(self, task: Task, settling: Settling, simulated: float) -> Point:
-        """Return the measured point after a simulated time [s]; its status is that of settling or of a limit."""
-        _, _, mean, second, third = self._results.values.reshape(5, -1)
-        distortion = harmonic_distortion(settling.gain, second, third)
-        remaining = settling.remaining / settling.scale
-        floor = noise_floor(settling.gain, self.units, self.nominal)
-        status, message = Status.DONE, ""
-        if not settling.settled:
-            worst = int(np.argmax(remaining))
-            status = Status.NOT_SETTLED
-            message = (
-                f"{self.bench.outputs[worst]} has not settled after {simulated:.3g} s: its transient is still "
-                f"{remaining[worst]:.2g} of its gain, expected {settling.tolerance:g} or less"
-            )
-        for found in self._active_limits()[:1]:
-            if found.limit.spoils_response:
-                status, message = Status.LIMITED, found.response_message
-            elif status is Status.DONE:
-                message = found.response_message
+        """Return the measured point after a simulated time [s]."""
+        readings, gain = self._readings, settling.gain
+        second, third = readings.harmonics
+        floor = self._floor(task, gain)
+        distortion = np.where(np.abs(gain) <= floor, np.nan, harmonic_distortion(gain, second, third))
+        remaining = relative(settling.remaining, settling.scale)
+        response = gain / task.amplitude
+        status, message = self._status(task, settling, remaining, distortion, simulated)
         return Point(
             task.input,
             task.place,
             status,
-            response=settling.gain / task.amplitude,
-            harmonic_distortion=np.where(np.abs(settling.gain) < floor, np.nan, distortion),
-            harmonics=np.array([mean, np.abs(settling.gain), second, third]) / task.amplitude,
+            response=response,
+            harmonic_distortion=distortion,
+            harmonics=np.array([readings.mean, np.abs(gain), second, third]) / task.amplitude,
             remaining_transient=remaining,
             message=message,
         )
+
+    def _status(
+        self, task: Task, settling: Settling, remaining: np.ndarray, distortion: np.ndarray, simulated: float
+    ) -> tuple[Status, str]:
+        """Return the status of a point and its message: of a limit, of settling, or of a disagreement."""
+        limits = self._active_limits()[:1]
+        told = "".join(found.response_message for found in limits)
+        if any(found.limit.spoils_response for found in limits):
+            return Status.LIMITED, told
+        if not settling.settled:
+            silent = np.broadcast_to(settling.silent, remaining.shape)
+            return Status.NOT_SETTLED, unsettled(self.bench.outputs, remaining, silent, settling.tolerance, simulated)
+        if task.expected is not None:
+            gain, largest = settling.gain, float(np.nanmax(distortion, initial=0.0))
+            floor = self._floor(task, gain)
+            sentence = task.expected.sentence(
+                self.bench.outputs, gain / task.amplitude, floor / task.amplitude, largest
+            )
+            if sentence:
+                return Status.DISAGREES, sentence
+        return Status.DONE, told
 
     def _active_limits(self) -> list[ActiveLimit]:
         """Return the limits that were active in the last window, those that spoil the response first."""

@@ -118,14 +118,14 @@ class RunPlan:
         )
 
     @property
-    def _limits(self) -> list[str]:
+    def limits(self) -> list[str]:
         """Full names of the limit flags."""
         return [self.assembly.system.own_name(name) for name in limit_signals(self.assembly.connectors)]
 
     @property
     def size_sentence(self) -> str:
         """Warning about the size of a file above `_LARGE`; else empty."""
-        rows, count = math.ceil(self.steps / self.every) + 1, len({*self.names, *self._limits})
+        rows, count = math.ceil(self.steps / self.every) + 1, len({*self.names, *self.limits})
         size = 8 * (count + 1) * rows
         if size <= _LARGE:
             return ""
@@ -164,14 +164,14 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, plan.step_size)
-        limits = [system.own_name(name) for name in limit_signals(connectors)]
+        limits = plan.limits
         names = list(dict.fromkeys([*plan.names, *limits]))
         units = {name: connector(system, connectors, name).unit or "1" for name in names}
         recording = master.record(names, rows=min(steps + 1, _CAPACITY))
         recording.watch.limit(plan.scales)
         failed = _initialize(master, max(plan.stop_time, plan.end))
-        rows = KeptRows(recording, plan.kept)
-        file = RunFile(path, plan.times, units, plan.record, force, plan.step_size)
+        rows = KeptRows(recording, plan.kept, limits)
+        file = RunFile(path, plan.times, units, plan.record, force, plan.step_size, limits)
         failure, is_interrupted = "stopped before the end", False
 
         def write() -> None:

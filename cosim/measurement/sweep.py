@@ -31,7 +31,9 @@ from hfsa.cosim.fmi.description import SOLVER_STEP, SOLVER_TOLERANCE, Descriptio
 from hfsa.cosim.linear.linearize import Linearization, Orders, linearize, sinusoids
 from hfsa.cosim.masters.algorithms import ALGORITHMS
 from hfsa.cosim.measurement import branches, pool
-from hfsa.cosim.measurement.rig import PREVIOUS, Bench, Settings, Task, close_rigs, measure
+from hfsa.cosim.measurement.expectation import Expectation
+from hfsa.cosim.measurement.rig import close_rigs, measure
+from hfsa.cosim.measurement.task import PREVIOUS, Bench, Settings, Task
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     InstanceRecord,
@@ -213,16 +215,18 @@ def stepped(
     settings: Settings,
     *,
     starts: Mapping[str, Sequence[SteadyStart]] = {},
+    expected: Mapping[str, Sequence[Expectation]] = {},
     jobs: int = 1,
     executor: Executor | None = None,
     report: Callable[[Progress], None] | None = None,
 ) -> None:
     """Measure all unfinished points of the file, and write each when it is finished.
 
-    `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan.
-    Points run on `executor`, else in `jobs` threads or processes, with 1 in this process; where each starts on the one
-    before, the inputs run in `jobs` threads, and an unfinished input is measured as a whole. Raises `StructureError`
-    for wrong wiring, before a run, and `ResultsError` where the file cannot be written.
+    `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan,
+    `expected` the known responses there. Points run on `executor`, else in `jobs` threads or processes, with 1 in this
+    process; where each starts on the one before, the inputs run in `jobs` threads, and an unfinished input is measured
+    as a whole. Raises `StructureError` for wrong wiring, before a run, and `ResultsError` where the file cannot be
+    written.
     """
     for bench in benches.values():
         bench.assembly.check()
@@ -238,6 +242,7 @@ def stepped(
             float(plan.frequency[k]),
             plan.inputs[i].amplitude,
             starts[plan.inputs[i].name][k] if plan.inputs[i].name in starts else None,
+            expected[plan.inputs[i].name][k] if plan.inputs[i].name in expected else None,
         )
         for i, k in unfinished
     ]
@@ -306,7 +311,8 @@ def _solver(description: Description) -> str:
 
 def _work(task: Task) -> float:
     """Return the estimated simulated time [s] of a point."""
+    window = task.settings.measurement_periods / task.frequency
+    unread = window * task.settings.unread_windows(0.0 if task.start else ramp_time(task.frequency), window)
     if task.start is not None:
-        return task.settings.measurement_periods / task.frequency
-    ramp = ramp_time(task.frequency)
-    return ramp + max(FEWEST_WINDOWS * task.settings.measurement_periods / task.frequency, _TYPICAL_SETTLING)
+        return unread + window
+    return unread + max(FEWEST_WINDOWS * window, _TYPICAL_SETTLING)

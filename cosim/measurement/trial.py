@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits
+from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, recorded_flags
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.measurement.run import RunPlan, run
 from hfsa.cosim.measurement.verification import shares, verify
@@ -166,7 +166,7 @@ def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outc
     return Outcome(
         trial.path,
         measure(at, {name: values[name][reached] for name in judged}, units) if len(at) else (),
-        tuple(active_limits(values["time"], values)),
+        tuple(active_limits(values["time"], recorded_flags(trial.path, values))),
         (*warnings, *unsure, *message),
         max(len(at) - 1, 0),
         float(at.max(initial=0.0)),

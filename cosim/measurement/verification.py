@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
-from hfsa.cosim.measurement.limit_flags import is_limit
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
 from hfsa.cosim.signals.prefixes import readable
@@ -107,7 +106,7 @@ def verify(plan: RunPlan, path: Path, report: Callable[[float], None] | None = N
     the verification. Raises `StepError` where the run at half the step fails; the error is unknown then.
     """
     recorded, units = read_run(path)
-    names = [name for name in plan.names if not is_limit(name)]
+    names = [name for name in plan.names if name not in plan.limits]
     halved, order = _at_half_the_step(plan, names, report)
     size = {name: float(np.abs(recorded[name]).max()) for name in names}
     errors = {}

@@ -16,7 +16,7 @@
                  status, wall_time [s], message, over (frequency, input)
                  of a multisine: line_amplitude, line_phase [rad] over (frequency, input), crest_factor(input)
     /time        time [s] and one dataset per recorded variable; error_estimate, relative_error: their attributes;
-                 step_size: communication step [s], of which a row may be a multiple
+                 step_size: communication step [s], of which a row may be a multiple; limit_flags: names of those
 
 Units are SI, frequency is in Hz. xarray opens a group with its coordinates: `open_dataset(path, group="bode",
 engine="h5netcdf")`. Only one process may write a file.
@@ -41,7 +41,15 @@ from hfsa.cosim.results.records import (
     SystemRecord,
     Theory,
 )
-from hfsa.cosim.results.run_file import RunFile, read_errors, read_run, read_status, read_step_size, write_errors
+from hfsa.cosim.results.run_file import (
+    RunFile,
+    read_errors,
+    read_limit_flags,
+    read_run,
+    read_status,
+    read_step_size,
+    write_errors,
+)
 from hfsa.cosim.results.sweep_file import SweepFile
 
 __all__ = [
@@ -65,6 +73,7 @@ __all__ = [
     "read_algorithm",
     "read_choices",
     "read_errors",
+    "read_limit_flags",
     "read_order",
     "read_run",
     "read_status",

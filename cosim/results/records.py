@@ -177,7 +177,8 @@ class Status(enum.IntEnum):
     """Status of a point of a sweep.
 
     The response of a `LIMITED` point is not linear, as a limit was active. A point `NOT_EXCITED` is at a line of a
-    multisine that belongs to another input, and stays without a response.
+    multisine that belongs to another input, and stays without a response. The response of a point that `DISAGREES` has
+    settled, but is not that of the linearised FMUs.
     """
 
     PENDING = 0
@@ -186,6 +187,7 @@ class Status(enum.IntEnum):
     FAILED = 3
     LIMITED = 4
     NOT_EXCITED = 5
+    DISAGREES = 6
 
 
 @dataclass(frozen=True)

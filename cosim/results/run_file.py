@@ -1,8 +1,9 @@
 """Results file of a time-domain run: recorded variables over time, and their error estimates."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,15 +17,15 @@ _ERRORS = ("error_estimate", "relative_error")
 """Attributes of a recorded variable."""
 
 
-_STEP_SIZE = "step_size"
-"""Attribute of `/time`."""
+_STEP_SIZE, _FLAGS = "step_size", "limit_flags"
+"""Attributes of `/time`."""
 
 
 class RunFile:
     """Results file of a time-domain run: recorded variables by full name; rows that are not reached stay NaN.
 
-    `step_size` is the communication step [s]. `force` replaces a results file of hfsa, as
-    `Store.create`. `identity` is independent of the name of the file.
+    `step_size` is the communication step [s], `flags` names the variables that are limit flags. `force` replaces a
+    results file of hfsa, as `Store.create`. `identity` is independent of the name of the file.
     """
 
     def __init__(
@@ -35,12 +36,14 @@ class RunFile:
         system: SystemRecord,
         force: bool = False,
         step_size: float | None = None,
+        flags: Sequence[str] = (),
     ):
         def fill(file: Node) -> None:
             """Create the time axis and a dataset for each variable."""
             group = file.create_group("time")
             if step_size is not None:
                 group.attrs[_STEP_SIZE] = step_size
+            group.attrs.create(_FLAGS, list(flags), shape=(len(flags),), dtype=h5py.string_dtype())
             hdf5.create_scale(group, "time", time, "s")
             for name, unit in units.items():
                 dataset = hdf5.create_dataset(group, name, ["time"], np.nan, float, unit)
@@ -106,6 +109,15 @@ def read_step_size(path: str | Path) -> float | None:
     with file, translate_errors(path, "read"):
         found = file["time"].attrs.get(_STEP_SIZE)
     return None if found is None else float(found)
+
+
+def read_limit_flags(path: str | Path) -> list[str] | None:
+    """Read which variables of a time-domain run are limit flags; `None` where the file is of a version without them."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        found = file["time"].attrs.get(_FLAGS)
+        return None if found is None else [hdf5.text(name) for name in found]
 
 
 def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:

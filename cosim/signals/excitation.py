@@ -79,6 +79,11 @@ def ramp_time(frequency: float) -> float:
     return max(2 / frequency, 0.5)
 
 
+def unread_windows(ramp: float, window: float, waited: float, least: float) -> int:
+    """Return the number of windows [s] that pass unread: a ramp [s] and `waited` windows, and a `least` time [s]."""
+    return max(math.ceil(ramp / window - 1e-9) + math.ceil(waited - 1e-9), math.ceil(least / window - 1e-9))
+
+
 def window_steps(frequency: float, step_size: float, measurement_periods: int = 1) -> int:
     """Return the number of steps in a measurement window; `ValueError` if the step is too long."""
     samples = 1 / (frequency * step_size)

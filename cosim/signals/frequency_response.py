@@ -37,12 +37,22 @@ from numpy.typing import ArrayLike, NDArray
 FEWEST_WINDOWS = 5
 """Least number of windows for an estimate: four changes, three equations for one decay."""
 
+LONGEST_MEMORY = 40
+"""Largest number of windows from which settling is judged."""
+
 NEGLIGIBLE = 1e-6
 """Relative size of a response, to the largest in the same unit, below which it is zero by symmetry."""
 
-_ROUNDING = 1e-9
+DIMENSIONLESS = ("", "1")
+"""Units of pure numbers, and of numbers whose unit is not declared."""
+
+ROUNDING = 1e-9
+"""Relative size of a response, to the largest of any unit, below which it is rounding."""
+
+_ROUNDING_OF_NUMBERS = 1e-14
+"""The same for numbers without a unit, which may be of any kind: a strain of 1e-6 beside a pressure of 1e6."""
+
 _HIGHEST_ORDER = 8
-_LONGEST_MEMORY = 40
 _JUDGED_WINDOWS = 3
 _RESIDUAL_WEIGHT = 4.0
 
@@ -56,6 +66,8 @@ class Settling:
         keeps: part of the slowest transient that a window leaves, with `expected`.
         floor: smallest scale of a gain, one number or shape (outputs,): an entry that is zero by symmetry is rounding
             noise, which never settles relative to itself.
+        silent: whether a gain is noise where a response is awaited, one flag or shape (outputs,): it never settles, as
+            the response may still be on its way.
         remaining: estimated magnitude of the remaining transient in the last gain, shape (outputs,); infinite before
             `FEWEST_WINDOWS` windows.
     """
@@ -70,17 +82,23 @@ class Settling:
         self.tolerance, self.keeps = tolerance, keeps
         self.expected = None if expected is None else np.asarray(expected, dtype=complex)
         self.floor = np.asarray(floor, dtype=float)
+        self.silent: NDArray[np.bool_] = np.array(False)
         self.remaining: NDArray[np.float64] = np.array([np.inf])
         self._gains: list[NDArray[np.complex128]] = []
 
     def add(self, gain: ArrayLike) -> None:
         """Add the complex gains of the next window, shape (outputs,)."""
-        self._gains = [*self._gains[1 - _LONGEST_MEMORY :], np.array(gain, dtype=complex)]
+        self.judge([*self._gains, np.array(gain, dtype=complex)])
+
+    def judge(self, gains: Sequence[NDArray[np.complex128]] | NDArray[np.complex128], doubt: ArrayLike = 0.0) -> None:
+        """Judge the gains of all windows so far, (windows, outputs); the last ones have a further error `doubt`."""
+        self._gains = list(gains[-LONGEST_MEMORY:])
         self.remaining = remaining_transient(np.array(self._gains), self.scale)
         if self.expected is not None and len(self._gains) < FEWEST_WINDOWS:
             before, now = np.array([self.expected, *self._gains])[-2:]
             if np.all(np.abs(np.array([before, now]) - self.expected) <= self.tolerance * self.scale):
                 self.remaining = 2 * np.abs(now - before) / max(1 - self.keeps, np.finfo(float).tiny)
+        self.remaining = self.remaining + np.asarray(doubt, dtype=float)
 
     @property
     def gain(self) -> NDArray[np.complex128]:
@@ -94,8 +112,10 @@ class Settling:
 
     @property
     def settled(self) -> bool:
-        """Whether the remaining transient of every output is within tolerance."""
-        return bool(self._gains) and bool(np.all(self.remaining <= self.tolerance * self.scale))
+        """Whether the remaining transient of every output is within tolerance, and no output is silent."""
+        if not self._gains or np.any(self.silent):
+            return False
+        return bool(np.all(self.remaining <= self.tolerance * self.scale))
 
 
 def remaining_transient(gains: ArrayLike, scale: ArrayLike = 1.0) -> NDArray[np.float64]:
@@ -167,13 +187,13 @@ def resonances(decibels: ArrayLike, height: float = 3.0) -> NDArray[np.int64]:
 def noise_floor(gain: ArrayLike, units: Sequence[str], nominal: ArrayLike) -> NDArray[np.float64]:
     """Return the noise floor of each output in one run, shape (outputs,): smaller gains are rounding noise.
 
-    `gain` are the complex amplitudes of the outputs in their units, `nominal` the nominal values of their FMUs. The
-    floor is 1e-6 of the largest gain in the same unit, and at least the smaller of 1e-6 of the nominal value and 1e-9
-    of the largest gain of all.
+    `gain` are the complex amplitudes of the outputs in their units, `nominal` the nominal values of their FMUs, 0 where
+    none is declared. The floor is 1e-6 of the largest gain in the same unit, and at least the smaller of 1e-6 of the
+    nominal value and 1e-9 of the largest gain of all. Numbers without a unit are of any kind, and are not compared.
     """
     size = np.abs(np.asarray(gain, dtype=complex))
-    least = np.minimum(NEGLIGIBLE * np.abs(nominal), _ROUNDING * size.max())
-    return np.maximum(NEGLIGIBLE * _largest_of_unit(size, units), least)
+    least = np.minimum(NEGLIGIBLE * np.abs(nominal), ROUNDING * size.max())
+    return np.maximum(NEGLIGIBLE * largest_of_unit(size, units), least)
 
 
 def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) -> NDArray[np.bool_]:
@@ -183,10 +203,16 @@ def negligible(response: ArrayLike, units: Sequence[str], amplitude: ArrayLike) 
     `amplitude`, shape (inputs,), makes the inputs comparable. The floor is that of `noise_floor` over the whole sweep.
     """
     size = np.nan_to_num(np.abs(response)).max(axis=0) * np.nan_to_num(amplitude, nan=1.0)
-    largest = _largest_of_unit(size.max(axis=1), units)
-    return size <= np.maximum(NEGLIGIBLE * largest, _ROUNDING * size.max())[:, None]
+    largest = largest_of_unit(size.max(axis=1), units)
+    of_all = np.array([_ROUNDING_OF_NUMBERS if unit in DIMENSIONLESS else ROUNDING for unit in units])
+    return size <= np.maximum(NEGLIGIBLE * largest, of_all * size.max())[:, None]
 
 
-def _largest_of_unit(size: NDArray[np.float64], units: Sequence[str]) -> NDArray[np.float64]:
-    """Return the largest size in the same unit, for each entry."""
-    return np.array([max(s for s, u in zip(size, units, strict=True) if u == unit) for unit in units])
+def largest_of_unit(size: NDArray[np.float64], units: Sequence[str]) -> NDArray[np.float64]:
+    """Return the largest size in the same unit, for each entry; 0 for numbers without a unit."""
+    return np.array(
+        [
+            max(s for s, u in zip(size, units, strict=True) if u == unit) if unit not in DIMENSIONLESS else 0.0
+            for unit in units
+        ]
+    )

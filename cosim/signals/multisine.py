@@ -15,7 +15,7 @@ Identification, 2012, chapter 4).
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -208,6 +208,7 @@ class Spectrum:
         self._waves = np.concatenate([np.cos(angle), -np.sin(angle)])
         self._sum = np.zeros((len(self._lines), signals), complex)
         self._first: NDArray[np.float64] | None = None
+        self._total = np.zeros(signals)
         self._count = 0
 
     def _angle(self, samples: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -223,8 +224,15 @@ class Spectrum:
             block = values[first : first + size] - mean  # a large mean costs no digits
             parts = self._waves[:, : len(block)] @ block
             turn = np.exp(-1j * self._angle(np.array([self._count])))
+            self._total += block.sum(axis=0)
             self._sum += turn * (parts[:n] + 1j * parts[n:])
             self._count += len(block)
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """Means of the samples of one window, (signals,)."""
+        assert self._first is not None
+        return self._first + self._total / self._points
 
     @property
     def gain(self) -> NDArray[np.complex128]:
@@ -269,16 +277,16 @@ class LineSettling(Settling):
     does not count.
     """
 
-    def add(self, gain: ArrayLike) -> None:
-        """Add the gains of the next window."""
-        super().add(gain)
+    def judge(self, gains: Sequence[NDArray[np.complex128]] | NDArray[np.complex128], doubt: ArrayLike = 0.0) -> None:
+        """Judge the gains of all windows so far, as `Settling.judge`."""
+        super().judge(gains, doubt)
         if self.settled or not 2 <= len(self._gains) < FEWEST_WINDOWS:
             return
         changes = np.abs(np.diff(np.array(self._gains), axis=0))
         is_known = self.expected is None and self.keeps < 1
         keeps = self.keeps if is_known else _decay(changes, self.scale)
         if keeps is not None:
-            self.remaining = 2 * changes[-1] / max(1 - keeps, np.finfo(float).tiny)
+            self.remaining = 2 * changes[-1] / max(1 - keeps, np.finfo(float).tiny) + np.asarray(doubt, dtype=float)
 
 
 def _decay(changes: NDArray[np.float64], scale: NDArray[np.float64]) -> float | None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.names import DERIVATIVES, companions, nearest
 from hfsa.cosim.systems.system import System
 
 WHOLE = ("Integer", "Enumeration", *(f"{sign}{bits}" for sign in ("Int", "UInt") for bits in (8, 16, 32, 64)))
@@ -25,6 +25,8 @@ class Connector:
         element: place in the array of which it is an element, row by row from 0, `None` for a scalar; `size` is that of
             the array.
         dependencies: inputs with direct feedthrough to an output; `None` where every input may have it.
+        is_conventional: whether its name means what it would mean in an FMU of hfsa: the derivative of another input, a
+            limit flag, a sample time.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Connector:
     is_relative: bool = False
     element: int | None = None
     size: int = 1
+    is_conventional: bool = False
 
     @property
     def is_real(self) -> bool:
@@ -53,6 +56,11 @@ class Connector:
     def is_number(self) -> bool:
         """Whether it is a number of any type, Booleans among them: what connections and recordings carry."""
         return self.type in NUMBERS
+
+    @property
+    def typical(self) -> float:
+        """Typical size: the nominal value, 0 where an FMU of another maker declares none."""
+        return self.nominal if self.has_nominal or self.is_conventional else 0.0
 
     @property
     def changes_at_events(self) -> bool:
@@ -70,3 +78,12 @@ def connector(system: System, connectors: Mapping[str, Mapping[str, Connector]],
             f"{nearest(variable, connectors[component])}"
         )
     return connectors[component][variable]
+
+
+def derivative_inputs(known: Mapping[str, Connector], name: str) -> dict[str, str]:
+    """Return the inputs that take the derivatives of another, by `DERIVATIVES`, where they mean that.
+
+    `known` holds the variables of the FMU by name. An FMU of another maker has none: its `flow_rate` may be anything.
+    """
+    pairs = zip(DERIVATIVES, companions(name), strict=True)
+    return {order: other for order, other in pairs if other in known and known[other].is_conventional}

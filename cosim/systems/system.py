@@ -22,6 +22,9 @@ from hfsa.cosim.systems.names import expand, nearest, reorder
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
 
+CONVENTIONS = "hfsa"
+"""Conventions of names that a scene may declare of an FMU of another maker."""
+
 _KEY = re.compile(r"^[^\[\]]+(\[[1-9]\d*(\.\.[1-9]\d*)?\])?$")
 
 
@@ -52,6 +55,9 @@ class Component:
     with a range has one value for all members, or a list, or an `Analysis`; `computed` holds the analyses that gave
     start values, by name.
 
+    `conventions` is `hfsa` for an FMU of another maker whose names mean what ours mean: an input `x_rate` is the
+    derivative of `x`, an output `saturated` a limit flag, a parameter `sample_time` the time between ticks.
+
     A pruned component (`assembly/prune.py`) has an FMU with the inputs, states and outputs named in `kept` alone.
 
     An FMU fused from several parts (`assembly/fuse.py`) has `members` and `connections` between them; its variables
@@ -67,6 +73,7 @@ class Component:
     connections: Sequence["Connection"] = ()
     computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
     kept: tuple[str, ...] | None = None
+    conventions: str | None = None
 
     def __post_init__(self):
         if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):
@@ -75,6 +82,8 @@ class Component:
         text(f"{label}: part", self.part, "the name or path of a part")
         if self.level is not None:
             text(f"{label}: level", self.level, "the name of a level")
+        if self.conventions not in (None, CONVENTIONS):
+            raise StructureError(f"{label}: conventions are {self.conventions!r}, expected {CONVENTIONS!r} or none")
         arguments = table(f"{label}: arguments", self.arguments, "a table of arguments")
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)

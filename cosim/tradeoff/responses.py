@@ -20,7 +20,8 @@ from hfsa.cosim.analysis.step_effect import COUNTING, StepAnalysis
 from hfsa.cosim.assembly.assemble import Variants
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.description import SAMPLE_TIME
-from hfsa.cosim.measurement.rig import Bench, Rig, Settings, Task
+from hfsa.cosim.measurement.rig import Rig
+from hfsa.cosim.measurement.task import Bench, Settings, Task
 from hfsa.cosim.results.records import Status
 from hfsa.cosim.signals.excitation import FEWEST_SAMPLES
 from hfsa.cosim.signals.frequency_response import negligible

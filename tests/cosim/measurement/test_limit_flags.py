@@ -9,12 +9,13 @@ from hfsa.cosim.systems.connectors import Connector
 
 def test_limits_are_outputs_told_by_the_last_part_of_their_name():
     def variables(**causalities: str) -> dict[str, Connector]:
-        return {name: Connector(name, 0, causality) for name, causality in causalities.items()}
+        return {name: Connector(name, 0, causality, is_conventional=True) for name, causality in causalities.items()}
 
     stack = variables(**{"contact_lost": "output", "axis[1].saturation": "output", "saturation": "parameter"})
     other = variables(**{"saturation.level": "output", "hinge.overload": "output", "position": "output"})
     found = limit_signals({"stack[1]": stack, "stage": other})
     assert found == ["stack[1].contact_lost", "stack[1].axis[1].saturation", "stage.hinge.overload"]
+    assert limit_signals({"boiler": {"steam.saturated": Connector("steam.saturated", 0, "output")}}) == []
 
 
 def test_a_run_tells_when_each_limit_acted_first_and_how_often():

@@ -61,11 +61,12 @@ def windows(library, name, arguments, algorithm=None, points=4, count=2):
 
 def off(rig: Rig, task: Task, count: int) -> list[float]:
     steps = window_steps(task.frequency, task.settings.step_size)
-    rig._initialize(task, steps * task.settings.step_size)
+    rig._initialize(task, steps)
     found = []
     for window in range(1, count + 1):
         rig.master.advance(steps)
-        found.append(np.abs(rig._gain(window) - task.start.gain).max() / np.abs(task.start.gain).max())
+        rig._readings.take(window)
+        found.append(np.abs(rig._readings.gains[-1] - task.start.gain).max() / np.abs(task.start.gain).max())
     return found
 
 

@@ -96,7 +96,7 @@ def test_no_limit_is_missed_between_two_rows(steps, every, calls, bits):
     flags = np.array([bits >> k & 1 for k in range(steps + 1)], dtype=float)
     recording = Recording(("a.value", "a.saturation"), steps + 1)
     kept = np.unique(np.append(np.arange(0, steps + 1, every), steps))
-    rows, blocks, done = KeptRows(recording, kept), [], 0
+    rows, blocks, done = KeptRows(recording, kept, ["a.saturation"]), [], 0
     for reached in [*sorted(min(call, steps + 1) for call in calls), steps + 1]:
         time, room = recording.room
         fresh = slice(recording.rows, recording.rows + reached - done)

@@ -166,7 +166,7 @@ def test_xarray_opens_it_with_coordinates(path):
         one = bode.response.sel(output="robot.position[1]", input="reference.position[3]", frequency=24.5)
         assert complex(one) == 1 + 1j
         assert bode.frequency.units == "Hz"
-        meanings = ["pending", "done", "not_settled", "failed", "limited", "not_excited"]
+        meanings = ["pending", "done", "not_settled", "failed", "limited", "not_excited", "disagrees"]
         assert bode.status.attrs["flag_meanings"].split() == meanings
         assert str(bode.message.values[0, 1]) == "é"
         assert bode.amplitude.sel(input="reference.rotation[1]") == 1e-4

@@ -11,6 +11,8 @@ from hfsa.cosim.signals.frequency_response import (
     FEWEST_WINDOWS,
     Settling,
     harmonic_distortion,
+    negligible,
+    noise_floor,
     phase,
     remaining_transient,
     resonances,
@@ -169,3 +171,14 @@ def test_phase_lies_above_minus_pi():
 
 def test_harmonic_distortion_is_relative_to_the_fundamental():
     assert np.array_equal(harmonic_distortion([2j, 0], [0.3, 1], [0.4, 1]), [0.25, np.nan], equal_nan=True)
+
+
+def test_numbers_without_a_unit_are_not_compared():
+    """A strain of 1e-6 beside a pressure of 1e6 is no noise, a displacement of 1e-9 m beside one of 1 m is."""
+    gain = [1e6, 1e-6]
+    assert noise_floor(gain, ["", ""], [0.0, 0.0]).tolist() == [0.0, 0.0]
+    assert noise_floor([1.0, 1e-9], ["m", "m"], [1.0, 1.0])[1] == pytest.approx(1e-6)
+    response = np.array(gain)[None, :, None]
+    assert not negligible(response, ["1", "1"], [1.0]).any()
+    assert negligible(response, ["m", "m"], [1.0])[:, 0].tolist() == [False, True]
+    assert negligible(np.array([1.0, 0.0])[None, :, None], ["1", "1"], [1.0])[:, 0].tolist() == [False, True]
