@@ -52,6 +52,9 @@ class Component:
     with a range has one value for all members, or a list, or an `Analysis`; `computed` holds the analyses that gave
     start values, by name.
 
+    With `calls="strict"` no output is fetched after an input was set without a step between, FMI 2's order: all outputs
+    are those of the end of the step, also where the FMU does not declare that they follow no input at once.
+
     A pruned component (`assembly/prune.py`) has an FMU with the inputs, states and outputs named in `kept` alone.
 
     An FMU fused from several parts (`assembly/fuse.py`) has `members` and `connections` between them; its variables
@@ -67,6 +70,7 @@ class Component:
     connections: Sequence["Connection"] = ()
     computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
     kept: tuple[str, ...] | None = None
+    calls: str | None = None
 
     def __post_init__(self):
         if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):
@@ -75,6 +79,8 @@ class Component:
         text(f"{label}: part", self.part, "the name or path of a part")
         if self.level is not None:
             text(f"{label}: level", self.level, "the name of a level")
+        if self.calls not in (None, "strict"):
+            refuse(f"{label}: calls", self.calls, '"strict" or nothing')
         arguments = table(f"{label}: arguments", self.arguments, "a table of arguments")
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)
