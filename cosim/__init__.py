@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hfsa.cosim.experiments.compare import compare
     from hfsa.cosim.experiments.identify import identify
     from hfsa.cosim.experiments.open_loop import open_loop
+    from hfsa.cosim.experiments.package import package
     from hfsa.cosim.experiments.run import run
     from hfsa.cosim.experiments.stability import stability
     from hfsa.cosim.experiments.stability_map import stability_map
@@ -44,6 +45,7 @@ __all__ = [
     "identify",
     "load_scene",
     "open_loop",
+    "package",
     "plot",
     "read",
     "run",
@@ -66,6 +68,7 @@ _HOMES = {
     "identify": "experiments.identify",
     "load_scene": "assembly.load_scene",
     "open_loop": "experiments.open_loop",
+    "package": "experiments.package",
     "plot": "figures.signals",
     "read": "results.read",
     "run": "experiments.run",

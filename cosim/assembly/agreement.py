@@ -24,7 +24,7 @@ from hfsa.components import ModelError
 from hfsa.components._modelling.catalogue import part_named
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.parts import Argument, Part, argument_values
-from hfsa.cosim.assembly.load_scene import analysis_value, scene_part, written
+from hfsa.cosim.assembly.load_scene import FILES, analysis_value, scene_part, written
 from hfsa.cosim.assembly.models import AUTO, available_parts, is_part, level_of, named_part
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact, expand
@@ -269,7 +269,7 @@ class _Owners:
         self._changes: dict[str, Mapping[tuple[Fact, str], set[str]]] = {}
         self._known: dict[Fact, set[str]] = {}
         self._typed: list[str] = []
-        if not name or name.endswith(".toml"):
+        if not name or name.endswith(FILES):
             return
         part = scene_part(name)
         own = {key: value for key, value in arguments.items() if part.has_argument(key)}

@@ -58,6 +58,25 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     return file
 
 
+def fmu_with_starts(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
+    """Return the FMU of a component with the component's start values in it, for tools that set none.
+
+    The settings of a solver are no start values of a model, and a foreign `.fmu` is as it is. Errors as of `fmu_file`.
+    """
+    start = {name: value for name, value in component.start.items() if not name.startswith("solver.")}
+    if not start or component.part.endswith(".fmu"):
+        return fmu_file(component, fmi)
+    words = json.dumps([key_of(component, fmi), sorted(start.items())])
+    folder = cache_folder() / "fmus" / hashlib.sha256(words.encode()).hexdigest()[:32]
+    if not folder.is_dir():
+        model = model_of(component)
+        for name, value in start.items():
+            model.set_start(name, value)
+        _export(model, fmi, folder)
+    (file,) = folder.glob("*.fmu")
+    return file
+
+
 def own_parts(scene: Scene) -> str:
     """Return a hash of the FMUs of a scene's parts that do not come with hfsa, at level `auto` those of all levels."""
     digest = hashlib.sha256()

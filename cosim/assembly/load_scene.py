@@ -24,6 +24,7 @@ from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, own_part, read_arguments
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, available_parts, named_part
+from hfsa.cosim.assembly.packages import PACKAGE, package_of
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.systems.errors import StructureError
@@ -35,6 +36,12 @@ from hfsa.cosim.systems.system import Analysis, Component
 
 T = TypeVar("T", Component, Analysis)
 
+DOCUMENT = ".toml"
+"""Ending of a scene that is a document."""
+
+FILES = (DOCUMENT, PACKAGE)
+"""Endings of files that are scenes whatever they hold; a `.py` file may also be a part."""
+
 _OF_COMPONENT = re.compile(r"^([A-Za-z_]\w*(?:\[[\d.]+\])?)\.(.+)$")
 
 
@@ -45,7 +52,7 @@ def available_scenes() -> Catalogue:
 
 
 def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> Scene:
-    """Return a scene by name, or from the path of a `.py` or `.toml` file.
+    """Return a scene by name, or from the path of a `.py`, `.toml` or `.ssp` file.
 
     `arguments` are the scene's own, or `component.argument`: a level, a structural argument, or a start value, of one
     component or of a range of them, `stack[1..3].maximum.force`. A level counts as the scene's argument of the
@@ -54,7 +61,9 @@ def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> 
     """
     name = text("a scene", str(name) if isinstance(name, Path) else name, "the name or path of a scene")
     arguments = dict(_checked(arguments))
-    if name.endswith(".toml"):
+    if name.endswith(PACKAGE):
+        scene, own = package_of(name).scene, []
+    elif name.endswith(DOCUMENT):
         if not Path(name).is_file():
             raise StructureError(f"there is no file {name}")
         scene, own = located(read_scene(Path(name)), Path(name)), []

@@ -14,7 +14,7 @@ from hfsa.components._modelling.catalogue import hint, part_named
 from hfsa.components._modelling.loading import files_of, is_path, kind_of
 from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.parts import Argument, Part
-from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, scene_part
+from hfsa.cosim.assembly.load_scene import FILES, available_scenes, load_scene, scene_part
 from hfsa.cosim.assembly.models import available_parts
 from hfsa.cosim.commands._branches import branches_data, branches_lines
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, is_limit
@@ -81,14 +81,15 @@ def listing(name: str | None = None) -> dict[str, list[dict[str, Any]]]:
 def _listing_of(path: Path) -> dict[str, list[dict[str, Any]]]:
     """Return the listing of a file of one's own, or of a folder's files."""
     if path.is_dir():
-        files = {"parts": files_of(path, "part"), "scenes": [*files_of(path, "scene"), *sorted(path.glob("*.toml"))]}
+        documents = sorted(file for ending in FILES for file in path.glob(f"*{ending}"))
+        files = {"parts": files_of(path, "part"), "scenes": [*files_of(path, "scene"), *documents]}
         files["scenes"] = [file for file in files["scenes"] if file.name != "pyproject.toml"]
         if not any(files.values()):
             raise StructureError(f"{path} has no parts and no scenes; expected .py files that define a function each")
     elif not path.is_file():
         raise StructureError(f"there is no file {path}")
     else:
-        is_scene = path.suffix == ".toml" or kind_of(path) == "scene"
+        is_scene = path.suffix in FILES or kind_of(path) == "scene"
         files = {"parts": [] if is_scene else [path], "scenes": [path] if is_scene else []}
     return {
         group: [_entry(file.stem, str(file), group == "scenes", is_alone=not path.is_dir()) for file in found]
@@ -144,7 +145,7 @@ def _part_entry(part: Part) -> dict[str, Any]:
 def _scene_entry(label: str, name: str) -> dict[str, Any]:
     """Return what a scene holds, as plain data."""
     scene = load_scene(name)
-    part = None if name.endswith(".toml") else scene_part(name)
+    part = None if name.endswith(FILES) else scene_part(name)
     return {
         "name": label,
         "description": part.doc if part else "",

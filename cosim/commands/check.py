@@ -1,4 +1,4 @@
-"""Verb `check`: all rules on FMUs, exported by hfsa or foreign."""
+"""Verb `check`: all rules on FMUs and packages (SSP), exported by hfsa or foreign."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,13 +10,14 @@ from hfsa.cosim.commands._json import Json
 
 
 def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json = False) -> int:
-    """Check FMUs, exported by hfsa or foreign, against all known rules; exit code 1 if there are problems.
+    """Check FMUs and SSPs, exported by hfsa or foreign, against all known rules; exit code 1 if there are problems.
 
     Parameters
     ----------
     files
-        FMU files.
+        FMU files, or packages (.ssp), which are checked by the schemas of the standard, with all their FMUs.
     """
+    from hfsa.cosim.assembly.packages import PACKAGE, examine_package
     from hfsa.cosim.systems.errors import StructureError
     from hfsa.fmus.check import examine
 
@@ -24,7 +25,7 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
         raise StructureError(f"{', '.join(folders)}: a folder, expected the files of FMUs")
     if missing := [str(file) for file in files if not file.is_file()]:
         raise StructureError(f"there is no file {', '.join(missing)}")
-    reports = {file: examine(file) for file in files}
+    reports = {file: (examine_package if file.suffix == PACKAGE else examine)(file) for file in files}
     lines = []
     for file, report in reports.items():
         lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]

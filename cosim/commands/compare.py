@@ -47,7 +47,7 @@ def compare(
     Parameters
     ----------
     scene
-        Name of a scene, or path of a .py or .toml file.
+        Name of a scene, or path of a .py, .toml or .ssp file.
     over
         NAME=VALUES: an argument as in `-p`, with values separated by commas, or by semicolons if there is one.
         Repeatable: all combinations run.

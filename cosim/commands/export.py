@@ -1,11 +1,25 @@
-"""Verb `export`: FMUs of a part, or of the fused groups of a scene."""
+"""Verb `export`: FMUs of a part, or of the fused groups of a scene; or a whole scene as a system structure package."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._json import Json
-from hfsa.cosim.commands._options import Arguments, Fuse, Level, Output
+from hfsa.cosim.commands._options import (
+    AlgorithmName,
+    Arguments,
+    Fuse,
+    Level,
+    Output,
+    SineOptions,
+    Step,
+    given,
+    refuse,
+)
 
 
 def export(
@@ -16,21 +30,54 @@ def export(
     parameter: Arguments = None,
     fuse: Fuse = None,
     fmi: Literal[2, 3] | None = None,
+    ssp: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
+    sine: SineOptions = SineOptions(),
+    step: Step = None,
+    stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
+    algorithm: AlgorithmName = None,
     output: Output = None,
     json: Json = False,
 ) -> int:
-    """Write the FMU of a part, checked and with sources, and print its path.
+    """Write the FMU of a part, checked and with sources, or with `--ssp` a whole scene as one file for other tools.
 
     Parameters
     ----------
     name
         A component or controller, as in `hfsa list`, or the path of a .py file; with `--fuse` a scene, of whose groups
-        the FMUs are written, with the scene's start values.
+        the FMUs are written, with the scene's start values; with `--ssp` a scene.
     fmi
-        Version of FMI (default: both).
+        Version of FMI (default: both; 2 with `--ssp`).
+    ssp
+        Write a scene as a system structure package, SSP 1.0: FMUs, connections, units, start values, step and order,
+        with a sine source at an input as of `hfsa run`, and with groups of `--fuse` as one FMU each. `--amplitude 0`
+        leaves the source out. Elements have names that are legal in all tools, `drive_1` for `drive[1]`.
+    stop
+        End of the run that an SSP states [s] (default: the scene's).
     output
-        Folder (default: `fmus/built` in a checkout, else the working folder). An FMU of the same name is replaced.
+        Folder (default: `fmus/built` in a checkout, else the working folder); with `--ssp` a file (default: `SCENE.ssp`
+        in the working folder). An FMU or SSP of the same name is replaced.
     """
+    from hfsa.cosim.systems.errors import StructureError
+
+    of_scene = {**sine.arguments, **given({"step_size": step, "stop_time": stop, "algorithm": algorithm})}
+    if not ssp:
+        refuse(_as_options(of_scene), "an FMU has no step and no source; `--ssp` exports a scene with them")
+        return _export_parts(name, level, parameter, fuse, fmi, output, json)
+    if level is not None:
+        raise StructureError(f"a scene has no level {level!r}; name that of each component, -p robot.level={level}")
+    return _export_scene(name, parameter, fuse, fmi or 2, output, json, of_scene)
+
+
+def _export_parts(
+    name: str,
+    level: str | None,
+    parameter: list[str] | None,
+    fuse: list[str] | None,
+    fmi: Literal[2, 3] | None,
+    output: Path | None,
+    json: bool,
+) -> int:
+    """Write the FMUs of a part, or of the groups of a scene."""
     from hfsa.cosim.assembly.fuse import models_to_export
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.results.target import check_fmu
@@ -39,7 +86,11 @@ def export(
     from hfsa.fmus.export import file_of
 
     if not fuse:
-        refuse_scene(name, "`--fuse NAME,NAME` exports components of it as one FMU, `run` and `sweep` simulate it")
+        advice = (
+            "`--fuse NAME,NAME` exports components of it as one FMU, `--ssp` exports all of it as one file for other "
+            "tools, `run` and `sweep` simulate it"
+        )
+        refuse_scene(name, advice)
     if output is not None and output.exists() and not output.is_dir():
         raise StructureError(f"-o {output} is a file, expected a folder")
     values = _shell.part_arguments(level, parameter)
@@ -52,6 +103,41 @@ def export(
     files = [file for model in models for file in export_model(model, folder, versions)]
     _shell.answer({"files": files}, "\n".join(map(str, files)), json)
     return _shell.DONE
+
+
+def _export_scene(
+    name: str,
+    parameter: list[str] | None,
+    fuse: list[str] | None,
+    fmi: int,
+    output: Path | None,
+    json: bool,
+    options: Mapping[str, Any],
+) -> int:
+    """Write a scene as a package."""
+    from hfsa.cosim.commands._scenes import refuse_other
+    from hfsa.cosim.experiments.package import package
+
+    refuse_other(name)
+    found = package(
+        name,
+        _shell.named_values(parameter),
+        **options,
+        fuse=fuse or (),
+        fmi=fmi,
+        path=output,
+        warn=_shell.warn,
+    )
+    renamed = {component: element for component, element in found.elements.items() if component != element}
+    text = [str(found.file), *(f"  {element} is {component}" for component, element in renamed.items())]
+    _shell.answer({"files": [found.file], "elements": found.elements}, "\n".join(text), json)
+    return _shell.DONE
+
+
+def _as_options(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments under the names of their options."""
+    names = {"step_size": "--step", "stop_time": "--stop"}
+    return {names.get(name, f"--{name}"): value for name, value in arguments.items()}
 
 
 def _export_folder() -> Path:

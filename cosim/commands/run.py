@@ -46,7 +46,7 @@ def run(
     Parameters
     ----------
     scene
-        Name of a scene, or path of a .py or .toml file.
+        Name of a scene, or path of a .py, .toml or .ssp file.
     signal
         Variable to record in addition to the scene's outputs, repeatable: an output, input or local variable of any
         component. `controller.axis[1..6].command` is a range.

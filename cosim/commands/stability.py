@@ -42,7 +42,7 @@ def stability(
     Parameters
     ----------
     scene
-        Name of a scene, or path of a .py or .toml file.
+        Name of a scene, or path of a .py, .toml or .ssp file.
     vary
         NAME=FROM:TO:N, once or twice: axis of a map, a number of `-p`, an element of a vector such as
         `posture.rotation[3]`, or `step_size`. The map has the fastest growth, as HDF5 and as a picture; points next to

@@ -120,7 +120,7 @@ def sweep(
     Parameters
     ----------
     scene
-        Name of a scene, or path of a .py or .toml file.
+        Name of a scene, or path of a .py, .toml or .ssp file.
     method
         `stepped` co-simulates one sine at a time until it has settled; `multisine` many sines at once, on lines next to
         the frequencies asked for; `linear` uses the directional derivatives of the FMUs.

@@ -38,7 +38,7 @@ def trade(
     Parameters
     ----------
     scene
-        Name of a scene, or path of a .py or .toml file.
+        Name of a scene, or path of a .py, .toml or .ssp file.
     tolerance
         Largest relative error (default: the scene's).
     budget

@@ -181,20 +181,12 @@ def prepare(
     `None` for the loop in Python. `warn` receives the choices of levels, order and algorithm, what is left out, and
     warnings about the result.
     """
-    scene, frequency, excited, band = setup.scene, None, None, setup.scene.band
+    scene, excited = with_sine(setup, sine)
+    frequency, band = None, scene.band
     every = thinning.steps(scene.step_size)
-    if sine.input or scene.inputs:
-        highest = setup.highest
-        wanted = [sine.input] if sine.input else scene.inputs[:1]
-        excited = find_signals(wanted, scene.inputs, highest.connectors, "input")[0]
-        # without excitation levels, orders and algorithms are judged at the amplitude of the scene
-        scene = with_amplitude(scene, sine.amplitude or None, [excited], highest)
+    if excited:
         frequency = sine.frequency or scene.band[0]
         band = min(scene.band[0], frequency), max(scene.band[1], frequency)
-    elif sine.frequency is not None or sine.amplitude is not None:
-        raise StructureError(
-            "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
-        )
     override = {"inputs": [excited], "band": band} if excited else {}
     scene, choices = with_levels(scene, library, **override)
     scene, order = with_computed_order(scene, setup.order, **override)
@@ -203,7 +195,7 @@ def prepare(
     variants = Variants(scene, setup.highest, **needed)
     plain, left_out = variants.plain, variants.left_out.sentence
     moved = {excited: variants.driven(excited, sine.frequency)} if excited else {}
-    checked = _checked(moved[excited] if excited else plain, scene.step_size)
+    checked = ready_to_step(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, candidates(setup.order), frequency)
     if excited and sine.amplitude == 0:
@@ -265,7 +257,25 @@ def run_scene(
     return ended.file
 
 
-def _checked(assembly: Assembly, step_size: float) -> Assembly:
+def with_sine(setup: Setup, sine: SineInput) -> tuple[Scene, str | None]:
+    """Return the scene with the amplitude of a sine, and the input that it excites; `None` for a motion of its own.
+
+    `StructureError` for a sine where there is no input. Without excitation the scene keeps its amplitude, at which
+    levels, orders and algorithms are judged.
+    """
+    scene = setup.scene
+    if sine.input or scene.inputs:
+        wanted = [sine.input] if sine.input else scene.inputs[:1]
+        excited = find_signals(wanted, scene.inputs, setup.highest.connectors, "input")[0]
+        return with_amplitude(scene, sine.amplitude or None, [excited], setup.highest), excited
+    if sine.frequency is not None or sine.amplitude is not None:
+        raise StructureError(
+            "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
+        )
+    return scene, None
+
+
+def ready_to_step(assembly: Assembly, step_size: float) -> Assembly:
     """Return the assembly; `StructureError` for misfits of connections, sample times or source frequencies."""
     assembly.check()
     check_sample_times(assembly.system, assembly.connectors, {}, step_size)

@@ -16,6 +16,7 @@ from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, with_arguments
 from hfsa.cosim.assembly.outline import outlined
+from hfsa.cosim.assembly.packages import PACKAGE, package_of
 from hfsa.cosim.experiments.orders import with_order
 from hfsa.cosim.experiments.selection import find_signals, signals
 from hfsa.cosim.experiments.tuning import tuned_options
@@ -46,8 +47,8 @@ class Setup:
     Attributes:
         order: order of steps as typed (`orders.py`).
         signals: full names of variables recorded in addition to the scene's outputs.
-        disagreements: a sentence for each fact on which parts of the scene disagree, and for the loose ends of a scene
-            that does not come with hfsa.
+        disagreements: a sentence for each fact on which parts of the scene disagree, for the loose ends of a scene that
+            does not come with hfsa, and for what is ignored of a package.
     """
 
     scene: Scene
@@ -77,7 +78,7 @@ def set_up(
     """Return the setup of a scene, given by name, path or object, with arguments of the scene or its components.
 
     Args:
-        scene: name, path of a `.py` or `.toml` file, or a `Scene`.
+        scene: name, path of a `.py`, `.toml` or `.ssp` file, or a `Scene`.
         parameters: arguments of the scene or of its components.
         fuse: groups of components, each compiled into one FMU.
         algebraic_loops: one of `ALGEBRAIC_LOOPS`; with `refuse`, an algebraic loop is a `StructureError`.
@@ -107,7 +108,8 @@ def set_up(
         refuse_signal(file, signals(setup.highest.connectors))
     named = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
     further = tuple(s for s in dict.fromkeys((*loaded.recorded, *named)) if s not in loaded.outputs)
-    sentences = disagreements(name, parameters or {}, loaded)
+    remarks = package_of(name).remarks if name.endswith(PACKAGE) else ()
+    sentences = [*remarks, *disagreements(name, parameters or {}, loaded)]
     if known is None:
         sentences += _loose_ends(setup, further)
     return dataclasses.replace(setup, signals=further, disagreements=sentences)

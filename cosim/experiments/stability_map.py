@@ -100,7 +100,7 @@ def stability_map(
     """Return the stability map of a scene over one or two axes.
 
     Args:
-        name: name, path of a `.py` or `.toml` file, or a `Scene`.
+        name: name, path of a `.py`, `.toml` or `.ssp` file, or a `Scene`.
         arguments: other arguments of the scene, as typed.
         axes: axes of the map.
         fuse: groups of components, each compiled into one FMU, as typed.

@@ -105,7 +105,7 @@ def sweep(
     """Measure the frequency responses of a scene, one input and one frequency at a time, and write a results file.
 
     Args:
-        scene: name, path of a `.py` or `.toml` file, or a `Scene`.
+        scene: name, path of a `.py`, `.toml` or `.ssp` file, or a `Scene`.
         parameters: arguments of the scene or of its components, by name: `{"law": "ctc", "robot.damping": 0.02}`.
         method: `stepped` co-simulates one sine at a time until it has settled; `multisine` many at once; `linear` uses
             directional derivatives.

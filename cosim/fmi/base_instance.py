@@ -181,7 +181,7 @@ class BaseInstance:
     # Life -------------------------------------------------------------------------------------------------------------
 
     def enter(self, start_time: float = 0.0, stop_time: float | None = None, values: Starts | None = None):
-        """Set start values of parameters, inputs and states (in their units, or texts) and enter initialization mode.
+        """Set up, set start values of parameters, inputs and states (in units, or texts) and enter initialization mode.
 
         An instance that has run is reset first, which discards all values set before.
         """
@@ -189,6 +189,8 @@ class BaseInstance:
             self._reset()
         self._is_fresh = False
         self.time = start_time
+        times = start_time, stop_time, self.fmu.description.demands.tolerance
+        self._check("setup", self._library.set_up(self._component, *times))
         for array, starts in self._arrays.values():
             array[:] = starts
         for name in values or ():
@@ -199,8 +201,7 @@ class BaseInstance:
             self._set_texts(texts)
         if numbers:
             self.set(self.handle(numbers), list(numbers.values()))
-        tolerance = self.fmu.description.demands.tolerance
-        self._check("enter", self._library.enter(self._component, start_time, stop_time, tolerance))
+        self._check("enter", self._library.enter(self._component, *times))
 
     def exit(self) -> None:
         """Leave initialization mode: the instance is ready to step."""

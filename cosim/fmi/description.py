@@ -64,6 +64,7 @@ class Description:
         output_derivative_order: highest order of its output derivatives.
         event_indicators: number of its event indicators.
         needs_completed_steps: whether it needs a call after each completed integrator step.
+        step_size, stop_time: those [s] of its default experiment, `None` where it has none.
         demands: its demands on what runs it.
     """
 
@@ -85,6 +86,8 @@ class Description:
     needs_completed_steps: bool
     demands: Demands
     is_co_simulation_only: bool = False
+    step_size: float | None = None
+    stop_time: float | None = None
 
     def undeclared(self, outputs: Iterable[str]) -> str:
         """Return a sign of undeclared dynamics behind the outputs, as text; empty where there is none.
@@ -217,6 +220,8 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
         event_indicators=model.numberOfEventIndicators,
         is_co_simulation_only=model.modelExchange is None,
         needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+        step_size=_number(getattr(model.defaultExperiment, "stepSize", None)),
+        stop_time=_number(getattr(model.defaultExperiment, "stopTime", None)),
         demands=demands(file, model, flags, chosen == "co_simulation"),
     )
 

@@ -104,10 +104,16 @@ class Library(ABC):
         """Return the address of a new instance of the interface, or `None`."""
 
     @abstractmethod
+    def set_up(
+        self, component: c_void_p, start_time: float, stop_time: float | None, tolerance: float | None = None
+    ) -> int:
+        """Set up the experiment, before any value is set; return the status."""
+
+    @abstractmethod
     def enter(
         self, component: c_void_p, start_time: float, stop_time: float | None, tolerance: float | None = None
     ) -> int:
-        """Set up the experiment and enter initialization mode; return the status."""
+        """Enter initialization mode; return the status."""
 
     @abstractmethod
     def values(self, references: ctypes.Array, count: c_size_t, values: c_void_p) -> tuple:
@@ -164,12 +170,15 @@ class Library2(Library):
         uri = self._resources.as_uri().encode()
         return self._fmu.fmi2Instantiate(name.encode(), self._type, self._token, uri, byref(log.callbacks), 0, 0)
 
-    def enter(self, component, start_time, stop_time, tolerance=None):
-        """Call fmi2SetupExperiment and fmi2EnterInitializationMode."""
+    def set_up(self, component, start_time, stop_time, tolerance=None):
+        """Call fmi2SetupExperiment, at which some FMUs take their own start values again."""
         stop = (c_int(stop_time is not None), c_double(stop_time or 0.0))
         given = (c_int(tolerance is not None), c_double(tolerance or 0.0))
-        status = self.function("setup")(component, *given, c_double(start_time), *stop)
-        return status if status > 1 else self.function("enter")(component)
+        return self.function("setup")(component, *given, c_double(start_time), *stop)
+
+    def enter(self, component, start_time, stop_time, tolerance=None):  # noqa: ARG002 (FMI 3 takes them here)
+        """Call fmi2EnterInitializationMode."""
+        return self.function("enter")(component)
 
     def values(self, references, count, values):
         """Value references, their number, values."""
@@ -200,6 +209,10 @@ class Library3(Library):
         "directional": "fmi3GetDirectionalDerivative",
     }
     _boolean = c_bool
+
+    def set_up(self, component, start_time, stop_time, tolerance=None):  # noqa: ARG002 (FMI 2 takes them here)
+        """Do nothing: FMI 3 has no such call."""
+        return 0
 
     def enter(self, component, start_time, stop_time, tolerance=None):
         """Call fmi3EnterInitializationMode."""

@@ -1,4 +1,4 @@
-"""The kind of an existing file, recognised by its first bytes: results file, FMU, parameter set, picture or another.
+"""The kind of an existing file, recognised by its first bytes: results file, FMU, SSP, parameter set, picture, another.
 
 identify(path, os.lstat(path))      # -> (FileKind.RESULTS, "a results file")
 """
@@ -42,6 +42,7 @@ class FileKind(enum.Enum):
     NOTHING = enum.auto()
     RESULTS = enum.auto()
     FMU = enum.auto()
+    PACKAGE = enum.auto()
     PARAMETERS = enum.auto()
     OTHER = enum.auto()
 
@@ -92,13 +93,15 @@ def _hdf5_kind(real: Path) -> tuple[FileKind, str]:
 
 
 def _archive_kind(real: Path) -> tuple[FileKind, str]:
-    """Return the kind of a ZIP archive: an FMU has a model description."""
+    """Return the kind of a ZIP archive: an FMU has a model description, an SSP has a system structure."""
     try:
         with zipfile.ZipFile(real) as archive:
-            is_fmu = "modelDescription.xml" in archive.namelist()
+            names = archive.namelist()
     except (OSError, zipfile.BadZipFile, ValueError):
-        is_fmu = False
-    return (FileKind.FMU, "an FMU") if is_fmu else (FileKind.OTHER, "a ZIP archive")
+        names = []
+    if "modelDescription.xml" in names:
+        return FileKind.FMU, "an FMU"
+    return (FileKind.PACKAGE, "an SSP") if "SystemStructure.ssd" in names else (FileKind.OTHER, "a ZIP archive")
 
 
 def _head(real: Path) -> bytes:

@@ -4,11 +4,12 @@
     check_continued(path)         # a results file that a sweep resumes
     check_picture(path)           # a figure
     check_fmu(path)               # an exported FMU
+    check_package(path)           # an exported SSP
     check_parameters(path, force) # a parameter set
 
-Nothing is overwritten unasked: a results file of hfsa is replaced with `force` only, a picture by a picture, an FMU by
-an FMU. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too; the checks
-apply to the file that it refers to, and that file is replaced.
+Nothing is overwritten unasked: a results file of hfsa is replaced with `force` only, a picture by a picture, an FMU or
+SSP by its like. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too;
+the checks apply to the file that it refers to, and that file is replaced.
 """
 
 import os
@@ -114,11 +115,21 @@ def check_parameters(path: Path, force: bool = False) -> Target:
 
 def check_fmu(path: Path) -> None:
     """Raise `ResultsError` unless the target of an export is an FMU or does not exist."""
+    _check_export(path, FileKind.FMU, _ANOTHER_FOLDER)
+
+
+def check_package(path: Path) -> None:
+    """Raise `ResultsError` unless the target of an exported scene is an SSP or does not exist."""
+    _check_export(path, FileKind.PACKAGE, _ANOTHER)
+
+
+def _check_export(path: Path, kind: FileKind, advice: str) -> None:
+    """Raise `ResultsError` unless the target is of a kind or does not exist, and its folder takes files."""
     target = inspect(path)
-    if target.kind not in (FileKind.NOTHING, FileKind.FMU):
-        raise _not_replaced(path, target, _ANOTHER_FOLDER)
-    if target.kind is FileKind.FMU:
-        _check_writable(path, target, _ANOTHER_FOLDER)
+    if target.kind not in (FileKind.NOTHING, kind):
+        raise _not_replaced(path, target, advice)
+    if target.kind is kind:
+        _check_writable(path, target, advice)
     folder = _check_folder(path, target)
     try:
         os.rmdir(tempfile.mkdtemp(prefix=".hfsa-", dir=folder))  # some file systems, such as /proc, take no files

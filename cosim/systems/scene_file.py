@@ -29,24 +29,31 @@ from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
-_REQUIRED = ("components", "inputs", "outputs", "step_size", "stop_time")
-_NUMBERS = ("step_size", "stop_time", "tolerance")
+_REQUIRED = ("inputs", "outputs", "step_size", "stop_time")
+_ALWAYS = ("inputs", "outputs", "band", "step_size", "stop_time", "tolerance", "algorithm")
+_OPTIONAL = ("marks", "fuse", "scale", "recorded", "quiet_inputs")
 
 
 def scene_text(scene: Scene) -> str:
     """Return the scene as TOML; `read_scene_text` returns an equal scene, and equal scenes have equal text."""
-    lines = [f"{key} = {_value(getattr(scene, key))}" for key in ("inputs", "outputs", "band", *_NUMBERS, "algorithm")]
-    lines += [f"amplitude = {_value(scene.amplitude)}", f"source = {_value(_table(scene.source))}"]
-    lines += [f"marks = {_value(scene.marks)}"] if scene.marks else []
-    lines += [f"fuse = {_value(scene.fuse)}"] if scene.fuse else []
-    lines += [f"scale = {_value(scene.scale)}"] if scene.scale else []
-    lines += [f"recorded = {_value(scene.recorded)}"] if scene.recorded else []
-    lines += ["quiet_inputs = true"] if scene.quiet_inputs else []
+    lines = []
     for component in scene.system.components:
         lines += ["", "[[components]]", *(f"{key} = {_value(value)}" for key, value in _table(component).items())]
     for connection in scene.system.connections:
         lines += ["", "[[connections]]", *(f"{key} = {_value(value)}" for key, value in _joined(connection).items())]
-    return "\n".join(lines) + "\n"
+    return settings_text(scene) + "\n".join(lines) + "\n"
+
+
+def settings_text(scene: Scene) -> str:
+    """Return all of a scene but its system as TOML; `read_settings` returns it."""
+    text = "".join(toml_line(key, getattr(scene, key)) for key in _ALWAYS)
+    text += toml_line("amplitude", scene.amplitude) + toml_line("source", _table(scene.source))
+    return text + "".join(toml_line(key, getattr(scene, key)) for key in _OPTIONAL if getattr(scene, key))
+
+
+def toml_line(key: str, value: Any) -> str:
+    """Return a line of TOML."""
+    return f"{key} = {_value(value)}\n"
 
 
 def read_scene(file: Path) -> Scene:
@@ -72,23 +79,35 @@ def read_scene(file: Path) -> Scene:
 
 def read_scene_text(text: str, where: str = "scene") -> Scene:
     """Return the scene of a TOML document; `where` names the document in messages."""
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also a number of too many digits, and arrays within arrays
-        raise StructureError(f"{where}: not a TOML document: {error}") from None
-    fields = [f.name for f in dataclasses.fields(Scene) if f.name != "system"]
-    _check_keys(where, table, [*fields, "components", "connections"], _REQUIRED)
+    table = read_settings(text, where, ("components", "connections"), ("components",))
     parts = _tables(where, table.pop("components"), "components")
     joined = _tables(where, table.pop("connections", []), "connections")
     for item in joined:
         _check_keys(f"{where}: connection", item, ("start", "end", "factor", "offset"), ("start", "end"))
     try:
         components = [_component("component", item) for item in parts]
-        if "source" in table:
-            table["source"] = _component("source", table["source"])
         return Scene(System(components, [Connection(**item) for item in joined]), **table)
     except StructureError as error:
         raise StructureError(f"{where}: {error}") from None
+
+
+def read_settings(text: str, where: str, beside: Iterable[str] = (), required: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the fields of a scene in a TOML document, and the tables `beside` them, of which some are `required`.
+
+    `StructureError` for an unknown or missing key; `where` names the document.
+    """
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also a number of too many digits, and arrays within arrays
+        raise StructureError(f"{where}: not a TOML document: {error}") from None
+    fields = [f.name for f in dataclasses.fields(Scene) if f.name != "system"]
+    _check_keys(where, table, [*fields, *beside], [*required, *_REQUIRED])
+    try:
+        if "source" in table:
+            table["source"] = _component("source", table["source"])
+    except StructureError as error:
+        raise StructureError(f"{where}: {error}") from None
+    return table
 
 
 def _component(label: str, table: Any) -> Component:
