@@ -80,6 +80,8 @@ def _early_names(wiring: Wiring, instance: BaseInstance, names: Sequence[str], s
     if description.is_ours or description.version != 2 or not steps:
         return []
     known = wiring.connectors[instance.name]
+    if wiring.system[instance.name].calls == "strict":
+        return [name for name in names if known[name].causality != "input"]
     return [name for name in names if known[name].causality == "output" and known[name].dependencies == ()]
 
 

@@ -6,6 +6,7 @@ other through direct feedthrough.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -18,7 +19,7 @@ from hfsa.cosim.systems.check import check
 from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import feedthrough, loop_path
-from hfsa.cosim.systems.system import Connection, System
+from hfsa.cosim.systems.system import Component, Connection, System
 from hfsa.cosim.systems.transformations import transformation
 
 
@@ -34,7 +35,7 @@ class Wiring:
 
     def __init__(self, system: System, instances: Mapping[str, Instance]):
         self.system, self.instances = system, instances
-        self.connectors = {component.name: instances[component.name].fmu.variables for component in system.components}
+        self.connectors = {c.name: _variables(c, instances[c.name].fmu.variables) for c in system.components}
         check(system, self.connectors)
         self._refuse_transformations()
         self.time, self.step_size = Number(), Number()
@@ -178,6 +179,13 @@ class Wiring:
         """Whether an output of the group has direct feedthrough from an input of the transfer."""
         ends = [f"{transfer.target}.{name}" for name in transfer.inputs]
         return any(self._has_feedthrough(group, name, ends) for name in group.outputs)
+
+
+def _variables(component: Component, variables: Mapping[str, Connector]) -> Mapping[str, Connector]:
+    """Return the variables of a component, without direct feedthrough where it keeps to the strict order of calls."""
+    if component.calls != "strict":
+        return variables
+    return {name: replace(variable, dependencies=()) for name, variable in variables.items()}
 
 
 def check_sample_times(

@@ -58,6 +58,9 @@ class Component:
     `conventions` is `hfsa` for an FMU of another maker whose names mean what ours mean: an input `x_rate` is the
     derivative of `x`, an output `saturated` a limit flag, a parameter `sample_time` the time between ticks.
 
+    With `calls="strict"` no output is fetched after an input was set without a step between, FMI 2's order: all outputs
+    are those of the end of the step, also where the FMU does not declare that they follow no input at once.
+
     A pruned component (`assembly/prune.py`) has an FMU with the inputs, states and outputs named in `kept` alone.
 
     An FMU fused from several parts (`assembly/fuse.py`) has `members` and `connections` between them; its variables
@@ -74,6 +77,7 @@ class Component:
     computed: Mapping[str, Analysis] = field(default_factory=dict, compare=False)
     kept: tuple[str, ...] | None = None
     conventions: str | None = None
+    calls: str | None = None
 
     def __post_init__(self):
         if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):
@@ -84,6 +88,8 @@ class Component:
             text(f"{label}: level", self.level, "the name of a level")
         if self.conventions not in (None, CONVENTIONS):
             raise StructureError(f"{label}: conventions are {self.conventions!r}, expected {CONVENTIONS!r} or none")
+        if self.calls not in (None, "strict"):
+            refuse(f"{label}: calls", self.calls, '"strict" or nothing')
         arguments = table(f"{label}: arguments", self.arguments, "a table of arguments")
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)

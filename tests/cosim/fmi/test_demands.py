@@ -1,6 +1,7 @@
 """What FMUs of others demand by their flags is obeyed, or refused in a sentence: one FMU per flag."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import exp
 from pathlib import Path
 
@@ -89,6 +90,20 @@ def test_every_algorithm_with_held_inputs_keeps_to_the_order(opened, keeper, alg
         for file in (strict, free)
     ]
     np.testing.assert_array_equal(*runs)
+
+
+@pytest.mark.parametrize("way", ["python", "c"])
+def test_an_fmu_that_declares_no_dependencies_is_strict_where_its_component_says_so(
+    opened, keeper, rewritten, library, way
+):
+    """Locals are then fetched right after the step as well."""
+    file = rewritten(keeper(2, "STRICT", "SECRET"), ' dependencies=""', "")
+    row, names = library if way == "c" else None, ["a.y", "b.y"]
+    with pytest.raises(StepError):
+        record(make_master(opened({"a": file, "b": file}), ring(), "jacobi", 0.01, row), names)
+    system = System([replace(part, calls="strict") for part in ring().components], ring().connections)
+    found = record(make_master(opened({"a": file, "b": file}), system, "jacobi", 0.01, row), [*names, "a.tolerance"])
+    np.testing.assert_allclose(found[:, :2], by_hand(20), rtol=1e-13)
 
 
 # Steps ----------------------------------------------------------------------------------------------------------------
