@@ -49,9 +49,11 @@ class Owner(Protocol):
 
     Attributes:
         failing_function: name of the FMI function that returned the last status other than ok.
+        interruption: what interrupted a call from C, until its status is checked.
     """
 
     failing_function: str | None
+    interruption: KeyboardInterrupt | None
 
     @property
     def component(self) -> c_void_p:
@@ -108,8 +110,8 @@ class Access:
         ]
         # C calls these; they live as long as the access
         self.functions = {
-            "get": thunk(self._version, self.get, instance.tell),
-            "set": thunk(self._version, self.set, instance.tell),
+            "get": thunk(self.get, instance),
+            "set": thunk(self.set, instance),
         }
 
     def get(self) -> int:
@@ -188,21 +190,24 @@ class Access:
         return _Piece(kind, [v.name for v in variables], np.array(places), np.array(list(elements)), buffer, arguments)
 
 
-def thunk(version: int, run: Callable[[], int], tell: Callable[[str], None]) -> Any:
+def thunk(run: Callable[[], int], owner: Owner) -> Any:
     """Return a call as a function of C, of the type of those for real numbers.
 
-    What it raises becomes a message, by `tell`, and an error status, as no exception passes through C.
+    No exception passes through C: what it raises becomes an error status, and a message; an interruption is kept by the
+    owner, which raises it for that status.
     """
 
     def called(*_: Any) -> int:
         """Return the status of the call."""
         try:
             return run()
+        except KeyboardInterrupt as interruption:
+            owner.interruption = interruption
         except Exception as error:
-            tell(str(error))
-            return _ERROR
+            owner.tell(str(error))
+        return _ERROR
 
-    return _THUNKS[version](called)
+    return _THUNKS[owner.version](called)
 
 
 def set_texts(function: Callable[..., int], component: c_void_p, version: int, texts: Sequence[tuple[int, str]]) -> int:

@@ -175,6 +175,7 @@ class BaseInstance:
         self._named: dict[str, Callable[..., int]] = {}
         self._arrays: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.failing_function: str | None = None
+        self.interruption: KeyboardInterrupt | None = None
         self._functions = {role: self._library.function(role) for role in self._library.names}
         self._instantiate()
 
@@ -269,7 +270,7 @@ class BaseInstance:
 
     def served(self, handle: Handle, run: Callable[[], int]) -> Call:
         """Return the prepared call that writes the handle's array by a function of ours in the place of the FMU's."""
-        function = thunk(self.fmu.version, run, self.tell)
+        function = thunk(run, self)
         return Call(self, "get", function, (self._component, *handle.arguments), run)
 
     def check(self, call: Call, status: int) -> None:
@@ -367,9 +368,12 @@ class BaseInstance:
             self._check(role, status)
 
     def _check(self, role: str, status: int) -> None:
-        """Raise `StepError` with the log messages for a status worse than a warning."""
+        """Raise `StepError` with the log messages for a status worse than a warning, or what interrupted the call."""
         if status <= _WARNING:
             return
+        if self.interruption is not None:
+            interruption, self.interruption = self.interruption, None
+            raise interruption
         if status == _FATAL:
             self._component.value = None  # the standards allow no further call, not even to free it
         label = _STATUS.get(status, f"status {status}")

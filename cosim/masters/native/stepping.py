@@ -21,6 +21,7 @@ from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.details import watched
 from hfsa.cosim.masters.native.library import Library
 from hfsa.cosim.masters.native.program import Program
+from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.systems.system import System
 
 _SPELL = 0.05
@@ -87,7 +88,8 @@ class CompiledMaster(Master):
         while outcome != c.COMPLETE or self._count < last:
             begin, before = perf_counter(), self._count
             try:
-                outcome = self._program.run(c.hfsa_advance, cycle, run, min(last, before + self._spell))
+                with deferred_interrupts():  # C may call Python, through which no exception passes
+                    outcome = self._program.run(c.hfsa_advance, cycle, run, min(last, before + self._spell))
             finally:  # where a Ctrl-C that came meanwhile is raised
                 self._count = run.count
                 self.wiring.time.value = self.time

@@ -214,7 +214,15 @@ def test_points_that_fail_are_exit_code_1_and_null_in_json(hfsa, failing_scene):
     code, out, _ = hfsa("sweep", failing_scene, "--points", "3", "--grid", "log", "--jobs", "1", "--json")
     assert code == 1
     answer = strict_json(out)
-    assert answer["points"] == {"pending": 0, "done": 2, "not_settled": 0, "failed": 1, "limited": 0, "not_excited": 0}
+    assert answer["points"] == {
+        "pending": 0,
+        "done": 2,
+        "not_settled": 0,
+        "failed": 1,
+        "limited": 0,
+        "not_excited": 0,
+        "disagrees": 0,
+    }
     (trouble,) = answer["troubles"]
     assert trouble["frequency"] == 1
     assert "box.y" in trouble["message"].replace("box: y", "box.y")
