@@ -228,7 +228,7 @@ def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
         part = "mass_on_spring"
     """
     Path("own.toml").write_text(text)
-    words = ["--frequency", "15.9", "--json", "--amplitude", "0.1", "--force"]
+    words = ["--frequency", "15.9", "--json", "--amplitude", "0.1", "--force", "--quiet-inputs"]
     code, out, err = hfsa("run", "own.toml", *words)
     assert (code, err) == (0, "")
     assert next(v["maximum"] for v in json.loads(out)["variables"] if v["name"] == "mass.position") > 1.0

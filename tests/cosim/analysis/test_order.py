@@ -99,6 +99,7 @@ def orders_that_differ(scene: Scene, names) -> dict[frozenset, tuple[str, ...]]:
     return found
 
 
+@pytest.mark.slow
 def test_the_computed_order_of_the_stage_is_the_best_of_all_that_are_measured(library, exact):
     """At 2 kHz, where the error is largest, starting from the order down the chain."""
     scene, names = load_scene("stage_bode"), ("stack[1]", "stack[2]", "stack[3]", "stage")

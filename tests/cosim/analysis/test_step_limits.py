@@ -110,6 +110,7 @@ def test_what_is_said_of_a_step_beyond_the_limit(files, opened):
     assert "the algorithm " in sentence
 
 
+@pytest.mark.slow
 def test_linearised_feedback_is_advised_where_nothing_else_goes_as_far(opened):
     """The stage at its extreme gains, continuously: with plants that close their loops any step will do."""
     scene = load_scene("stage_extremes", {"execution": "continuous"})
@@ -136,6 +137,7 @@ def test_the_longest_step_that_fits(step, times, fits):
     assert fitting(step, times) == pytest.approx(fits, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_verb(hfsa):
     code, out, _ = hfsa("stability", "sdelta_hfsa", "-p", "delay=true", "--json")
     assert code == 0

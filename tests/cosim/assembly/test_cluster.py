@@ -64,6 +64,7 @@ def test_progress_is_that_of_this_machine(cluster, tmp_path):
     assert parts[-1][0] == pytest.approx(1)
 
 
+@pytest.mark.slow
 def test_points_of_a_lost_worker_run_elsewhere(clusters, tmp_path):
     few = clusters(2)
     losses = []

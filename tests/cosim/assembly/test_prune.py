@@ -315,7 +315,7 @@ def test_stability_judges_the_whole_scene_unless_it_is_asked_for_less(chain):
     said: list[str] = []
     found = stability(scene, algorithm="jacobi", keep="needed", warn=said.append)
     assert found.growth == pytest.approx(-0.2, rel=1e-3)
-    assert "left out" in said[0]
+    assert any("left out" in line for line in said)
     whole: list[str] = []
     sweep(scene, method="linear", points=2, path="a.h5", keep="all", outputs=["second.beside"], warn=whole.append)
     assert any("unstable" in line for line in whole)

@@ -100,6 +100,7 @@ def test_a_comparison_says_of_each_run_what_its_file_holds(hfsa):
     assert peaks[1] < peaks[0]  # 2 kg resonates elsewhere
 
 
+@pytest.mark.slow
 def test_a_comparison_tells_limits_and_the_sampling_limit(hfsa):
     words = ["--input", "command.position[3]", "--frequency", "20", "--stop", "0.3", "-j", "2"]
     code, out, err = hfsa("compare", "sdelta_hfsa", "--over", "torque_limit=7.16,1e-4", *words, "--json")

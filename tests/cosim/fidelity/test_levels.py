@@ -48,6 +48,7 @@ def static_error(frequency: float) -> float:
 # The choice -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_accelerometer_is_a_gain_inside_its_one_percent_band(library):
     assert pytest.approx(579, abs=1) == ONE_PERCENT
     choice = levels.choose(sensor_scene(band=(200.0, 570.0)), library)["sensor"]
@@ -79,6 +80,7 @@ def test_an_output_that_a_level_does_not_have_counts_although_nothing_moves_it(l
     assert choice.errors["static"] == choice.errors["planar"] == 1
 
 
+@pytest.mark.slow
 def test_what_the_amplitude_adds_is_part_of_the_error(library):
     scene = replace(sensor_scene(band=(15.0, 20.0), step_size=2e-4), system=System([PROTOTYPE]))
     tiny, small, large = (
@@ -90,6 +92,7 @@ def test_what_the_amplitude_adds_is_part_of_the_error(library):
     assert large / small == pytest.approx(10, rel=0.02)  # a second harmonic, relative to the first
 
 
+@pytest.mark.slow
 def test_a_rigid_robot_will_do_far_below_its_resonance(library):
     position = {"inputs": ["reference.command.position[3]"], "outputs": ["robot.platform.position[3]"]}
     scene = replace(load_scene("sdelta_shaker", {"robot.level": "auto"}), **position)
@@ -108,6 +111,7 @@ def test_a_level_that_does_not_fit_its_neighbours_takes_no_part(library):
     assert np.isnan(choice.errors["rigid"])
 
 
+@pytest.mark.slow
 def test_start_values_that_a_level_leaves_out_and_outputs_that_it_lacks(library):
     off = {"hysteresis.amplitude": "0", "creep[1..2].gain": "0"}
     arguments = {"stack[1].level": "auto"} | {f"stack[1].{name}": value for name, value in off.items()}

@@ -75,6 +75,7 @@ def run(opened, library):
 # The stage at the source's gains --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step_size", "expected"), [(1e-6, 4.6e-13), (1e-5, 4.7e-11), (1e-4, 4.7e-9)])
 def test_the_stage_tracks_at_the_sources_gains_at_every_step(run, step_size, expected):
     """Kp = 5e16, Kv = 6e8: the remaining error is the curvature of the reference within a step, r'' H^2 / 2."""
@@ -170,6 +171,7 @@ def filtered_loop(request, exported) -> tuple[dict[str, Path], System]:
     )
 
 
+@pytest.mark.slow
 def test_a_fused_robot_bears_any_bandwidth(run):
     """Computed torque of 5 kHz, 200 times the first mode, in steps of 1 ms: the motors are there after two."""
     system = fused(

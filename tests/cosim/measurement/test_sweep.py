@@ -84,6 +84,7 @@ def shaker(inputs):
     return sweeper, frequency, sweeper.linear(frequency), band
 
 
+@pytest.mark.slow
 def test_the_swept_robot_is_the_linear_robot(tmp_path):
     sweeper, frequency, exact, band = shaker(SHAKER_INPUTS[3:4])
     bode = sweeper.stepped(tmp_path / "sweep.h5", frequency)

@@ -73,6 +73,7 @@ def test_computed_torque_knows_the_design(ran, model):
     assert np.abs(other).max() > 100 * known
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["ctc", "pd_ff"])
 def test_a_step_ends_at_its_pose(ran, law):
     """Reference, feed-forward and stage convert by the same links."""

@@ -126,6 +126,7 @@ def test_computed_torque_on_the_printed_model_hardly_moves(track, exported, prin
     assert found.error[:, -1] == pytest.approx([11.09e-6] * 3, abs=0.005e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["constant_jacobian", "exact"])
 def test_the_better_model_leaves_the_smaller_error(track, level):
     """On a motion of all axes computed torque errs by what its model gets wrong; on the stage itself by 0.2 nm."""
