@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from hfsa.components._modelling.arguments import (
     Argument,
@@ -54,6 +54,8 @@ from hfsa.components._modelling.study import Study
 
 SOLVER = "solver"
 """The argument of every part that names the Co-Simulation solver of its FMU, one of `SOLVERS`."""
+
+T = TypeVar("T")
 
 _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 """What the function of a file returns."""
@@ -189,33 +191,33 @@ class Part:
         """Return the part's design study; errors as in `model`."""
         if self.study is None:
             raise ModelError(f"{self.name} has no design study")
-        arguments = _of_study(self.study, f"{self.name}: a design study", _with_level(level, arguments))
-        found = self.study(**read_arguments(f"{self.name}: a design study", self.study, arguments))
-        return returned(self.study, Study, found)
+        return self._offered(self.study, Study, "a design study", level, arguments)
 
     def path_study(self, level: str | None = None, **arguments: Any) -> Study:
         """Return the study whose dimensions are the columns of a path; errors as in `model`."""
         if self.trajectory is None:
             raise ModelError(f"{self.name} follows no path")
-        arguments = _of_study(self.trajectory, f"{self.name}: a path", _with_level(level, arguments))
-        found = self.trajectory(**read_arguments(f"{self.name}: a path", self.trajectory, arguments))
-        return returned(self.trajectory, Study, found)
+        return self._offered(self.trajectory, Study, "a path", level, arguments)
 
     def drawing(self, level: str | None = None, **arguments: Any) -> Drawing:
         """Return the part's drawing; errors as in `model`."""
         if self.picture is None:
             raise ModelError(f"{self.name} has no picture")
-        arguments = _of_study(self.picture, f"{self.name}: a picture", _with_level(level, arguments))
-        found = self.picture(**read_arguments(f"{self.name}: a picture", self.picture, arguments))
-        return returned(self.picture, Drawing, found)
+        return self._offered(self.picture, Drawing, "a picture", level, arguments)
 
     def calibration_task(self, level: str | None = None, **arguments: Any) -> Calibration:
         """Return what the part offers to be calibrated, by default its design study; errors as in `model`."""
         if self.calibration is None:
             return Calibration(self.design_study(level, **arguments))
-        arguments = _of_study(self.calibration, f"{self.name}: a calibration", _with_level(level, arguments))
-        found = self.calibration(**read_arguments(f"{self.name}: a calibration", self.calibration, arguments))
-        return returned(self.calibration, Calibration, found)
+        return self._offered(self.calibration, Calibration, "a calibration", level, arguments)
+
+    def _offered(
+        self, function: Callable[..., T], kind: type[T], words: str, level: str | None, arguments: dict[str, Any]
+    ) -> T:
+        """Return what a function of the part offers, in `words`, for arguments as they are given."""
+        label = f"{self.name}: {words}"
+        taken = _of_study(function, label, _with_level(level, arguments))
+        return returned(function, kind, function(**read_arguments(label, function, taken)))
 
 
 def definition(name: str, kind: Literal["part", "scene"]) -> str:
