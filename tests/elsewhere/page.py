@@ -18,7 +18,8 @@ FMUs and a package of this project in tools of others, as `make elsewhere` insta
 is the largest error of an output, relative to its range, against a loop of our own over 500 steps of 0.1 ms. Every
 input is a sine of its own, held over steps or, where the tool lets inputs move within a step, linear in it. In
 parentheses is how many of the FMUs run and are right to {right:g}. At ticks nothing is compared: there a tool may
-show the value before or after. [FMUs in your tool](your-tool.md) says what to expect of Model Exchange with moving inputs.
+show the value before or after. [FMUs in your tool](your-tool.md) says what to expect of Model Exchange with moving
+inputs.
 
 The {count} FMUs are {titles}.
 """
