@@ -111,8 +111,7 @@ class Exchange:
         An error raises `StepError`, the first warning of an instance is kept, and `STALE` solves the loop or the
         iterated step with a new inverse.
         """
-        if status == STALE:
-            assert isinstance(call, AlgebraicLoop | IteratedStep)
+        if status == STALE and isinstance(call, AlgebraicLoop | IteratedStep):
             status = call.solve(self.time)
             if not status:
                 return
