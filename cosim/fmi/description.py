@@ -13,6 +13,7 @@ from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Un
 from lxml import etree
 
 from hfsa.cosim.fmi.demands import Demands, demands
+from hfsa.cosim.fmi.soundness import refuse_unsound
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 
@@ -187,6 +188,7 @@ def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]
         version = str(root.get("fmiVersion"))
         if not version.startswith(("2.", "3.")):
             raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
+        refuse_unsound(file, root)
         return root, read_model_description(str(file), validate=False)
     except StructureError:
         raise
