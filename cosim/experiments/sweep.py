@@ -41,6 +41,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.measurement.multisine import MultisineSettings, multisine
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, points_of, stepped, system_record
 from hfsa.cosim.measurement.task import PREVIOUS, REST, Bench
+from hfsa.cosim.measurement.told import add, sentences
 from hfsa.cosim.results.files import (
     AlgorithmChoice,
     Bode,
@@ -417,11 +418,24 @@ def _written(
     with opening(path, measurement.plan, measurement.record) as file:
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
+        told: dict[str, tuple[int, str]] = {}
+
+        def progressed(progress: Progress) -> None:
+            """Keep the warnings of a finished point, and report it."""
+            add(told, progress.point.warnings)
+            if report is not None:
+                report(progress)
+
         try:
-            measurement.run(file, measurement.plan, report=report)
+            measurement.run(file, measurement.plan, report=progressed)
         except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
+        finally:
+            found = sentences(told).values()
+            file.tell(found)
+            for sentence in found:
+                warn(sentence)
     return file.identity
 
 
