@@ -68,7 +68,7 @@ class Description:
         output_derivative_order: highest order of its output derivatives.
         event_indicators: number of its event indicators.
         needs_completed_steps: whether it needs a call after each completed integrator step.
-        step_size, stop_time: those [s] of its default experiment, `None` where it has none.
+        start_time, step_size, stop_time: those [s] of its default experiment, `None` where it has none.
         demands: its demands on what runs it.
     """
 
@@ -90,6 +90,7 @@ class Description:
     needs_completed_steps: bool
     demands: Demands
     is_co_simulation_only: bool = False
+    start_time: float | None = None
     step_size: float | None = None
     stop_time: float | None = None
 
@@ -229,6 +230,7 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
         event_indicators=model.numberOfEventIndicators,
         is_co_simulation_only=model.modelExchange is None,
         needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+        start_time=_number(getattr(model.defaultExperiment, "startTime", None)),
         step_size=_number(getattr(model.defaultExperiment, "stepSize", None)),
         stop_time=_number(getattr(model.defaultExperiment, "stopTime", None)),
         demands=demands(file, model, flags, chosen == "co_simulation"),
