@@ -40,15 +40,24 @@ def is_right(run: Mapping[str, Any]) -> bool:
 
 
 def failures(runs: list[dict[str, Any]]) -> list[str]:
-    """Return a sentence for each FMU that a tool runs wrongly or not at all."""
-    rows: dict[tuple[str, str], list[str]] = {}
+    """Return a sentence for what a tool runs wrongly or not at all; interfaces that fail alike share one."""
+    places: dict[str, dict[str, list[str]]] = {}
     for run in runs:
         if not is_right(run):
-            found = run["found"]
-            words = short(found) if isinstance(found, str) else f"off by {found:.0e}"
-            words = "not finite" if isinstance(found, float) and math.isinf(found) else words
-            rows.setdefault((f"FMI {run['fmi']} {run['interface']}", words), []).append(run["title"])
-    return [f"{place} {', '.join(titles)}: {words}" for (place, words), titles in rows.items()]
+            place = places.setdefault(f"FMI {run['fmi']} {run['interface']}", {})
+            place.setdefault(words(run["found"]), []).append(run["title"])
+    alike: dict[str, list[str]] = {}
+    for place, found in places.items():
+        sentence = "; ".join(f"{', '.join(titles)} {text}" for text, titles in found.items())
+        alike.setdefault(sentence, []).append(place)
+    return [f"{', '.join(names)}: {sentence}" for sentence, names in alike.items()]
+
+
+def words(found: float | str) -> str:
+    """Return an error, or an error message, in words."""
+    if isinstance(found, str):
+        return f"({short(found)})"
+    return "not finite" if math.isinf(found) else f"off by {found:.0e}"
 
 
 def short(text: str) -> str:

@@ -6,6 +6,8 @@ OFFERS = {(2, "ME"): "held", (3, "ME"): "held"}
 REMARKS = {
     (2, "CS"): "takes Model Exchange",
     (3, "CS"): "takes Model Exchange",
+    (2, "ME"): "no time events, so no ticks",
+    (3, "ME"): "its limit: no text variables of FMI 3",
 }
 
 

@@ -3,7 +3,10 @@
 INSTALL = ["pathsim-fmi"]
 PACKAGE = "pathsim-fmi"
 OFFERS = {(2, "CS"): "held", (3, "CS"): "held", (2, "ME"): "linear", (3, "ME"): "linear"}
-REMARKS = {}
+REMARKS = {
+    (2, "ME"): "explicit solver; its fault: an FMU without states gives no number",
+    (3, "ME"): "explicit solver; its fault: an FMU without states gives no number",
+}
 
 
 def run(task):
