@@ -76,9 +76,11 @@ class Exchanged:
     def integrate(self, t: float, end: float, x: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the states at the end of an interval without events."""
         if self.size and end > t:
-            x = solve_ivp(self.rates, (t, end), x, "LSODA", rtol=tolerance, atol=tolerance * 1e-3 * self.nominals()).y[
-                :, -1
-            ]
+            absolute = tolerance * 1e-3 * self.nominals()
+            found = solve_ivp(self.rates, (t, end), x, "LSODA", rtol=tolerance, atol=absolute)
+            if not found.success:
+                raise RuntimeError(f"from {t:g} to {end:g} s: {found.message}")
+            x = found.y[:, -1]
         self.place(end, x)
         return x
 

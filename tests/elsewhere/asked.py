@@ -70,8 +70,17 @@ class Request:
 
     def error(self, found: np.ndarray, kind: str) -> float:
         """Return the largest error of an output relative to its scale, infinite where it is not finite."""
-        error = np.abs(found - self.expected[kind])[self.compared].max(axis=0)
+        expected = self.expected[kind]
+        error = np.where(near_switches(expected), 0.0, np.abs(found - expected))[self.compared].max(axis=0)
         return float((error / self.scale).max()) if np.isfinite(found).all() else math.inf
+
+
+def near_switches(expected: np.ndarray) -> np.ndarray:
+    """Return where a flag, an output of -1, 0 and 1 only, switches or is a step away from it, (steps, outputs)."""
+    flags = np.isin(expected, (-1.0, 0.0, 1.0)).all(axis=0)
+    switches = np.diff(expected, axis=0) != 0
+    nothing = np.zeros((1, expected.shape[1]), dtype=bool)
+    return flags & (np.vstack([nothing, switches]) | np.vstack([switches, nothing]))
 
 
 def ranges(expected: np.ndarray) -> np.ndarray:
