@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from hfsa.components._mechanics.rrr_kinematics import Links, corner_motion, forward, legs
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
 
 _SHOWN = 0.15
 """Largest displacement drawn, relative to the radius of the platform."""
@@ -26,8 +26,8 @@ def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Draw
         factor = _SHOWN * links.radius / largest
         shown = [a + factor * (b - a) for a, b in zip(rest, moved, strict=True)]
         words = f"x {1e6 * pose[0]:.4g} um, y {1e6 * pose[1]:.4g} um, yaw {1e3 * pose[2]:.4g} mrad, times {factor:.3g}"
-        both = [*_chain(rest, "rest", ("at rest", "", "")), *_chain(shown, "moved", ("moved", "", ""))]
-        panels.append(_panel(both, words))
+        still = _chain(rest, "rest", ("at rest", "", ""))
+        panels.append(_panel([*still, *departing(_chain(shown, "moved", ("moved", "", "")), still)], words))
     return Drawing(title, panels)
 
 

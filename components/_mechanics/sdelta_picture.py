@@ -1,4 +1,4 @@
-"""Picture of the SDelta at a posture: base, tubes, limbs and platform, then each mode with the axis of its screw.
+"""Picture of the SDelta at a posture: base, tubes, limbs and platform, each mode with its screw, and elastic axes.
 
 Tubes stand still in a mode, and limb j ends at the displaced joint S_j + theta x (S_j - C) + d, with the modal screw
 [theta; d] about C.
@@ -6,7 +6,7 @@ Tubes stand still in a mode, and limb j ends at the displaced joint S_j + theta 
 
 import numpy as np
 
-from hfsa.components._mechanics.cartesian_numbers import modal_numbers
+from hfsa.components._mechanics.cartesian_numbers import modal_numbers, static_numbers
 from hfsa.components._mechanics.sdelta_geometry import C_AXES
 from hfsa.components._mechanics.sdelta_robot import Robot
 from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role
@@ -36,11 +36,11 @@ def robot_drawing(robot: Robot, title: str) -> Drawing:
         kind, pitch = found["modal_kinds"][i], found["modal_pitches"][i]
         heading = f"mode {i + 1}: {found['natural_frequencies_hz'][i]:.4g} Hz, {kind}"
         text = f"pitch {1e3 * pitch:.3g} mm" if kind == "screw" else ""
-        axis = _axis(robot, found["modal_directions"][:, i], _point(found, i), text)
+        axis = _axis(robot, found["modal_directions"][:, i], found["modal_points_C"][:, i], text)
         moved = displaced_joints(robot, found["modal_screws_C"][:, i])
         layers = [*_base(robot), *_limbs(robot, joints(robot), "rest"), *_limbs(robot, moved, "moved"), axis]
         panels.append(Panel(layers, title=heading))
-    return Drawing(title, panels)
+    return Drawing(title, [*panels, *_elastic_axes(robot)])
 
 
 def joints(robot: Robot) -> np.ndarray:
@@ -69,16 +69,32 @@ def _base(robot: Robot, base: str = "", tubes: str = "") -> list[Layer]:
     corners, ends = np.vstack([geometry.middles - side, geometry.middles + side]), [middles - half, middles + half]
     return [
         Layer(np.vstack([corners, *ends]), np.vstack([_LINES + _TO_TUBE, _LINES + _FROM_TUBE]), "mark", base),
-        Layer(np.vstack(ends), _LINES, "moved" if tubes else "rest", tubes),
+        Layer(np.vstack(ends), _LINES, "moved" if tubes else "rest", tubes, notes=_tube_notes(robot)),
     ]
+
+
+def _tube_notes(robot: Robot) -> list[str]:
+    """Return the notes on the tubes."""
+    limbs = robot.kinematics.limbs
+    pairs = zip(1e3 * limbs.slide, np.rad2deg(limbs.angle), strict=True)
+    return [f"tube {j}: slide {slide:.4g} mm, angle {angle:.4g} deg" for j, (slide, angle) in enumerate(pairs, 1)]
 
 
 def _limbs(robot: Robot, ends: np.ndarray, role: Role, words: tuple[str, str] = ("", "")) -> list[Layer]:
     """Return the limbs from their tubes to given joints, and the platform between the joints; `words` are names."""
+    at_rest = joints(robot) if role == "moved" else None
+    below = None if at_rest is None else np.vstack([feet(robot), at_rest])
+    lengths = [f"limb {j}: {1e3 * length:.4g} mm" for j, length in enumerate(robot.kinematics.limbs.length, 1)]
     return [
-        Layer(np.vstack([feet(robot), ends]), _LINES, role, words[0]),
-        Layer(ends, _FACE, role, words[1]),
+        Layer(np.vstack([feet(robot), ends]), _LINES, role, words[0], notes=lengths, rest=below),
+        Layer(ends, _FACE, role, words[1], notes=[_platform_note(robot)], rest=at_rest),
     ]
+
+
+def _platform_note(robot: Robot) -> str:
+    """Return the note on the platform."""
+    radius = robot.machine.mechanism.geometry.platform_radius
+    return f"platform: radius {1e3 * radius:.4g} mm, {robot.mass[5, 5]:.4g} kg with the payload"
 
 
 def _centers(robot: Robot) -> list[Layer]:
@@ -87,14 +103,28 @@ def _centers(robot: Robot) -> list[Layer]:
     return [Layer(np.array([S, S + robot.offset]), np.array([[0], [1]]), "mark", "", texts=["S", "C"])]
 
 
+def _elastic_axes(robot: Robot) -> list[Panel]:
+    """Return the panels of the compliant axes and of the eigenscrews of the stiffness."""
+    found = static_numbers(robot.stiffness, {"_C": np.zeros(3)}, robot.machine.mechanism.geometry.platform_radius)
+    forces = [f"{k:.4g} N/m" for k in found["translational_stiffness"]]
+    moments = [f"{k:.4g} N.m/rad" for k in found["torsional_stiffness"]]
+    screws = [f"{k:.4g} N" for k in found["eigenstiffness"]]
+    kinds = {
+        "compliant axes": [("wrench_compliant", forces), ("twist_compliant", moments)],
+        "eigenscrews": [("eigenscrew", screws)],
+    }
+    panels = []
+    for title, axes in kinds.items():
+        layers = [*_base(robot), *_limbs(robot, joints(robot), "rest"), *_centers(robot)]
+        for kind, texts in axes:
+            directions, points = found[f"{kind}_directions"], found[f"{kind}_points_C"]
+            layers += [_axis(robot, directions[:, i], points[:, i], text) for i, text in enumerate(texts)]
+        panels.append(Panel(layers, title=title))
+    return panels
+
+
 def _axis(robot: Robot, direction: np.ndarray, point: np.ndarray, text: str) -> Layer:
     """Return the axis of a screw through a point relative to C."""
     through = robot.kinematics.position + robot.offset + point
     half = _AXIS * robot.machine.mechanism.geometry.platform_radius * direction
     return Layer(np.array([through - half, through + half]), np.array([[0, 1]]), "axis", texts=["", text])
-
-
-def _point(found: dict, mode: int) -> np.ndarray:
-    """Return the point of a mode's axis closest to C, relative to C; C itself for a translation."""
-    point = found["modal_points_C"][:, mode]
-    return np.where(np.isfinite(point), point, 0.0)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from hfsa.components._mechanics.tba_design import Shape, link_length
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
 
 _SHIFT = 0.25
 """Displacement drawn, relative to the length of a link."""
@@ -50,10 +50,12 @@ def _panel(shape: Shape, limbs: int, shift: np.ndarray, title: str) -> Panel:
     """Return the panel of the sensor at a displacement of the proof mass (2,) [m]."""
     is_moved = bool(np.any(shift))
     layers = [_polygon(shape.s, limbs, np.zeros(2), "mark", "" if is_moved else "frame")]
-    if is_moved:
-        layers += _moving(shape, limbs, np.zeros(2), "rest", ("", "", ""))
-    words = ("displaced", "", "") if is_moved else ("legs", "bars", "proof mass")
-    layers += _moving(shape, limbs, shift, "moved" if is_moved else "body", words)
+    if not is_moved:
+        layers += _moving(shape, limbs, shift, "body", ("legs", "bars", "proof mass"))
+    else:
+        rest = _moving(shape, limbs, np.zeros(2), "rest", ("", "", ""))
+        moved = _moving(shape, limbs, shift, "moved", ("displaced", "", ""))
+        layers += [*rest, *departing(moved, rest)]
     return Panel(layers, axes=("X", "Y"), title=title)
 
 
