@@ -48,5 +48,5 @@ def remarks(file: Path, scene: Scene) -> list[str]:
 
 def _descriptions(components: Iterable[Component]) -> list[Description]:
     """Return the descriptions of the foreign FMUs among components, each file once."""
-    files = dict.fromkeys(Path(c.part) for c in components if c.part.endswith(".fmu"))
+    files = dict.fromkeys(Path(c.part) for c in components if c.is_foreign)
     return [describe(file) for file in files]

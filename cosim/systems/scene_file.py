@@ -126,7 +126,7 @@ def _settings(text: str, where: str, beside: Iterable[str], required: Iterable[s
 
 def _in_folder(component: Component, folder: Path | None) -> Component:
     """Return a component whose foreign FMU lies in a folder."""
-    if folder is None or not component.part.endswith(".fmu"):
+    if folder is None or not component.is_foreign:
         return component
     return dataclasses.replace(component, part=str(folder / component.part))
 
