@@ -30,7 +30,7 @@ def cell(runs: list[dict[str, Any]]) -> str:
     right = [run["found"] for run in runs if is_right(run)]
     if not runs:
         return "-"
-    most = f"{max(right):.0e}" if right else "**fails**"
+    most = f"{max(right):.0e}".replace("0e+00", "0") if right else "**fails**"
     return f"{most} ({len(right)} of {len(runs)})" if len(runs) > 1 else most
 
 
