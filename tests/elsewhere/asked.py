@@ -76,11 +76,11 @@ class Request:
 
 
 def near_switches(expected: np.ndarray) -> np.ndarray:
-    """Return where a flag, an output of -1, 0 and 1 only, switches or is a step away from it, (steps, outputs)."""
+    """Return where a flag, an output of -1, 0 and 1 only, switches or may be a step away from it, (steps, outputs)."""
     flags = np.isin(expected, (-1.0, 0.0, 1.0)).all(axis=0)
     switches = np.diff(expected, axis=0) != 0
-    nothing = np.zeros((1, expected.shape[1]), dtype=bool)
-    return flags & (np.vstack([nothing, switches]) | np.vstack([switches, nothing]))
+    unknown = np.ones((1, expected.shape[1]), dtype=bool)
+    return flags & (np.vstack([unknown, switches]) | np.vstack([switches, unknown]))
 
 
 def ranges(expected: np.ndarray) -> np.ndarray:
