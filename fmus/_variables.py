@@ -1,10 +1,11 @@
 """The variables of an exported FMU: one list for the C table and both model descriptions.
 
-Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. In addition to the quantities of
-the model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the
-settings and counters of the Co-Simulation solver, the structural arguments of the model and constants computed from
-them. The last variables, in FMI 3 only, are the derivatives of the inputs within a communication step; FMI 2 has a
-function for them.
+Value references count from 1 (time) in this order and are the same in FMI 2 and FMI 3. That of a number is its position
+in either description, as some tools take dependencies of FMI 3 for positions. In addition to the quantities of the
+model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the settings
+and counters of the Co-Simulation solver, the structural arguments of the model and constants computed from them. The
+last variables are, in FMI 3 only, the derivatives of the inputs within a communication step, for which FMI 2 has a
+function, and, in FMI 2 only, the structural arguments that are texts, for which FMI 3 has annotations.
 """
 
 from dataclasses import dataclass
@@ -81,14 +82,14 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
             for s in solver.settings
         ]
         rows += [(c.name, Role.COUNTER, "1", c.description, None, {}) for c in solver.counters]
-    for name, value in model.information.items():
-        role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
-        rows.append((name, role, "", f"Structural argument {name}", value, {}))
+    told = [(name, value, f"Structural argument {name}") for name, value in model.information.items()]
+    rows += [(name, Role.CONSTANT, "", text, value, {}) for name, value, text in told if not isinstance(value, str)]
     rows += [_row(q, Role.CONSTANT) for q in model.of(Kind.CONSTANT)]
     rows += _input_derivatives(model.of(Kind.INPUT))
+    rows += [(name, Role.TEXT, "", text, value, {}) for name, value, text in told if isinstance(value, str)]
     counts: dict[Role, int] = {}
     result = []
-    for reference, (name, role, unit, description, start, more) in enumerate(rows):
+    for reference, (name, role, unit, description, start, more) in enumerate(rows, 1):
         index = counts.get(role, 0)
         counts[role] = index + 1
         result.append(Variable(reference, name, role, index, unit, description, start, **more))

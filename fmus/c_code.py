@@ -20,6 +20,9 @@ from hfsa.fmus.errors import ExportError
 
 RUNTIME = Path(__file__).parent / "runtime"
 
+_UNLISTED = {2: Role.INPUT_DERIVATIVE, 3: Role.TEXT}
+"""Role of the variables that the description of an FMI version leaves out."""
+
 _PROLOGUE = """\
 /* Equations of {name}, generated; the table of its variables follows behind them. */
 
@@ -60,10 +63,10 @@ class Sources:
     def listed(self, version: int) -> list[Variable]:
         """Return the variables in the model description of an FMI version.
 
-        FMI 2 has a function to set derivatives of inputs. FMI 3 has none, so they are parameters after all other
-        variables.
+        FMI 2 has a function to set derivatives of inputs. FMI 3 has none, so they are parameters. Texts are variables
+        of FMI 2 and annotations of FMI 3, because some tools that import FMI 3 know no variable of type String.
         """
-        return [v for v in self.variables if version == 3 or v.role is not Role.INPUT_DERIVATIVE]
+        return [v for v in self.variables if v.role is not _UNLISTED[version]]
 
 
 def generate(model: Model) -> Sources:

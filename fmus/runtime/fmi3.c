@@ -30,7 +30,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback callback) {
   (void)resources;
   (void)visible;
-  return hfsa_create(MODEL, MODEL_EXCHANGE, name, token, log_of(callback, environment), logging);
+  return hfsa_create(MODEL, BY_MODEL_EXCHANGE, name, token, log_of(callback, environment), logging);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -43,7 +43,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   (void)early_return;
   (void)required;
   (void)update;
-  Instance* in = hfsa_create(MODEL, CO_SIMULATION, name, token, log_of(callback, environment), logging);
+  Instance* in = hfsa_create(MODEL, BY_CO_SIMULATION, name, token, log_of(callback, environment), logging);
   if (!in || (!event_mode && n_required == 0)) return in;
   in->log.categories = ~0u;
   not_offered(in, "InstantiateCoSimulation", event_mode ? "event mode in Co-Simulation" : "intermediate update");

@@ -88,7 +88,6 @@ def test_every_part_is_valid(part_model, tmp_path):
         ("sample_time", "parameter", "fixed", "exact", "0.001"),
         ("solver.relative_tolerance", "parameter", "fixed", "exact", "1e-08"),
         ("posture.rotation[1]", "local", "constant", "exact", "10.0"),
-        ("level", "local", "constant", "exact", "full"),
     ],
 )
 def test_what_a_variable_is(parsed, name, causality, variability, initial, start):
@@ -105,6 +104,25 @@ def test_a_derivative_names_its_state(parsed):
 def test_value_references_are_those_of_the_c_table(parsed, sources):
     found = {v.name: v.valueReference for v in parsed.modelVariables}
     assert found == {v.name: v.reference for v in sources.listed(parsed.fmiMajorVersion)}
+
+
+def test_a_value_reference_is_the_position_of_a_number(parsed, root):
+    """Some tools take the dependencies of FMI 3, which are value references, for positions."""
+    for place, found in enumerate(parsed.modelVariables, 1):
+        assert found.type == "String" or found.valueReference == place
+    listed = [e.get("valueReference") or e.get("index") for e in root.find("ModelStructure").iter() if e.attrib]
+    assert {parsed.modelVariables[int(reference) - 1].causality for reference in listed} == {"output", "local"}
+
+
+def test_texts_are_variables_in_fmi_2_and_annotations_in_fmi_3(parsed, root):
+    """CasADi refuses a whole file of FMI 3 with a String in it."""
+    if parsed.fmiMajorVersion == 2:
+        found = variable(parsed, "level")
+        assert (found.type, found.causality, found.variability, found.start) == ("String", "local", "constant", "full")
+        return
+    assert {v.type for v in parsed.modelVariables} == {"Float64"}
+    (text,) = root.iterfind("Annotations/Annotation[@type='org.hfsa.texts']/Constant")
+    assert (text.get("name"), text.get("value")) == ("level", "full")
 
 
 def test_derivatives_of_inputs_are_parameters_behind_all_others_in_fmi_3(parsed, sources):
