@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from hfsa.components import Model
+from hfsa.components._modelling.argument_docs import explanation_of
 from hfsa.components._modelling.functions import Functions
 from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.units import rate_unit
@@ -42,7 +43,7 @@ class Variable:
     """One variable of an FMU.
 
     `index` counts within the role. `start` is a number, a string for `Role.TEXT`, or `None` for a calculated variable.
-    Structural arguments have no `unit`.
+    `unit` is empty for texts and for structural arguments that have none.
     """
 
     reference: int
@@ -82,11 +83,11 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
             for s in solver.settings
         ]
         rows += [(c.name, Role.COUNTER, "1", c.description, None, {}) for c in solver.counters]
-    told = [(name, value, f"Structural argument {name}") for name, value in model.information.items()]
-    rows += [(name, Role.CONSTANT, "", text, value, {}) for name, value, text in told if not isinstance(value, str)]
+    told = [(name, value, *_explained(name, model)) for name, value in model.information.items()]
+    rows += [(name, Role.CONSTANT, unit, text, value, {}) for name, value, text, unit in told if _is_number(value)]
     rows += [_row(q, Role.CONSTANT) for q in model.of(Kind.CONSTANT)]
     rows += _input_derivatives(model.of(Kind.INPUT))
-    rows += [(name, Role.TEXT, "", text, value, {}) for name, value, text in told if isinstance(value, str)]
+    rows += [(name, Role.TEXT, "", text, value, {}) for name, value, text, _ in told if not _is_number(value)]
     counts: dict[Role, int] = {}
     result = []
     for reference, (name, role, unit, description, start, more) in enumerate(rows, 1):
@@ -94,6 +95,17 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
         counts[role] = index + 1
         result.append(Variable(reference, name, role, index, unit, description, start, **more))
     return result
+
+
+def _is_number(value: float | str) -> bool:
+    """Whether a structural argument is a number, not a text."""
+    return not isinstance(value, str)
+
+
+def _explained(name: str, model: Model) -> tuple[str, str]:
+    """Return a sentence on a structural argument, and its unit."""
+    said = explanation_of(name, model.origin.explained)
+    return (f"Structural argument {name}", "") if said is None else (said.sentence, said.unit)
 
 
 def _input_derivatives(inputs: list[Quantity]) -> list[tuple]:

@@ -84,11 +84,13 @@ def generate(model: Model) -> Sources:
         raise ExportError(f"{model.name}: solver 'exact' is for linear models; this one needs {needs}")
     listed = variables(model, model_functions)
     equations = (
-        _PROLOGUE.format(name=model.name) + _casadi_code(model.name, model_functions) + '\n#include "model_table.h"\n'
+        _PROLOGUE.format(name=model.identifier)
+        + _casadi_code(model.name, model_functions)
+        + '\n#include "model_table.h"\n'
     )
     token = _token(equations, listed)
     files = {"model.c": equations, "model_table.h": _table(model.name, token, model_functions, listed, solver)}
-    return Sources(model.name, files, token, listed, solver, model_functions)
+    return Sources(model.identifier, files, token, listed, solver, model_functions)
 
 
 def _casadi_code(name: str, model_functions: Functions) -> str:

@@ -50,7 +50,7 @@ def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> 
 
 def file_of(model: Model, folder: Path, version: Version) -> Path:
     """Return the path of a model's FMU in a folder."""
-    return Path(folder) / f"{model.name}.fmi{version}.fmu"
+    return Path(folder) / f"{model.identifier}.fmi{version}.fmu"
 
 
 def members(model: Model, sources: Sources, library: bytes, version: Version) -> dict[str, bytes]:

@@ -2,16 +2,21 @@
 
 The versions differ in format: FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 has `<Float64>`. In `derivative` and
 ModelStructure FMI 2 has indices of variables from 1, FMI 3 value references, the same numbers here. Only FMI 3 lists
-the derivatives of inputs; texts are variables of FMI 2 and annotations of FMI 3. The file has no date: the same model
-and version of this package give the same bytes.
+the derivatives of inputs; texts are variables of FMI 2 and annotations of FMI 3. A date is told only by
+`$SOURCE_DATE_EPOCH`: the same model and version of this package give the same bytes.
 """
 
+import math
+import os
+from dataclasses import asdict
+from datetime import UTC, datetime
 from importlib.metadata import version as package_version
 from typing import Literal
 
 from lxml import etree
 
 from hfsa.components import Model
+from hfsa.components._modelling.argument_docs import DEGREE
 from hfsa.components._modelling.units import BASE
 from hfsa.components._modelling.units import unit as parse_unit
 from hfsa.fmus._dependencies import Dependency, dependencies
@@ -21,6 +26,7 @@ from hfsa.fmus._sundials import LIBRARIES
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
 from hfsa.fmus.compile import source_files
+from hfsa.fmus.errors import ExportError
 
 Version = Literal[2, 3]
 
@@ -103,10 +109,28 @@ def _head(model: Model, token: str, version: Version) -> dict[str, str]:
         "modelName": model.name,
         "guid" if version == 2 else "instantiationToken": token,
         "description": model.description,
+        **_credits(model),
         "generationTool": f"hfsa {package_version('hfsa')}",
         "variableNamingConvention": "structured",
         **({"numberOfEventIndicators": "0"} if version == 2 else {}),
     }
+
+
+def _credits(model: Model) -> dict[str, str]:
+    """Return author, version, licence and copyright, as far as the model's part tells them, and the date."""
+    told = {**asdict(model.origin.credits), "generationDateAndTime": _date()}
+    return {name: text for name, text in told.items() if text}
+
+
+def _date() -> str:
+    """Return the date that `$SOURCE_DATE_EPOCH` gives, seconds since 1970, else none: equal models give equal files."""
+    text = os.environ.get("SOURCE_DATE_EPOCH", "").strip()
+    if not text:
+        return ""
+    try:
+        return datetime.fromtimestamp(int(text), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    except (ValueError, OverflowError, OSError):
+        raise ExportError(f"$SOURCE_DATE_EPOCH is {text!r}, expected whole seconds since 1970") from None
 
 
 def _interfaces(root: etree._Element, sources: Sources, version: Version) -> None:
@@ -149,8 +173,11 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
     """Add the definitions of the units of the variables."""
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if v.unit}):
-        unit = parse_unit(name)
         element = etree.SubElement(definitions, "Unit", {"name": name})
+        if name == DEGREE:
+            etree.SubElement(element, "BaseUnit", {"rad": "1", "factor": _number(math.pi / 180)})
+            continue
+        unit = parse_unit(name)
         if unit.exponents is None:
             continue
         powers = {base: str(power) for base, power in zip(BASE, unit.exponents, strict=True) if power}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from command_line import strict_json
+from fmpy import read_model_description
 
 
 def test_list_names_every_part_and_scene(hfsa):
@@ -91,11 +92,18 @@ def test_an_analysis_lists_its_arguments(hfsa):
     assert "-p level is given twice: rigid and cartesian" in err
 
 
+def test_variants_in_one_folder_do_not_overwrite_each_other(hfsa, tmp_path):
+    for level in ("sampled", "continuous"):
+        assert hfsa("export", "pd", "--level", level, "-o", tmp_path, "--fmi", 2)[0] == 0
+    names = {file.name: read_model_description(file).coSimulation.modelIdentifier for file in tmp_path.iterdir()}
+    assert names == {"Pd.fmi2.fmu": "Pd", "Pd_continuous.fmi2.fmu": "Pd_continuous"}
+
+
 def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
     code, out, _ = hfsa("export", "mass_on_spring", "-p", "damping=1", "-o", tmp_path / "built")
     files = [Path(line) for line in out.split()]
     assert code == 0
-    assert [file.name for file in files] == ["MassOnSpring.fmi2.fmu", "MassOnSpring.fmi3.fmu"]
+    assert [file.name for file in files] == ["MassOnSpring_damping_1.fmi2.fmu", "MassOnSpring_damping_1.fmi3.fmu"]
     code, out, _ = hfsa("check", *files)
     assert (code, out.count("no problem found")) == (0, 2)
     broken = tmp_path / "broken.fmu"
