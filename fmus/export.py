@@ -13,8 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import Model
-from hfsa.fmus._binary import binary_path
 from hfsa.fmus._documentation import documentation
+from hfsa.fmus._platforms import Platform, platforms_named, unnamed
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import check
@@ -25,22 +25,30 @@ from hfsa.fmus.model_description import Version, build_description, model_descri
 _LICENSE = Path(__file__).parent / "runtime" / "LICENSE"
 
 
-def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> list[Path]:
+def export(
+    model: Model, folder: Path, versions: Sequence[Version] = (2, 3), platforms: Sequence[str] = ("here",)
+) -> list[Path]:
     """Write `Name.fmi2.fmu` and `Name.fmi3.fmu` of the model into `folder` and return their paths.
+
+    `platforms` are names of `_platforms.PLATFORMS`, `here` or `all`. A version of FMI that has no name for a platform
+    leaves it out.
 
     Raises:
         ModelError: an incomplete model.
         ExportError: code that cannot be generated or compiled; a file that cannot be written; an FMU that violates a
-            rule of FMI.
+            rule of FMI; an unknown platform; no platform that a version has a name for.
     """
+    chosen = platforms_named(platforms)
+    for version in versions:
+        if len(unnamed(chosen, version)) == len(chosen):
+            raise ExportError(f"FMI {version} has no name for {', '.join(unnamed(chosen, version))}; FMI 3 has")
     sources = generate(model)
     files = []
-    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
-        library = compile_library(sources, Path(scratch)).read_bytes()
+    libraries = _libraries(sources, chosen)
     for version in versions:
         file = file_of(model, folder, version)
         with _appearing(file) as unfinished:
-            pack(unfinished, members(model, sources, library, version))
+            pack(unfinished, members(model, sources, libraries, version))
             problems = check(unfinished)
             if problems:
                 raise ExportError("\n  ".join([f"{file.name} breaks {len(problems)} rules:", *problems]))
@@ -53,11 +61,18 @@ def file_of(model: Model, folder: Path, version: Version) -> Path:
     return Path(folder) / f"{model.identifier}.fmi{version}.fmu"
 
 
-def members(model: Model, sources: Sources, library: bytes, version: Version) -> dict[str, bytes]:
+def _libraries(sources: Sources, platforms: Sequence[Platform]) -> dict[Platform, bytes]:
+    """Return the shared library for each platform."""
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        return {p: compile_library(sources, Path(scratch, p.name), p).read_bytes() for p in platforms}
+
+
+def members(model: Model, sources: Sources, libraries: Mapping[Platform, bytes], version: Version) -> dict[str, bytes]:
     """Return the files of the FMU by their path in the archive."""
+    paths = {platform: platform.path(version, sources.name) for platform in libraries}
     files = {
         "modelDescription.xml": model_description(model, sources, version),
-        binary_path(Path(), version, sources.name).as_posix(): library,
+        **{path.as_posix(): libraries[platform] for platform, path in paths.items() if path},
         "documentation/index.html": documentation(model, sources, version),
         "documentation/licenses/license.txt": _LICENSE.read_bytes(),
         **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},

@@ -80,7 +80,7 @@ def build_description(sources: Sources) -> bytes:
     """
     root = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     for platform in PLATFORMS.values():
-        more = {"modelIdentifier": sources.name, "platform": platform.tuple}
+        more = {"modelIdentifier": sources.name, "platform": platform.name}
         build = etree.SubElement(root, "BuildConfiguration", more)
         files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
         for name in translation_units(sources):

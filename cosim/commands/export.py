@@ -30,6 +30,7 @@ def export(
     parameter: Arguments = None,
     fuse: Fuse = None,
     fmi: Literal[2, 3] | None = None,
+    platforms: Annotated[list[str] | None, Parameter(negative=())] = None,
     ssp: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     sine: SineOptions = SineOptions(),
     step: Step = None,
@@ -47,6 +48,10 @@ def export(
         the FMUs are written, with the scene's start values; with `--ssp` a scene.
     fmi
         Version of FMI (default: both; 2 with `--ssp`).
+    platforms
+        Platforms of the binaries: `here` (default), `all`, or names separated by commas, of x86_64-linux,
+        aarch64-linux, x86_64-windows, x86_64-darwin and aarch64-darwin. All but `here` need the extra `zig`. FMI 2 has
+        no name for those of aarch64.
     ssp
         Write a scene as a system structure package, SSP 1.0: FMUs, connections, units, start values, step and order,
         with a sine source at an input as of `hfsa run`, and with groups of `--fuse` as one FMU each. `--amplitude 0`
@@ -62,10 +67,15 @@ def export(
     of_scene = {**sine.arguments, **given({"step_size": step, "stop_time": stop, "algorithm": algorithm})}
     if not ssp:
         refuse(_as_options(of_scene), "an FMU has no step and no source; `--ssp` exports a scene with them")
-        return _export_parts(name, level, parameter, fuse, fmi, output, json)
+        return _export_parts(name, level, parameter, fuse, fmi, _platforms(platforms), output, json)
     if level is not None:
         raise StructureError(f"a scene has no level {level!r}; name that of each component, -p robot.level={level}")
-    return _export_scene(name, parameter, fuse, fmi or 2, output, json, of_scene)
+    return _export_scene(name, parameter, fuse, fmi or 2, _platforms(platforms), output, json, of_scene)
+
+
+def _platforms(words: list[str] | None) -> tuple[str, ...]:
+    """Return the platforms of an option: names separated by commas, `here` where there is none."""
+    return tuple(name.strip() for word in words or ["here"] for name in word.split(","))
 
 
 def _export_parts(
@@ -74,6 +84,7 @@ def _export_parts(
     parameter: list[str] | None,
     fuse: list[str] | None,
     fmi: Literal[2, 3] | None,
+    platforms: tuple[str, ...],
     output: Path | None,
     json: bool,
 ) -> int:
@@ -82,6 +93,7 @@ def _export_parts(
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.results.target import check_fmu
     from hfsa.cosim.systems.errors import StructureError
+    from hfsa.fmus._platforms import platforms_named, remark
     from hfsa.fmus.export import export as export_model
     from hfsa.fmus.export import file_of
 
@@ -100,7 +112,9 @@ def _export_parts(
     for model in models:
         for version in versions:
             check_fmu(file_of(model, folder, version))
-    files = [file for model in models for file in export_model(model, folder, versions)]
+    if sentence := remark(platforms_named(platforms), versions):
+        _shell.warn(sentence)
+    files = [file for model in models for file in export_model(model, folder, versions, platforms)]
     _shell.answer({"files": files}, "\n".join(map(str, files)), json)
     return _shell.DONE
 
@@ -110,6 +124,7 @@ def _export_scene(
     parameter: list[str] | None,
     fuse: list[str] | None,
     fmi: int,
+    platforms: tuple[str, ...],
     output: Path | None,
     json: bool,
     options: Mapping[str, Any],
@@ -125,6 +140,7 @@ def _export_scene(
         **options,
         fuse=fuse or (),
         fmi=fmi,
+        platforms=platforms,
         path=output,
         warn=_shell.warn,
     )
