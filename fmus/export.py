@@ -14,8 +14,10 @@ from pathlib import Path
 
 from hfsa.components import Model
 from hfsa.fmus._documentation import documentation
+from hfsa.fmus._icons import ICON, icons
 from hfsa.fmus._platforms import Platform, platforms_named, unnamed
 from hfsa.fmus._sundials import sundials
+from hfsa.fmus._terminals import FOLDER, terminals, terminals_and_icons
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import check
 from hfsa.fmus.compile import compile_library, source_files
@@ -74,12 +76,16 @@ def members(model: Model, sources: Sources, libraries: Mapping[Platform, bytes],
         "modelDescription.xml": model_description(model, sources, version),
         **{path.as_posix(): libraries[platform] for platform, path in paths.items() if path},
         "documentation/index.html": documentation(model, sources, version),
+        f"{FOLDER}/terminalsAndIcons.xml": terminals_and_icons(sources.variables),
+        **icons(sources.name, terminals(sources.variables)),
         "documentation/licenses/license.txt": _LICENSE.read_bytes(),
         **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},
     }
     if sources.needs_cvode:
         files["documentation/licenses/sundials.txt"] = sundials().license.encode()
-    if version == 3:
+    if version == 2:
+        files["model.png"] = files[ICON]
+    else:
         files["sources/buildDescription.xml"] = build_description(sources)
     return files
 
