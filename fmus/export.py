@@ -49,7 +49,7 @@ def export(
     libraries = _libraries(sources, chosen)
     for version in versions:
         file = file_of(model, folder, version)
-        with _appearing(file) as unfinished:
+        with appearing(file) as unfinished:
             pack(unfinished, members(model, sources, libraries, version))
             problems = check(unfinished)
             if problems:
@@ -102,7 +102,7 @@ def pack(file: Path, files: Mapping[str, bytes]) -> None:
 
 
 @contextlib.contextmanager
-def _appearing(file: Path) -> Iterator[Path]:
+def appearing(file: Path) -> Iterator[Path]:
     """Yield a temporary path beside `file`, which replaces `file` at the end; an exception deletes it.
 
     A symbolic link is kept, and its target is replaced. Raises `ExportError` if the file cannot be written.

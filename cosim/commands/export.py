@@ -32,6 +32,7 @@ def export(
     fmi: Literal[2, 3] | None = None,
     platforms: Annotated[list[str] | None, Parameter(negative=())] = None,
     ssp: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
+    reference_results: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     sine: SineOptions = SineOptions(),
     step: Step = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
@@ -56,6 +57,8 @@ def export(
         Write a scene as a system structure package, SSP 1.0: FMUs, connections, units, start values, step and order,
         with a sine source at an input as of `hfsa run`, and with groups of `--fuse` as one FMU each. `--amplitude 0`
         leaves the source out. Elements have names that are legal in all tools, `drive_1` for `drive[1]`.
+    reference_results
+        Add an example with inputs and outputs to each FMU, by the layered standard fmi-ls-ref, under `extra/`.
     stop
         End of the run that an SSP states [s] (default: the scene's).
     output
@@ -67,7 +70,16 @@ def export(
     of_scene = {**sine.arguments, **given({"step_size": step, "stop_time": stop, "algorithm": algorithm})}
     if not ssp:
         refuse(_as_options(of_scene), "an FMU has no step and no source; `--ssp` exports a scene with them")
-        return _export_parts(name, level, parameter, fuse, fmi, _platforms(platforms), output, json)
+        written = _export_parts(name, level, parameter, fuse, fmi, _platforms(platforms), output)
+        if reference_results:
+            from hfsa.fmus.reference_results import add_reference_results
+
+            for file in written:
+                add_reference_results(file)
+        _shell.answer({"files": written}, "\n".join(map(str, written)), json)
+        return _shell.DONE
+    if reference_results:
+        raise StructureError("--reference-results are of an FMU, not of a scene; leave it out or --ssp")
     if level is not None:
         raise StructureError(f"a scene has no level {level!r}; name that of each component, -p robot.level={level}")
     return _export_scene(name, parameter, fuse, fmi or 2, _platforms(platforms), output, json, of_scene)
@@ -86,9 +98,8 @@ def _export_parts(
     fmi: Literal[2, 3] | None,
     platforms: tuple[str, ...],
     output: Path | None,
-    json: bool,
-) -> int:
-    """Write the FMUs of a part, or of the groups of a scene."""
+) -> list[Path]:
+    """Write the FMUs of a part, or of the groups of a scene, and return their paths."""
     from hfsa.cosim.assembly.fuse import models_to_export
     from hfsa.cosim.commands._scenes import refuse_scene
     from hfsa.cosim.results.target import check_fmu
@@ -114,9 +125,7 @@ def _export_parts(
             check_fmu(file_of(model, folder, version))
     if sentence := remark(platforms_named(platforms), versions):
         _shell.warn(sentence)
-    files = [file for model in models for file in export_model(model, folder, versions, platforms)]
-    _shell.answer({"files": files}, "\n".join(map(str, files)), json)
-    return _shell.DONE
+    return [file for model in models for file in export_model(model, folder, versions, platforms)]
 
 
 def _export_scene(

@@ -1,6 +1,7 @@
 """Verbs on parts: list, analyze, export and check."""
 
 import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,25 @@ def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
     assert second["problems"] == []
     code, out, _ = hfsa("export", "mass_on_spring", "--fmi", "3", "-o", tmp_path / "three", "--json")
     assert [Path(file).name for file in strict_json(out)["files"]] == ["MassOnSpring.fmi3.fmu"]
+
+
+def test_reference_results_are_added_on_request(hfsa, tmp_path):
+    assert hfsa("export", "mass_on_spring", "--fmi", 3, "-o", tmp_path, "--reference-results")[0] == 0
+    with zipfile.ZipFile(tmp_path / "MassOnSpring.fmi3.fmu") as archive:
+        assert "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml" in archive.namelist()
+    code, _, err = hfsa("export", "mass_on_spring", "--ssp", "--reference-results", "-o", tmp_path / "it.ssp")
+    assert code == 2
+    assert "--reference-results are of an FMU, not of a scene" in err
+
+
+def test_platforms_are_named(hfsa, tmp_path):
+    code, _, err = hfsa("export", "mass_on_spring", "--platforms", "win64", "-o", tmp_path)
+    assert code == 2
+    assert "platform 'win64' is not one of here, all, x86_64-linux" in err
+    code, _, err = hfsa("export", "mass_on_spring", "--platforms", "aarch64-linux", "--fmi", 2, "-o", tmp_path)
+    assert code == 2
+    assert "FMI 2 has no name for aarch64-linux" in err
+    code, out, _ = hfsa("export", "mass_on_spring", "--platforms", "here", "--fmi", 2, "-o", tmp_path)
+    assert code == 0
+    code, out, _ = hfsa("check", out.strip())
+    assert re.search(r"no problem found, holds \w+, sources\n$", out)
