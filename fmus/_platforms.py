@@ -50,6 +50,18 @@ PLATFORMS = {
 """Platforms by name, for which ziglang compiles anywhere."""
 
 
+def platforms_for(words: Sequence[str], versions: Iterable[int]) -> list[Platform]:
+    """Return the platforms with names, as `platforms_named`, for files of some versions of FMI.
+
+    `ExportError` also where a version has a name for none of them.
+    """
+    found = platforms_named(words)
+    for version in versions:
+        if len(unnamed(found, version)) == len(found):
+            raise ExportError(f"FMI {version} has no name for {', '.join(unnamed(found, version))}; FMI 3 has")
+    return found
+
+
 def platforms_named(words: Sequence[str]) -> list[Platform]:
     """Return the platforms with names; `here` is that which runs this, `all` are those of `PLATFORMS`.
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from hfsa.components import Model
 from hfsa.fmus._documentation import documentation
 from hfsa.fmus._icons import ICON, icons
-from hfsa.fmus._platforms import Platform, platforms_named, unnamed
+from hfsa.fmus._platforms import Platform, platforms_for
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus._terminals import FOLDER, terminals, terminals_and_icons
 from hfsa.fmus.c_code import Sources, generate
@@ -40,10 +40,7 @@ def export(
         ExportError: code that cannot be generated or compiled; a file that cannot be written; an FMU that violates a
             rule of FMI; an unknown platform; no platform that a version has a name for.
     """
-    chosen = platforms_named(platforms)
-    for version in versions:
-        if len(unnamed(chosen, version)) == len(chosen):
-            raise ExportError(f"FMI {version} has no name for {', '.join(unnamed(chosen, version))}; FMI 3 has")
+    chosen = platforms_for(platforms, versions)
     sources = generate(model)
     files = []
     libraries = _libraries(sources, chosen)

@@ -70,7 +70,8 @@ def export(
     of_scene = {**sine.arguments, **given({"step_size": step, "stop_time": stop, "algorithm": algorithm})}
     if not ssp:
         refuse(_as_options(of_scene), "an FMU has no step and no source; `--ssp` exports a scene with them")
-        written = _export_parts(name, level, parameter, fuse, fmi, _platforms(platforms), output)
+        versions: tuple[Literal[2, 3], ...] = (fmi,) if fmi else (2, 3)
+        written = _export_parts(name, level, parameter, fuse, versions, _platforms(platforms, versions), output)
         if reference_results:
             from hfsa.fmus.reference_results import add_reference_results
 
@@ -82,12 +83,21 @@ def export(
         raise StructureError("--reference-results are of an FMU, not of a scene; leave it out or --ssp")
     if level is not None:
         raise StructureError(f"a scene has no level {level!r}; name that of each component, -p robot.level={level}")
-    return _export_scene(name, parameter, fuse, fmi or 2, _platforms(platforms), output, json, of_scene)
+    return _export_scene(name, parameter, fuse, fmi or 2, _platforms(platforms, (fmi or 2,)), output, json, of_scene)
 
 
-def _platforms(words: list[str] | None) -> tuple[str, ...]:
-    """Return the platforms of an option: names separated by commas, `here` where there is none."""
-    return tuple(name.strip() for word in words or ["here"] for name in word.split(","))
+def _platforms(words: list[str] | None, versions: tuple[Literal[2, 3], ...]) -> tuple[str, ...]:
+    """Return the names of an option, `here` where there are none; `StructureError` for wrong ones."""
+    from hfsa.cosim.systems.errors import StructureError
+    from hfsa.fmus._platforms import platforms_for
+    from hfsa.fmus.errors import ExportError
+
+    names = tuple(name.strip() for word in words or ["here"] for name in word.split(","))
+    try:
+        platforms_for(names, versions)
+    except ExportError as error:
+        raise StructureError(f"--platforms: {error}") from error
+    return names
 
 
 def _export_parts(
@@ -95,7 +105,7 @@ def _export_parts(
     level: str | None,
     parameter: list[str] | None,
     fuse: list[str] | None,
-    fmi: Literal[2, 3] | None,
+    versions: tuple[Literal[2, 3], ...],
     platforms: tuple[str, ...],
     output: Path | None,
 ) -> list[Path]:
@@ -119,12 +129,11 @@ def _export_parts(
     values = _shell.part_arguments(level, parameter)
     models = models_to_export(name, values.pop("level", None), values, fuse or ())
     folder = output or _export_folder()
-    versions: tuple[Literal[2, 3], ...] = (fmi,) if fmi else (2, 3)
+    if sentence := remark(platforms_named(platforms), versions):
+        _shell.warn(sentence)
     for model in models:
         for version in versions:
             check_fmu(file_of(model, folder, version))
-    if sentence := remark(platforms_named(platforms), versions):
-        _shell.warn(sentence)
     return [file for model in models for file in export_model(model, folder, versions, platforms)]
 
 
