@@ -29,6 +29,9 @@ _MACHINES = {
 }
 """Platforms by system and processor as lief names it."""
 
+KNOWN = frozenset(_MACHINES.values())
+"""Platforms that `platform_of` can tell apart, by their names in FMI 3."""
+
 _SYSTEM = re.compile(
     r"lib[cm]\.so\.6|libc\.musl-.*|ld-linux.*\.so\.\d"
     r"|/usr/lib/libsystem\.b\.dylib"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from hfsa.fmus._binary import all_functions, exported, is_of_the_system, needed, platform_of
+from hfsa.fmus._binary import KNOWN, all_functions, exported, is_of_the_system, needed, platform_of
 
 _FOLDERS = {
     2: {
@@ -32,11 +32,14 @@ def platforms(folder: Path) -> list[str]:
 
 
 def misplaced(folder: Path, version: int) -> Iterator[str]:
-    """Yield a problem for each library in the folder of another platform, which could not be loaded there."""
+    """Yield a problem for each library in the folder of another platform, which could not be loaded there.
+
+    Folders of other names are not judged.
+    """
     for library in libraries(folder):
         place = library.parent.name
         expected, found = _FOLDERS[version].get(place, place), platform_of(library)
-        if found is not None and found != expected:
+        if found is not None and found != expected and expected in KNOWN:
             yield f"{place}/{library.name} is a library for {found}, expected one for {expected}"
 
 

@@ -23,6 +23,7 @@ from lxml import etree
 
 from hfsa.fmus._binary import INTERFACES, binary_path
 from hfsa.fmus._libraries import libraries, misplaced, own_rules, platforms, stray
+from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus._rules import RULES, broken_references, is_ours
 from hfsa.fmus._trial import identifier, trial
 
@@ -198,7 +199,8 @@ def _binaries(folder: Path, description: ModelDescription, report: Report) -> No
             continue
         library = binary_path(folder, version, identifier(description, interface))
         if not library.is_file() and library not in seen:
-            is_for_others = is_ours(description) and bool(libraries(folder))
+            paths = (platform.path(version, library.stem) for platform in PLATFORMS.values())
+            is_for_others = is_ours(description) and any(path and (folder / path).is_file() for path in paths)
             (report.warnings if is_for_others else report.problems).append(_no_binary(folder, library))
         seen.add(library)
         if library.is_file():

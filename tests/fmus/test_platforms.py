@@ -194,3 +194,15 @@ def test_the_trajectory_there_is_the_one_here(models, tmp_path, platform, model)
     scale = np.abs(expected).max(axis=0)
     assert found.shape == expected.shape
     assert (np.abs(found - expected) <= 1e-12 * scale).all(), np.abs(found - expected).max(axis=0)
+
+
+@needs_zig
+@pytest.mark.slow
+def test_a_file_for_another_platform_alone(tmp_path):
+    """It cannot be run here, which is a warning, as nothing is wrong with it."""
+    (file,) = export(
+        mass_on_spring(), tmp_path, [3], ["aarch64-darwin" if HERE.name != "aarch64-darwin" else "x86_64-windows"]
+    )
+    report = examine(file)
+    assert report.problems == []
+    assert any("is missing; there are binaries for" in warning for warning in report.warnings)
