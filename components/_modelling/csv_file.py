@@ -80,16 +80,20 @@ def read_columns(file: Path, label: str) -> Columns:
         raise ModelError(f"{label}, line {first + 1}: the column {repeated} is given twice")
     body = lines[first + 1 :]
     numbers = range(first + 2, len(lines) + 1) if all(body) else [i for i, t in enumerate(lines, 1) if t.strip()][1:]
-    try:
-        values = np.loadtxt(body, delimiter=",", ndmin=2, comments=None)
-        is_plain = values.shape == (len(numbers), len(names)) and bool(np.all(np.isfinite(values)))
-    except ValueError:
-        is_plain = False
-    if not is_plain:  # finds the first wrong row, or reads quoted numbers
-        rows = _numbered(body, label)
+    values = _plain(body)
+    if values is None or values.shape != (len(numbers), len(names)) or not np.all(np.isfinite(values)):
+        rows = _numbered(body, label)  # finds the first wrong row, or reads quoted numbers
         values = _values([(first + 1 + i, row) for i, row in rows], names, label)
         numbers = [first + 1 + i for i, _ in rows]
     return Columns(dict(zip(names, np.ascontiguousarray(values.T), strict=True)), dict(headings), numbers)
+
+
+def _plain(lines: Sequence[str]) -> NDArray[np.float64] | None:
+    """Return numbers separated by commas, (rows, columns); `None` for anything else."""
+    try:
+        return np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
+    except ValueError:
+        return None
 
 
 def _lines(file: Path, label: str) -> list[str]:

@@ -98,6 +98,8 @@ class Ahead(Feed):
         clock = self.clock
         first = round((time - clock.start) / clock.step)
         count = min(max(clock.last + 1 - first, 1), BLOCK)
-        self.block[BLOCK - count :] = self.rows(clock.start + np.arange(first, first + count, dtype=np.float64) * clock.step)
+        self.block[BLOCK - count :] = self.rows(
+            clock.start + np.arange(first, first + count, dtype=np.float64) * clock.step
+        )
         self.next[0] = BLOCK - count
         return self._checked(self.run(), time)

@@ -32,7 +32,7 @@ _SAME = 1e-6
 """Fraction of a step within which a jump and a communication point are the same instant."""
 
 _WORDS = {
-    "held": "held from each communication point to the next",
+    "held": "held from the beginning of each step",
     "middle": "held over each step",
     "line": "on a line over each step",
     "parabola": "on a parabola over each step",
@@ -74,7 +74,7 @@ def sentences(name: str, signal: Signal, way: Way, step_size: float, end: float,
     if range_ and deviation > tolerance * range_:
         found.append(
             f"{name}: the input is {_WORDS[way]} of {readable(step_size, 's')}, and deviates from its signal by up to "
-            f"{100 * deviation / range_:.2g} % of half its range (tolerance {100 * tolerance:.3g} %); {_advice(way)}"
+            f"{100 * deviation / range_:.3g} % of half its range (tolerance {100 * tolerance:.3g} %); {_advice(way)}"
         )
     return found
 

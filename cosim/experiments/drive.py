@@ -1,7 +1,7 @@
 """Inputs driven by signals of the user's own, from a request by names to a scene that is ready for them.
 
-    request = requested({"base.position": "chirp,to=200"}, scene, descriptions)     # full names and signals
-    scene = released(scene, request)                                                # nothing else feeds these inputs
+request = requested({"base.position": "chirp,to=200"}, scene, descriptions)     # full names and signals
+scene = released(scene, request)                                                # nothing else feeds these inputs
 """
 
 import dataclasses
@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.cosim.analysis.driven_inputs import sentences, way_of
 from hfsa.cosim.experiments.drive_text import signal_of
 from hfsa.cosim.experiments.selection import find_signals
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.masters.algorithms import algorithm_named
 from hfsa.cosim.signals.drive import Function, Signal
 from hfsa.cosim.signals.table import Table, table
 from hfsa.cosim.systems.connectors import Connector, derivative_inputs
@@ -56,7 +58,7 @@ def released(scene: Scene, driven: Collection[str], used: Collection[str]) -> Sc
     before = {system.split(name)[0] for c in system.connections for name in (c.start, c.end)}
     kept = [c for c in system.connections if c.end not in driven]
     after = {system.split(name)[0] for c in kept for name in (c.start, c.end)}
-    after |= {system.split(name)[0] for name in (*driven, *used)}
+    after |= {system.split(name)[0] for name in (*driven, *used)} | {name for group in scene.fuse for name in group}
     components = [c for c in system.components if c.name in after or c.name not in before]
     if len(kept) == len(system.connections):
         return scene
@@ -77,9 +79,40 @@ def with_companions(driven: Mapping[str, Signal], known: Assembly) -> list[str]:
 
 def half_range(signal: Signal, end: float) -> float:
     """Return half the range of a signal from 0 to `end` [s], 0 where it is constant."""
-    times = np.unique(np.concatenate([np.linspace(0, end, _SAMPLES), signal.knots(0, end)[:10**6]]))
+    times = np.unique(np.concatenate([np.linspace(0, end, _SAMPLES), signal.knots(0, end)[: 10**6]]))
     values = signal.derivatives(times)[0]
     return float(values.max() - values.min()) / 2
+
+
+def with_amplitudes(scene: Scene, driven: Mapping[str, Signal], known: Assembly) -> Scene:
+    """Return the scene with the size of the driving signals as amplitudes, at which levels and algorithms are judged.
+
+    A constant signal has the amplitude of the scene in its unit, or else its nominal size.
+    """
+    sizes: dict[str, float] = {}
+    for name, signal in driven.items():
+        variable = known.connector(name)
+        unit = variable.unit or "1"
+        size = half_range(signal, scene.stop_time) or scene.amplitude.get(unit, abs(variable.nominal))
+        sizes[unit] = max(size, sizes.get(unit, 0.0))
+    return dataclasses.replace(scene, amplitude={**scene.amplitude, **sizes})
+
+
+def driven_sentences(driven: Mapping[str, Signal], assembly: Assembly, scene: Scene) -> list[str]:
+    """Return the sentences on what the steps of a scene, and the inputs of its FMUs, leave of the driving signals."""
+    found: list[str] = []
+    row, system = algorithm_named(scene.algorithm), assembly.system
+    for name, signal in driven.items():
+        component, variable = system.split(name)
+        way = way_of(row, assembly.descriptions[component], variable)
+        found += sentences(name, signal, way, scene.step_size, scene.stop_time, scene.tolerance)
+        others = list(derivative_inputs(assembly.connectors[component], variable).values())
+        if missing := others[signal.known :]:
+            words = f"{name}: {signal.text} has no derivative for {', '.join(missing)}, which keep their start values"
+            found.append(words)
+        elif others and not signal.is_smooth and len(signal.breaks(0.0, scene.stop_time)):
+            found.append(f"{name}: where its signal jumps or bends, {', '.join(others)} miss an impulse")
+    return found
 
 
 def _signal(wanted: Any, name: str, full: str) -> Signal:
@@ -92,7 +125,8 @@ def _signal(wanted: Any, name: str, full: str) -> Signal:
         return Function(wanted) if callable(wanted) else table(wanted, source="an array")
     except (TypeError, ValueError) as error:
         raise StructureError(
-            f"drive of {full}: {error}; expected a signal, a function of the time, rows of a time and a value, or a text"
+            f"drive of {full}: {error}; expected a signal, a function of the time, rows of a time and a value, or a "
+            "text"
         ) from None
 
 

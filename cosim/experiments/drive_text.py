@@ -1,7 +1,7 @@
 """Driving signals as texts: a shape with numbers, or a column of a file.
 
-    signal_of("chirp,amplitude=1e-6,from=1,to=200,duration=2", ["mass.base.position"])
-    signal_of("wind.csv:force,interpolation=smooth", ["plant.force"])
+signal_of("chirp,amplitude=1e-6,from=1,to=200,duration=2", ["mass.base.position"])
+signal_of("wind.csv:force,interpolation=smooth", ["plant.force"])
 """
 
 import re
@@ -68,7 +68,9 @@ def _shape(name: str, options: Mapping[str, str]) -> Signal:
     hints = {field.name.rstrip("_"): (field.name, typing.get_type_hints(kind)[field.name]) for field in fields(kind)}  # type: ignore[arg-type]
     _check_options(name, options, list(hints))
     try:
-        return kind(**{hints[option][0]: _value(name, option, text, hints[option][1]) for option, text in options.items()})
+        return kind(
+            **{hints[option][0]: _value(name, option, text, hints[option][1]) for option, text in options.items()}
+        )
     except ValueError as error:
         raise StructureError(str(error)) from None
 

@@ -15,29 +15,25 @@ from typing import Any, Literal
 from hfsa.cosim.actions.divergence import recorded_scales
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.analysis.aliasing import check_resolved
-from hfsa.cosim.analysis.driven_inputs import sentences, way_of
 from hfsa.cosim.assembly.assemble import Keep, Variants
 from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.experiments.arguments import checked
-from hfsa.cosim.experiments.drive import half_range, with_companions
+from hfsa.cosim.experiments.drive import driven_sentences, with_amplitudes, with_companions
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with_levels
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.masters.algorithms import algorithm_named
 from hfsa.cosim.measurement import run as measured
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
-from hfsa.cosim.results.files import Identity
-from hfsa.cosim.results.records import DrivenInput
+from hfsa.cosim.results.files import DrivenInput, Identity
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.results.target import check_new
-from hfsa.cosim.systems.connectors import derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
@@ -192,7 +188,10 @@ def prepare(
     warnings about the result.
     """
     scene, excited = with_sine(setup, sine)
-    scene, judged = with_driven(scene, setup), [name for name in (excited, *setup.driven) if name]
+    scene, judged = (
+        with_amplitudes(scene, setup.driven, setup.highest),
+        [name for name in (excited, *setup.driven) if name],
+    )
     frequency, band = None, scene.band
     every = thinning.steps(scene.step_size)
     if excited:
@@ -210,7 +209,7 @@ def prepare(
     checked = ready_to_step(moved[excited] if excited else plain, scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, candidates(setup.order), None if setup.driven else frequency)
-    sentences = [*sentences, *driven_sentences(setup, plain, scene)]
+    sentences = [*sentences, *driven_sentences(setup.driven, plain, scene)]
     if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
         checked = Variants(scene, plain, **needed).driven(excited, sine.frequency)
@@ -286,38 +285,14 @@ def with_sine(setup: Setup, sine: SineInput) -> tuple[Scene, str | None]:
         wanted = [sine.input] if sine.input else scene.inputs[:1]
         excited = find_signals(wanted, scene.inputs, setup.highest.connectors, "input")[0]
         if excited in with_companions(setup.driven, setup.highest):
-            raise StructureError(f"{excited} is driven already; --input, --frequency and --amplitude are of a sine at another input")
+            raise StructureError(f"{excited} is driven, and has no sine as well; expected another --input")
+
         return with_amplitude(scene, sine.amplitude or None, [excited], setup.highest), excited
     if sine.frequency is not None or sine.amplitude is not None:
         raise StructureError(
             "the scene has a motion of its own; a sine takes --input beside --frequency and --amplitude"
         )
     return scene, None
-
-
-def with_driven(scene: Scene, setup: Setup) -> Scene:
-    """Return the scene with the size of the driving signals as amplitudes, at which levels and algorithms are judged."""
-    sizes: dict[str, float] = {}
-    for name, signal in setup.driven.items():
-        variable = setup.highest.connector(name)
-        size = half_range(signal, scene.stop_time) or scene.amplitude.get(variable.unit or "1", abs(variable.nominal))
-        sizes[variable.unit or "1"] = max(size, sizes.get(variable.unit or "1", 0.0))
-    return dataclasses.replace(scene, amplitude={**scene.amplitude, **sizes})
-
-
-def driven_sentences(setup: Setup, assembly: Assembly, scene: Scene) -> list[str]:
-    """Return the sentences on what the communication steps leave of the driving signals."""
-    found: list[str] = []
-    row, system = algorithm_named(scene.algorithm), assembly.system
-    for name, signal in setup.driven.items():
-        component, variable = system.split(name)
-        way = way_of(row, assembly.descriptions[component], variable)
-        found += sentences(name, signal, way, scene.step_size, scene.stop_time, scene.tolerance)
-        others = list(derivative_inputs(assembly.connectors[component], variable).values())
-        if missing := others[signal.known :]:
-            words = f"{name}: {signal.text} has no derivative for {', '.join(missing)}, which keep their start values"
-            found.append(words)
-    return found
 
 
 def ready_to_step(assembly: Assembly, step_size: float) -> Assembly:

@@ -1,9 +1,9 @@
-"""Choices of levels, order and algorithm, read from a results file of either kind."""
+"""Choices of levels, order and algorithm, and driven inputs, read from a results file of either kind."""
 
 from pathlib import Path
 
 from hfsa.cosim.results import system_group
-from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice
+from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice
 from hfsa.cosim.results.store import open_file, translate_errors
 
 
@@ -29,3 +29,11 @@ def read_algorithm(path: str | Path) -> AlgorithmChoice | None:
     file = open_file(path)
     with file, translate_errors(path, "read"):
         return system_group.read_algorithm(file["system"])
+
+
+def read_driven(path: str | Path) -> list[DrivenInput]:
+    """Read the inputs that signals drove in a run; none where none were driven."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        return system_group.read_driven(file["system"])

@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 ORDERS = 4
 """Rows of `derivatives`: the value, and its first three derivatives."""
 
+Times = NDArray[np.floating[Any]]
+"""Times [s]."""
+
 Shift = float | NDArray[np.float64]
 """Time [s] from a time to the instant whose piece is in force, for all times or for each."""
 
@@ -35,7 +38,7 @@ class Signal(ABC):
     is_smooth: ClassVar[bool] = True
 
     @abstractmethod
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:
         """Return the value and three derivatives at times, (4, n), by the piece in force `shift` [s] later."""
 
     @property
@@ -79,7 +82,7 @@ class Function(Signal):
     def __post_init__(self):
         object.__setattr__(self, "known", len(self._at(0.0)) - 1)
 
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
         """Return the value and its derivatives as far as the function returns them, (4, n); NaN for the others."""
         found = np.full((ORDERS, len(time)), np.nan)
         for i, at in enumerate(time.tolist()):

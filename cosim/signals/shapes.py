@@ -17,7 +17,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.signals.drive import ORDERS, Shift, Signal, described
+from hfsa.cosim.signals.drive import ORDERS, Shift, Signal, Times, described
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class _Shape(Signal):
         """Return its start and its end, as far as they are in the interval."""
         return np.array([at for at in (self.start, self.end) if begin < at < end])
 
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:
         """Return the value and its derivatives, (4, n)."""
         found = np.zeros((ORDERS, len(time)))
         piece = time + shift
@@ -64,7 +64,7 @@ class _Shape(Signal):
         return found
 
     @abstractmethod
-    def _inside(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inside(self, t: Times) -> NDArray[np.float64]:
         """Return the deviation from the offset and its derivatives, (4, n), at times since the start."""
 
     def _check_positive(self, *names: str) -> None:
@@ -82,7 +82,7 @@ class Step(_Shape):
 
     name: ClassVar[str] = "step"
 
-    def _inside(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inside(self, t: Times) -> NDArray[np.float64]:
         return np.vstack([np.full(len(t), self.amplitude), np.zeros((ORDERS - 1, len(t)))])
 
 
@@ -103,7 +103,7 @@ class Ramp(_Shape):
         """End of the line [s]."""
         return self.start + self.duration
 
-    def _inside(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inside(self, t: Times) -> NDArray[np.float64]:
         slope = self.amplitude / self.duration
         return np.vstack([slope * t, np.full(len(t), slope), np.zeros((2, len(t)))])
 
@@ -126,7 +126,7 @@ class Sine(_Shape):
         """Its frequency [Hz]."""
         return self.frequency
 
-    def _inside(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inside(self, t: Times) -> NDArray[np.float64]:
         omega = 2 * math.pi * self.frequency
         angle = omega * t + self.phase
         return self.amplitude * np.vstack(
@@ -159,7 +159,7 @@ class Chirp(_Shape):
         """The higher one of its ends [Hz]."""
         return max(self.from_, self.to)
 
-    def _inside(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inside(self, t: Times) -> NDArray[np.float64]:
         p0, p1, p2, p3 = self._angle(t)
         sine, cosine = np.sin(p0), np.cos(p0)
         return self.amplitude * np.vstack(
@@ -171,7 +171,7 @@ class Chirp(_Shape):
             ]
         )
 
-    def _angle(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    def _angle(self, t: Times) -> tuple[NDArray[np.float64], ...]:
         """Return the phase [rad] and its three derivatives."""
         first, ratio = 2 * math.pi * self.from_, self.to / self.from_
         if self.sweep == "linear" or ratio == 1:

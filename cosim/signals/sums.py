@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.signals.drive import ORDERS, Shift, Signal, described
+from hfsa.cosim.signals.drive import ORDERS, Shift, Signal, Times, described
 
 _POINTS = 64
 """Points of noise in a period of its bandwidth."""
@@ -65,7 +65,7 @@ class Multisine(Signal):
         """Phases of the lines at time 0 [rad]."""
         return np.random.default_rng(self.seed).uniform(0, 2 * math.pi, self.lines)
 
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
         """Return the value and its derivatives, (4, n)."""
         found = np.zeros((ORDERS, len(time)))
         for omega, phase in zip(self.omega.tolist(), self.phase.tolist(), strict=True):
@@ -137,7 +137,7 @@ class Noise(Signal):
         time = np.linspace(0, self.period, self._count + 1)
         return CubicSpline(time, np.append(values, values[0]), bc_type="periodic")
 
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:  # noqa: ARG002
         """Return the value and its derivatives, (4, n)."""
         at = np.mod(time, self.period)
         found = np.array([self._spline(at, order) for order in range(ORDERS)])

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hfsa.cosim.signals.drive import ORDERS, Shift, Signal
+from hfsa.cosim.signals.drive import ORDERS, Shift, Signal, Times
 
 Interpolation = Literal["held", "linear", "smooth"]
 """Ways to join the rows of a table."""
@@ -61,9 +61,7 @@ class Table(Signal):
                 raise ValueError(f"{self._row(wrong[0])}: {name} is {column[wrong[0]]}, expected a finite number")
         if len(falls := np.flatnonzero(np.diff(self.time) <= 0)):
             before, at = self.time[falls[0] : falls[0] + 2]
-            raise ValueError(
-                f"{self._row(falls[0] + 1)}: time is {at:.9g} s after {before:.9g} s, expected a rise"
-            )
+            raise ValueError(f"{self._row(falls[0] + 1)}: time is {at:.9g} s after {before:.9g} s, expected a rise")
 
     def _row(self, row: int) -> str:
         """Return words for a row: its line in a file, or its number from 1."""
@@ -95,7 +93,7 @@ class Table(Signal):
         slope = np.diff(self.values) / np.diff(self.time) if self.interpolation == "linear" else 0 * self.time[1:]
         return np.array([0 * slope, 0 * slope, slope, self.values[:-1]])
 
-    def derivatives(self, time: NDArray[np.float64], shift: Shift = 0.0) -> NDArray[np.float64]:
+    def derivatives(self, time: Times, shift: Shift = 0.0) -> NDArray[np.float64]:
         """Return the value and its derivatives, (4, n); all but the value are 0 outside of the table."""
         piece = np.searchsorted(self.time, time + shift, side="right") - 1
         inside = (piece >= 0) & (piece < len(self.time) - 1)
