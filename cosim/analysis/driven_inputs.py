@@ -161,8 +161,8 @@ def _jumps_sentence(signal: Signal, step_size: float, end: float) -> str:
     lost = int(np.count_nonzero(between == 0))
     passed = f", and {lost} values between two points are passed over" if lost else ""
     return (
-        f"it jumps {len(late)} times between communication points, first at {late[0]:.9g} s; the input jumps at the next "
-        f"point{passed}"
+        f"it jumps {len(late)} times between communication points, first at {late[0]:.9g} s; the input jumps at the "
+        f"next point{passed}"
     )
 
 

@@ -65,12 +65,12 @@ def _check_options(subject: str, options: Mapping[str, str], known: Sequence[str
 def _shape(name: str, options: Mapping[str, str]) -> Signal:
     """Return a shape with options."""
     kind = SHAPES[name]
-    hints = {field.name.rstrip("_"): (field.name, typing.get_type_hints(kind)[field.name]) for field in fields(kind)}  # type: ignore[arg-type]
-    _check_options(name, options, list(hints))
+    hints = typing.get_type_hints(kind)
+    known = {field.name.rstrip("_"): field.name for field in fields(kind)}  # type: ignore[arg-type]
+    _check_options(name, options, list(known))
+    values = {known[key]: _value(name, key, text, hints[known[key]]) for key, text in options.items()}
     try:
-        return kind(
-            **{hints[option][0]: _value(name, option, text, hints[option][1]) for option, text in options.items()}
-        )
+        return kind(**values)
     except ValueError as error:
         raise StructureError(str(error)) from None
 

@@ -78,7 +78,7 @@ class RunPlan:
     drive: Mapping[str, Signal] = field(default_factory=dict)
 
     def open(self, step_size: float) -> Master:
-        """Load the FMUs and return the master with steps of `step_size` [s] and driven inputs; errors as `open_master`."""
+        """Load the FMUs and return the master with steps of `step_size` [s], inputs driven; as `open_master`."""
         master = open_master(self.assembly, self.algorithm, step_size, self.library, self.tolerance)
         try:
             if self.drive:
