@@ -74,9 +74,7 @@ def _write_parquet(found: Flat, part: Path) -> None:
         import pyarrow  # type: ignore[import-not-found]
         import pyarrow.parquet  # type: ignore[import-not-found]
     except ImportError:
-        raise ResultsError(
-            "a .parquet file needs the package pyarrow, which is not installed; .csv does not"
-        ) from None
+        raise ResultsError("a .parquet file needs the package pyarrow, which is not installed; .csv does not") from None
     arrays = [pyarrow.array(column.tolist()) for column in found.columns.values()]
     fields = [
         pyarrow.field(name, array.type, metadata={"units": found.units[name]})

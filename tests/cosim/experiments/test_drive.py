@@ -1,5 +1,7 @@
 """Runs with signals of the user's own: requests, what they replace, warnings, the file, and the round trip by CSV."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -94,7 +96,7 @@ def test_units_of_a_table_are_converted(driven, tmp_path):
     assert found[INPUT][-1] == pytest.approx(2e-3)
     (tmp_path / "volt.csv").write_text("time [s],u [V]\n0,0\n1,2\n")
     with pytest.raises(StructureError, match=r"volt.csv:u is in V, but mass.base.position in m"):
-        driven({INPUT: f"{tmp_path / 'volt.csv'}"})
+        driven({INPUT: f"{tmp_path / 'volt.csv'}"}, name="volt.h5")
 
 
 @pytest.mark.parametrize(
@@ -111,8 +113,6 @@ def test_units_of_a_table_are_converted(driven, tmp_path):
 )
 def test_what_steps_leave_of_a_signal_is_told(driven, drive, options, words):
     """With the figure."""
-    import re
-
     _, found = driven({INPUT: drive}, **options)
     assert any(re.search(words, word) for word in found), found
 

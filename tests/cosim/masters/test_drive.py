@@ -1,5 +1,7 @@
 """Driven inputs: every algorithm gives the motion that the equations have, in both loops with the same bits."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from algorithm_groups import ALGORITHMS, ERROR_CONTROLLED, HELD, MONOLITHIC, MONOLITHIC_DAE
@@ -171,7 +173,7 @@ def test_tables_at_random_give_the_exact_motion(alone_once, gaps, values, interp
     points = np.arange(9) * 0.05
     marks = np.unique(np.concatenate([points, times[times < 0.4]]))
     state, expected = np.zeros(2), {0.0: 0.0}
-    for begin, end in zip(marks[:-1], marks[1:], strict=True):
+    for begin, end in pairwise(marks):
         force = table.derivatives(np.array([begin]), (end - begin) / 2)[:, 0]
         state = (expm(matrix * (end - begin)) @ [*state, *force])[:2]
         expected[end] = state[0]
