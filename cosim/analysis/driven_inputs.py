@@ -1,6 +1,7 @@
 """What communication steps leave of a driving signal: its deviation between the points, its aliasing, its jumps.
 
-    sentences("plant.force", signal, Fed("held"), step_size=1e-3, end=2.0, tolerance=1e-3)
+    sentences("plant.force", signal, "held", step_size=1e-3, end=2.0)
+    deviation_sentence("plant.force", signal, "held", step_size=1e-3, end=2.0, tolerance=1e-3)
 
 Between two points an input is what the master feeds (`actions/drive.py`): held at its value at the first point or in
 the middle, on a line, or on a parabola. The deviation from the signal is the largest one at a quarter, a half and three
@@ -50,7 +51,7 @@ class Sampled:
 
 def way_of(algorithm: Algorithm, description: Description, variable: str) -> Way:
     """Return the way in which an algorithm moves a driven input of an FMU."""
-    if algorithm.inputs == "exact" or not algorithm.is_limited:
+    if not algorithm.is_limited:
         return "exact"
     if algorithm.inputs == "held":
         return "held"
@@ -61,22 +62,25 @@ def way_of(algorithm: Algorithm, description: Description, variable: str) -> Way
     return "line" if description.input_derivative(variable, 2) is None else "parabola"
 
 
-def sentences(name: str, signal: Signal, way: Way, step_size: float, end: float, tolerance: float) -> list[str]:
-    """Return the sentences on a signal from 0 to `end` [s]; none where steps follow it within the tolerance."""
-    found = [f"{name}: {remark}" for remark in signal.remarks(0.0, end)]
-    if way == "exact":
-        return found
-    if points := _points_sentence(signal, step_size):
-        found.append(f"{name}: {points}")
-    if jumps := _jumps_sentence(signal, step_size, end):
-        found.append(f"{name}: {jumps}")
+def sentences(name: str, signal: Signal, way: Way, step_size: float, end: float) -> list[str]:
+    """Return the sentences on ends, content and jumps of a signal from 0 to `end` [s]; none where all fit."""
+    found = signal.remarks(0.0, end)
+    if way != "exact":
+        found += filter(None, (_points_sentence(signal, step_size), _jumps_sentence(signal, step_size, end)))
+    return [f"{name}: {words}" for words in found]
+
+
+def deviation_sentence(
+    name: str, signal: Signal, way: Way, step_size: float, end: float, tolerance: float
+) -> list[str]:
+    """Return the sentence on a deviation beyond the tolerance, relative to half the range; none for a smaller one."""
     deviation, range_ = deviation_of(signal, way, step_size, end)
-    if range_ and deviation > tolerance * range_:
-        found.append(
-            f"{name}: the input is {_WORDS[way]} of {readable(step_size, 's')}, and deviates from its signal by up to "
-            f"{100 * deviation / range_:.3g} % of half its range (tolerance {100 * tolerance:.3g} %); {_advice(way)}"
-        )
-    return found
+    if way == "exact" or deviation <= tolerance * range_:
+        return []
+    return [
+        f"{name}: the input is {_WORDS[way]} of {readable(step_size, 's')}, and deviates from its signal by up to "
+        f"{100 * deviation / range_:.3g} % of half its range (tolerance {100 * tolerance:.3g} %); {_advice(way)}"
+    ]
 
 
 def deviation_of(signal: Signal, way: Way, step_size: float, end: float) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hfsa.cosim.analysis.driven_inputs import sentences, way_of
+from hfsa.cosim.analysis.driven_inputs import deviation_sentence, sentences, way_of
 from hfsa.cosim.experiments.drive_text import signal_of
 from hfsa.cosim.experiments.selection import find_signals
 from hfsa.cosim.fmi.assembly import Assembly
@@ -98,14 +98,21 @@ def with_amplitudes(scene: Scene, driven: Mapping[str, Signal], known: Assembly)
     return dataclasses.replace(scene, amplitude={**scene.amplitude, **sizes})
 
 
-def driven_sentences(driven: Mapping[str, Signal], assembly: Assembly, scene: Scene) -> list[str]:
-    """Return the sentences on what the steps of a scene, and the inputs of its FMUs, leave of the driving signals."""
+def driven_sentences(
+    driven: Mapping[str, Signal], assembly: Assembly, scene: Scene, known: Collection[str] = ()
+) -> list[str]:
+    """Return the sentences on what the steps of a scene, and the inputs of its FMUs, leave of the driving signals.
+
+    Of the `known` ones (full names) the error of the response is known, and says more than the deviation of the input.
+    """
     found: list[str] = []
     row, system = algorithm_named(scene.algorithm), assembly.system
     for name, signal in driven.items():
         component, variable = system.split(name)
         way = way_of(row, assembly.descriptions[component], variable)
-        found += sentences(name, signal, way, scene.step_size, scene.stop_time, scene.tolerance)
+        found += sentences(name, signal, way, scene.step_size, scene.stop_time)
+        if name not in known and not assembly.descriptions[component].is_sampled:
+            found += deviation_sentence(name, signal, way, scene.step_size, scene.stop_time, scene.tolerance)
         others = list(derivative_inputs(assembly.connectors[component], variable).values())
         if missing := others[signal.known :]:
             words = f"{name}: {signal.text} has no derivative for {', '.join(missing)}, which keep their start values"

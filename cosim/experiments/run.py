@@ -205,11 +205,14 @@ def prepare(
     needed = {"keep": keep, "observed": names, "excited": judged}
     variants = Variants(scene, setup.highest, **needed)
     plain, left_out = variants.plain, variants.left_out.sentence
-    moved = {name: variants.driven(name, sine.frequency if name == excited else None) for name in judged}
-    checked = ready_to_step(moved[excited] if excited else plain, scene.step_size)
+    continuous = [name for name in judged if plain.connector(name).is_real]
+    moved = {name: variants.driven(name, sine.frequency if name == excited else None) for name in continuous}
+    checked = ready_to_step(moved.get(excited or "", plain), scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
         scene, algorithm, sentences = known.decided(scene, candidates(setup.order), None if setup.driven else frequency)
-    sentences = [*sentences, *driven_sentences(setup.driven, plain, scene)]
+    # of these the error of the response is in the judgement
+    told = [name for name, signal in setup.driven.items() if name in moved and known.analysis and signal.highest]
+    sentences = [*sentences, *driven_sentences(setup.driven, plain, scene, told)]
     if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
         checked = Variants(scene, plain, **needed).driven(excited, sine.frequency)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 ORDERS = 4
 """Rows of `derivatives`: the value, and its first three derivatives."""
 
-Times = NDArray[np.floating[Any]]
+Times = NDArray[Any]
 """Times [s]."""
 
 Shift = float | NDArray[np.float64]
