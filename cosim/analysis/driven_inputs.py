@@ -26,7 +26,7 @@ Way = Literal["held", "middle", "line", "parabola", "exact"]
 _FEWEST = 10
 """Communication points in a period of the highest frequency, below which a sentence says how many there are."""
 
-_MOST = 50_000
+_MOST = 20_000
 """Largest number of steps that are examined."""
 
 _SAME = 1e-6

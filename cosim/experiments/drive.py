@@ -87,13 +87,18 @@ def half_range(signal: Signal, end: float) -> float:
 def with_amplitudes(scene: Scene, driven: Mapping[str, Signal], known: Assembly) -> Scene:
     """Return the scene with the size of the driving signals as amplitudes, at which levels and algorithms are judged.
 
-    A constant signal has the amplitude of the scene in its unit, or else its nominal size.
+    A constant signal has the amplitude of the scene in its unit, or else its nominal size. `StructureError` for a signal
+    that has no value at some time of the run.
     """
     sizes: dict[str, float] = {}
     for name, signal in driven.items():
         variable = known.connector(name)
         unit = variable.unit or "1"
-        size = half_range(signal, scene.stop_time) or scene.amplitude.get(unit, abs(variable.nominal))
+        try:
+            size = half_range(signal, scene.stop_time)
+        except ValueError as error:
+            raise StructureError(f"drive of {name}: {error}") from error
+        size = size or scene.amplitude.get(unit, abs(variable.nominal))
         sizes[unit] = max(size, sizes.get(unit, 0.0))
     return dataclasses.replace(scene, amplitude={**scene.amplitude, **sizes})
 

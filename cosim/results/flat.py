@@ -60,7 +60,7 @@ def _datasets(group: Node) -> dict[str, tuple[Node, list[str]]]:
     for name, item in group.items():
         if isinstance(item, h5py.Dataset):
             scales = [item.dims[axis] for axis in range(item.ndim)]
-            dims = [name] if item.is_scale else [s[0].name.rpartition("/")[2] if len(s) else "" for s in scales]
+            dims = [name] if item.is_scale else [str(s[0].name).rpartition("/")[2] if len(s) else "" for s in scales]
             found[name] = item, dims
     return found
 
@@ -80,7 +80,7 @@ def _flat(group: Node, data: Mapping[str, tuple[Node, list[str]]], main: Sequenc
         values = np.moveaxis(_values(item), np.argsort(np.argsort(places)), range(len(places)))
         spread = np.broadcast_to(values.reshape([shape[i] if i in places else 1 for i in range(len(main))]), shape)
         unit = text(item.attrs["units"]) if "units" in item.attrs else ""
-        parts = {".real": spread.real, ".imag": spread.imag} if np.iscomplexobj(spread) else {"": spread}
+        parts = {".real": np.real(spread), ".imag": np.imag(spread)} if np.iscomplexobj(spread) else {"": spread}
         for ending, part in parts.items():
             columns[name + ending], units[name + ending] = part.reshape(-1), unit
     return Flat(columns, units, left_out)

@@ -144,6 +144,7 @@ def test_nothing_is_told_of_a_signal_that_steps_follow(driven):
         ({INPUT: [[0, 1, 2]]}, "expected rows of a time and a value"),
         ({INPUT: [[0, 1], [0, 2]]}, "row 2: time is 0 s after 0 s"),
         ({INPUT: lambda t: None}, "returns None at 0 s"),
+        ({INPUT: lambda t: 1.0 if t < 0.1 else float("nan")}, "drive of mass.base.position: .* returns nan at 0.1"),
         ({INPUT: "step", "base.position": "step"}, "driven twice"),
     ],
     ids=[
@@ -160,6 +161,7 @@ def test_nothing_is_told_of_a_signal_that_steps_follow(driven):
         "columns",
         "times",
         "function",
+        "function-later",
         "input-twice",
     ],
 )
