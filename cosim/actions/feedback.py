@@ -210,7 +210,7 @@ def _rates(wiring: Wiring, group: Group, rates: np.ndarray, driven: Sequence[str
     ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
     fed = [(i, name) for i, (target, name) in ends if target == group.instance]
     # not every foreign FMU differentiates with respect to time
-    is_finished = wiring.system[group.instance].part.endswith(".fmu")
+    is_finished = wiring.system[group.instance].is_foreign
     time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
     states = [state for state, _ in description.states]
     first, second = len(time) + len(states), len(time) + len(states) + len(driven)

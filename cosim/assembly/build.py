@@ -56,7 +56,7 @@ def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> 
         return assembly
     system, files = assembly.system, dict(assembly.files)
     for name, pairs in row.ports(system, assembly.connectors).items():
-        if not system[name].part.endswith(".fmu"):
+        if not system[name].is_foreign:
             files[name] = fmu_file(system[name], fmi, tuple(pairs))
     return Assembly.read(system, files)
 

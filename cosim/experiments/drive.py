@@ -85,10 +85,10 @@ def half_range(signal: Signal, end: float) -> float:
 
 
 def with_amplitudes(scene: Scene, driven: Mapping[str, Signal], known: Assembly) -> Scene:
-    """Return the scene with the size of the driving signals as amplitudes, at which levels and algorithms are judged.
+    """Return the scene with the size of the driving signals as amplitudes, for the choice of levels and algorithms.
 
-    A constant signal has the amplitude of the scene in its unit, or else its nominal size. `StructureError` for a signal
-    that has no value at some time of the run.
+    A constant signal has the amplitude of the scene in its unit, or else its nominal size. `StructureError` for a
+    signal that has no value at some time of the run.
     """
     sizes: dict[str, float] = {}
     for name, signal in driven.items():

@@ -56,7 +56,7 @@ class Assembly:
     @property
     def is_foreign(self) -> bool:
         """Whether it contains a foreign FMU, which may crash its process."""
-        return any(component.part.endswith(".fmu") for component in self.system.components)
+        return any(component.is_foreign for component in self.system.components)
 
     def __reduce__(self):
         # a worker process reads the descriptions again

@@ -30,6 +30,9 @@ PICTURE_SIGNATURES = {
 PARAMETER_SET = "# parameter set of hfsa"
 """First line of a file of parameters written by hfsa."""
 
+PAGE_SIGNATURE = "<!doctype html><!-- page of hfsa -->"
+"""First line of a page written by hfsa."""
+
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"
 _TABLES = {b"MATLAB 5.0 MAT-file": "a MAT file", b"PAR1": "a Parquet file"}
@@ -48,6 +51,7 @@ class FileKind(enum.Enum):
     PACKAGE = enum.auto()
     PARAMETERS = enum.auto()
     TABLE = enum.auto()
+    PAGE = enum.auto()
     OTHER = enum.auto()
 
 
@@ -76,6 +80,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return FileKind.TABLE, table
     if real.suffix.lower() == ".csv" and _text_or_binary(head) == "a text file":
         return FileKind.TABLE, "a CSV file"
+    if head.startswith(PAGE_SIGNATURE.encode()):
+        return FileKind.PAGE, "a page"
     for ending in PICTURE_SIGNATURES:
         if _has_signature(head, ending):
             return FileKind.OTHER, f"a picture ({ending.upper()})"
