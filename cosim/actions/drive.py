@@ -99,6 +99,10 @@ class Drive:
         margin = self._margin(time)
         return self._of(self.inputs, time, np.clip(time, begin + margin, end - margin) - time)
 
+    def is_rough(self, begin: float, end: float) -> bool:
+        """Whether an input is held over steps, or a signal jumps or bends between two times [s]."""
+        return bool(self.warnings) or any(len(signal.breaks(begin, end)) for signal in self.signals.values())
+
     def next_break(self, after: float) -> float:
         """Return the time [s] of the next jump of a value or a rate after a time, infinite if there is none."""
         later = after + float(self._margin(np.array([after]))[0])
@@ -147,7 +151,7 @@ class Drive:
         if not it.has_input_derivatives(names, 1):
             self.warnings[instance] = (
                 f"{instance}: {it.fmu.description.file.name} takes no derivatives of its inputs: its driven inputs are "
-                "held over each step at their value in the middle"
+                "held over each step at their value in the middle, and outputs that follow them at once are late"
             )
             middle = it.handle(names)
             return feeder(partial(self._middles, moving), middle.values, [it.setter(middle)])

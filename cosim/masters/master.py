@@ -88,8 +88,11 @@ class Master(ABC):
 
     @property
     def order(self) -> int | None:
-        """Order of the error in the communication step: that of the algorithm, or less where inputs are held."""
+        """Order of the error in the communication step: that of the algorithm, less where inputs are held or jump."""
         order, moving = self.algorithm.order, self._scheme.moving
+        end = self._start_time + self._clock.last * self.step_size
+        if order and self._drive is not None and self._drive.is_rough(self._start_time, end):
+            return 1
         return min(order, 1 + moving.degree) if order and isinstance(moving, Extrapolation) else order
 
     @property

@@ -240,3 +240,15 @@ def test_the_command_drives_inputs(hfsa, scene_cache):
     code, _, err = hfsa("run", "mass_on_spring", "--drive", "base.position", "--force")
     assert code == 2
     assert "--drive 'base.position' is not of the form NAME=VALUE" in err
+
+
+@pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
+@pytest.mark.parametrize("algorithm", ["jacobi_plain", "jacobi_linear"])
+def test_an_input_of_a_foreign_fmu_is_driven(driven, box, foreign, version, algorithm):
+    """It is held at the point's value, or where the algorithm moves inputs at that in the middle of the step."""
+    found, words = driven({"box.u": "ramp,duration=0.5"}, box(foreign[version]), algorithm=algorithm, name="box.h5")
+    assert np.allclose(found["box.u"], found.time / 0.5)
+    late = 0.0 if algorithm == "jacobi_linear" else found.time * 1e-3
+    assert np.allclose(found["box.y"], found.time**2 - late, rtol=0, atol=1e-12)
+    assert not any("nothing feeds" in word for word in words)
+    assert any("no derivatives of its inputs" in word for word in words) == (algorithm == "jacobi_linear")
