@@ -80,7 +80,7 @@ def read_columns(file: Path, label: str) -> Columns:
         raise ModelError(f"{label}, line {first + 1}: the column {repeated} is given twice")
     body = lines[first + 1 :]
     numbers = range(first + 2, len(lines) + 1) if all(body) else [i for i, t in enumerate(lines, 1) if t.strip()][1:]
-    values = _plain(body)
+    values = _plain(body) if len(numbers) else None
     if values is None or values.shape != (len(numbers), len(names)) or not np.all(np.isfinite(values)):
         rows = _numbered(body, label)  # finds the first wrong row, or reads quoted numbers
         values = _values([(first + 1 + i, row) for i, row in rows], names, label)
