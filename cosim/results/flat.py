@@ -5,8 +5,8 @@
     found.left_out                                    # names of datasets over other coordinates
 
 Of a run a row is a time; of a sweep it is a frequency, an output and an input. A complex quantity has two columns,
-`response.real` and `response.imag`; a matrix at each row has a column for each entry, `stiffness[1,2]`. The coordinates are those of most datasets of the file; datasets over some of them
-are repeated.
+`response.real` and `response.imag`; a matrix at each row has a column for each entry, `stiffness[1,2]`. The coordinates
+are those of most datasets of the file; datasets over some of them are repeated.
 """
 
 from collections import Counter
