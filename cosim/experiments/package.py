@@ -83,7 +83,7 @@ def package(
     built = variants.driven(excited, frequency) if excited and is_driven else variants.plain
     version = cast(Literal[2, 3], fmi)
     files = {c.name: fmu_with_starts(c, version) for c in built.system.components}
-    assembly = ready_to_step(Assembly.read(built.system, files), fixed.step_size)
+    assembly = ready_to_step(Assembly.read(built.system, files, built.isolation), fixed.step_size)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         return Package(file, write(file, file.stem, fixed, assembly))
