@@ -15,6 +15,7 @@ from hfsa.cosim.commands._options import (
     Signals,
     SineOptions,
     SteppingOptions,
+    TimeLimit,
     Tuned,
     Verify,
     given,
@@ -34,6 +35,7 @@ def run(
     stepping: SteppingOptions = SteppingOptions(),
     tuned: Tuned = None,
     verify: Verify = False,
+    time_limit: TimeLimit = None,
     quiet_inputs: bool = False,
     output: Output = None,
     force: Force = False,
@@ -74,7 +76,9 @@ def run(
             _shell.named_values(parameter),
             **sine.arguments,
             record=signal or (),
-            **given({"every": every, "interval": interval, "stop_time": stop, "tuned": tuned}),
+            **given(
+                {"every": every, "interval": interval, "stop_time": stop, "tuned": tuned, "time_limit": time_limit}
+            ),
             quiet_inputs=quiet_inputs or None,
             **stepping.arguments,
             verify=verify,

@@ -26,6 +26,7 @@ from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.isolation.waiting import limited
 from hfsa.cosim.measurement import run as measured
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
@@ -110,6 +111,7 @@ def run(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    time_limit: float | None = None,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
     quiet_inputs: bool | None = None,
@@ -131,6 +133,7 @@ def run(
         interval: time from one row of the file to the next [s], in place of `every`.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
+        time_limit: longest time [s] that the run may take, which fails beyond it (default: none).
         keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
             them.
         quiet_inputs: whether inputs that nothing feeds are not told (default: the scene's).
@@ -161,7 +164,8 @@ def run(
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")
     options = {"thinning": thinning, "backend": backend, "verified": verify, "keep": keep, "force": force}
-    written = run_scene(setup, file, sine, **options, warn=warn, report=show)
+    with limited(time_limit):
+        written = run_scene(setup, file, sine, **options, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found

@@ -96,6 +96,7 @@ def sweep(
     together: bool = False,
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
+    time_limit: float | None = None,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
     scheduler: str | None = None,
@@ -137,6 +138,7 @@ def sweep(
         together: whether a multisine excites all inputs in one run, on interleaved lines.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
+        time_limit: longest time [s] of a point, or of a run of a multisine, which has failed beyond it (default: none).
         tuned: results file of `trade`, whose answer determines levels, groups, algorithm and step.
         keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
         scheduler: address of a scheduler of dask.distributed, whose workers measure the points instead.
@@ -185,6 +187,7 @@ def sweep(
         phases,
         seed,
         together,
+        time_limit,
     )
     if scheduler is not None and (method != "stepped" or start == PREVIOUS):
         raise StructureError("--scheduler takes --method stepped, and no --start previous: its points are independent")
@@ -358,6 +361,7 @@ def _many_lines(
     if exact is not None:
         runs = with_expectations(runs, plan, expectations(plan, exact, {}, subject.scene, request.settling_tolerance))
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
+    runs = [dataclasses.replace(run, time_limit=request.time_limit) for run in runs]
     return _Measurement(
         plan, subject.record(*(run.assembly for run in runs)), partial(multisine, runs=runs, jobs=_jobs(request))
     )
@@ -397,6 +401,7 @@ def _single_sines(
         expected=expected,
         jobs=_jobs(request),
         executor=executor,
+        time_limit=request.time_limit,
     )
     return _Measurement(plan, subject.record(*ready.values()), run)
 

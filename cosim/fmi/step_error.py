@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from hfsa.cosim.fmi.isolation.waiting import LOST, NOT_LOADED, OVERDUE
+from hfsa.cosim.fmi.isolation.waiting import LOST, NOT_LOADED, OVERDUE, is_overdue
 from hfsa.cosim.fmi.library import TERMINATED
 
 _STATUS = {
@@ -57,6 +57,12 @@ class StepError(RuntimeError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.instance, self.function, self.status, self.time, self.message)
+
+
+def check_time(what: str, time: float) -> None:
+    """Raise `StepError` of what has come to a time [s], where the time limit of this thread (`waiting.limited`) is over."""
+    if is_overdue():
+        raise StepError(what, "stepping", "overdue", time, "it did not end within the time limit")
 
 
 def label_of(status: int) -> str:
