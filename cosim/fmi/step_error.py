@@ -60,7 +60,7 @@ class StepError(RuntimeError):
 
 
 def check_time(what: str, time: float) -> None:
-    """Raise `StepError` of what has come to a time [s], where the time limit of this thread (`waiting.limited`) is over."""
+    """Raise `StepError` of what has come to a time [s], where the time limit of `waiting.limited` is over."""
     if is_overdue():
         raise StepError(what, "stepping", "overdue", time, "it did not end within the time limit")
 

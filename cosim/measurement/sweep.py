@@ -226,8 +226,8 @@ def stepped(
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan,
     `expected` the known responses there. Points run on `executor`, else in `jobs` threads or processes, with 1 in this
     process; where each starts on the one before, the inputs run in `jobs` threads, and an unfinished input is measured
-    as a whole. A point that takes longer than `time_limit` [s] has failed. Raises `StructureError` for wrong wiring, before a run, and `ResultsError` where the file cannot be
-    written.
+    as a whole. A point that takes longer than `time_limit` [s] has failed. Raises `StructureError` for wrong wiring,
+    before a run, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()

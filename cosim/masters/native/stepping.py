@@ -89,10 +89,8 @@ class CompiledMaster(Master):
         while outcome != c.COMPLETE or self._count < last:
             begin, before = perf_counter(), self._count
             try:
-                with (
-                    deferred_interrupts(),
-                    interrupted_by(is_pending),
-                ):  # C may call Python, through which no exception passes
+                # C may call Python, through which no exception passes
+                with deferred_interrupts(), interrupted_by(is_pending):
                     outcome = self._program.run(c.hfsa_advance, cycle, run, min(last, before + self._spell))
             finally:  # where a Ctrl-C that came meanwhile is raised
                 self._count = run.count
