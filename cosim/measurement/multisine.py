@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.fmi.isolation.waiting import limited
+from hfsa.cosim.fmi.isolation.waiting import is_overdue, limited
 from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import ALGORITHMS, DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
@@ -145,7 +145,7 @@ def _points(run: Run) -> list[Point]:
         try:
             points = _measured(run)
         except (StepError, StructureError) as error:
-            if run.start is None:
+            if run.start is None or is_overdue():
                 raise
             points = _measured(replace(run, start=None))
             points = [replace(p, message=p.message or f"started at rest: {error}") for p in points]

@@ -12,7 +12,7 @@ import numpy as np
 
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.fmi.isolation.waiting import limited
+from hfsa.cosim.fmi.isolation.waiting import is_overdue, limited
 from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.measurement.expectation import relative, unsettled
@@ -98,7 +98,7 @@ class Rig:
         try:
             point = self._measure(task)
         except (StepError, StructureError) as error:
-            if task.start is None:
+            if task.start is None or is_overdue():
                 raise
             point = self._measure(replace(task, start=None))
             point = replace(point, message=point.message or f"started at rest: {error}")
