@@ -33,7 +33,13 @@ static void misbehave(int manner) {
     case ABORT: abort();
     case DIVIDE: zero = 7 / zero; break;
     case KILL: kill(getpid(), SIGKILL); break;
-    case HANG: for (;;) pause();
+    case HANG:
+      if (getenv("HFSA_HANGS")) {
+        FILE* file = fopen(getenv("HFSA_HANGS"), "w");
+        fprintf(file, "%d", getpid());
+        fclose(file);
+      }
+      for (;;) pause();
     case FLOOD:
       for (int i = 0; i < 2000; i++) printf("%05d of very many lines that nobody has asked for, {\"json\": false}\n", i);
       fflush(stdout);

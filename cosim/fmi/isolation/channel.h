@@ -19,7 +19,7 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum { BLOCKS = 6, NUMBERS = 3, LOG = 1 << 16, WORDS = 1 << 11, YIELDING = 4 };
+enum { BLOCKS = 6, NUMBERS = 3, LOG = 1 << 16, WORDS = 1 << 11, YIELDING = 4, MOST_MISSES = 4 };
 
 /* Statuses beside those of FMI: the host is gone; the caller has been interrupted; the call has taken too long; the binary
    cannot be loaded, or lacks the function. */
@@ -42,16 +42,33 @@ typedef struct {
 
 static inline void* block(Shared* shared, int i) { return (char*)(shared + 1) + shared->places[i]; }
 
-/* Whether a counter reaches a value within some hundred microseconds: first nothing else is done, then other threads that
-   wait for this processor, perhaps the very one that counts, come first. To sleep at once would cost more than most calls. */
-static inline bool comes_soon(const uint32_t* counter, uint32_t value, int looks) {
-  for (int i = 0; i <= looks; i++) {
-    if (__atomic_load_n(counter, __ATOMIC_ACQUIRE) == value) return true;
-    if (i >= looks / YIELDING) sched_yield();
+/* Who looks for a counter: how often before it sleeps, how many times in a row that was in vain, and how many times more it
+   sleeps at once for that. */
+typedef struct {
+  int looks, misses, rests;
+} Looker;
+
+/* Whether a counter reaches a value within some hundred microseconds. First nothing else is done, then other threads that
+   wait for this processor come first, perhaps the very one that counts. To look is ten times as fast as to sleep and wake
+   up, but in vain where a call takes long or processors are few: after misses, it is left for a while. */
+static inline bool comes_soon(const uint32_t* counter, uint32_t value, Looker* looker) {
+  if (__atomic_load_n(counter, __ATOMIC_ACQUIRE) == value) return true;
+  if (looker->rests > 0) {
+    looker->rests--;
+    return false;
+  }
+  for (int i = 0; i < looker->looks; i++) {
+    if (i >= looker->looks / YIELDING) sched_yield();
 #if defined(__x86_64__) || defined(__i386__)
     else __builtin_ia32_pause();
 #endif
+    if (__atomic_load_n(counter, __ATOMIC_ACQUIRE) == value) {
+      looker->misses = 0;
+      return true;
+    }
   }
+  if (looker->misses < MOST_MISSES) looker->misses++;
+  looker->rests = (1 << looker->misses) - 1;
   return false;
 }
 

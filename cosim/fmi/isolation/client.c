@@ -23,7 +23,8 @@ typedef void Logger3(void* environment, int status, const char* category, const 
 struct Client {
   Shared* shared;
   size_t size, used, sizes[BLOCKS];
-  int n, host, to_host, from_host, looks;
+  int n, host, to_host, from_host;
+  Looker looker;
   uint32_t count;
   int ending;
   bool is_too_large;
@@ -49,7 +50,7 @@ EXPORT int hfsa_attach(int host, int memory, size_t size, int to_host, int from_
   client->host = host;
   client->to_host = to_host;
   client->from_host = from_host;
-  client->looks = looks;
+  client->looker.looks = looks;
   attached = client;
   return 0;
 }
@@ -195,7 +196,7 @@ int ask(Client* c, int function) {
   /* a write to a host that is gone fails, which the wait will find */
   if (__atomic_load_n(&s->host_sleeps, __ATOMIC_SEQ_CST) && write(c->to_host, "", 1) < 0 && errno == EBADF)
     return ended(c, LOST);
-  if (!comes_soon(&s->answer, c->count, c->looks)) {
+  if (!comes_soon(&s->answer, c->count, &c->looker)) {
     bool is_last = function == F_fmi2FreeInstance || function == F_fmi3FreeInstance;
     int ending = wait_long(c, is_last ? LAST_CALL : 0);
     if (ending) {

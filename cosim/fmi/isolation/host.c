@@ -29,7 +29,8 @@ typedef struct {
 
 typedef struct {
   Shared* shared;
-  int from_client, to_client, printed, looks;
+  int from_client, to_client, printed;
+  Looker looker;
   void *binary, *instance, *functions[N_FUNCTIONS];
 } Host;
 
@@ -259,7 +260,7 @@ static int call(Shared* s) {
 /* Wait for the next request. */
 static void wait_for(uint32_t request) {
   Shared* s = host.shared;
-  if (comes_soon(&s->request, request, host.looks)) return;
+  if (comes_soon(&s->request, request, &host.looker)) return;
   for (;;) {
     __atomic_store_n(&s->host_sleeps, 1, __ATOMIC_SEQ_CST);
     if (__atomic_load_n(&s->request, __ATOMIC_SEQ_CST) == request) break;
@@ -290,7 +291,7 @@ EXPORT void hfsa_serve(const char* binary, int memory, size_t size, int from_cli
                        int looks) {
   Shared* s = mmap(0, size, PROT_READ | PROT_WRITE, MAP_SHARED, memory, 0);
   if (s == MAP_FAILED) _exit(1);
-  host = (Host){.shared = s, .from_client = from_client, .to_client = to_client, .printed = printed, .looks = looks};
+  host = (Host){.shared = s, .from_client = from_client, .to_client = to_client, .printed = printed, .looker = {looks, 0, 0}};
   close(memory);
   start(binary);
   for (uint32_t request = 1;; request++) {
