@@ -8,7 +8,6 @@
 #ifndef CHANNEL_H
 #define CHANNEL_H
 
-#include <sched.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -19,7 +18,7 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum { BLOCKS = 6, NUMBERS = 3, LOG = 1 << 16, WORDS = 1 << 11, YIELDING = 4, MOST_MISSES = 4 };
+enum { BLOCKS = 6, NUMBERS = 3, LOG = 1 << 16, WORDS = 1 << 11, MOST_MISSES = 6 };
 
 /* Statuses beside those of FMI: the host is gone; the caller has been interrupted; the call has taken too long; the binary
    cannot be loaded, or lacks the function. */
@@ -48,9 +47,8 @@ typedef struct {
   int looks, misses, rests;
 } Looker;
 
-/* Whether a counter reaches a value within some hundred microseconds. First nothing else is done, then other threads that
-   wait for this processor come first, perhaps the very one that counts. To look is ten times as fast as to sleep and wake
-   up, but in vain where a call takes long or processors are few: after misses, it is left for a while. */
+/* Whether a counter reaches a value within some hundred microseconds. To look is ten times as fast as to sleep and wake up, but
+   in vain where a call takes long or other processes want the processor: after misses, it is left for a while. */
 static inline bool comes_soon(const uint32_t* counter, uint32_t value, Looker* looker) {
   if (__atomic_load_n(counter, __ATOMIC_ACQUIRE) == value) return true;
   if (looker->rests > 0) {
@@ -58,9 +56,8 @@ static inline bool comes_soon(const uint32_t* counter, uint32_t value, Looker* l
     return false;
   }
   for (int i = 0; i < looker->looks; i++) {
-    if (i >= looker->looks / YIELDING) sched_yield();
 #if defined(__x86_64__) || defined(__i386__)
-    else __builtin_ia32_pause();
+    __builtin_ia32_pause();
 #endif
     if (__atomic_load_n(counter, __ATOMIC_ACQUIRE) == value) {
       looker->misses = 0;
