@@ -139,7 +139,8 @@ def test_stability_of_a_crashing_fmu_is_an_error(hfsa, looped):
 
 
 def test_a_comparison_has_a_failed_run_and_goes_on(hfsa, scene):
-    code, out, _ = hfsa("compare", scene("crash"), "--over", "box.at=0.05,1e9", "-o", "it.png", "--json")
+    words = ("--over", "box.at=0.05,1e9", "-o", "it.png", "--time-limit", 60, "--json")
+    code, out, _ = hfsa("compare", scene("crash"), *words)
     runs = json.loads(out)["runs"]
     assert code == 1
     assert [run["status"] for run in runs] == ["failed", "complete"]
