@@ -74,15 +74,18 @@ trades: .venv/installed
 .venv/installed: $(LOCKS) pyproject.toml setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "hfsa needs Python 3.11 or newer; set PYTHON=...")'
 ifdef HAS_UV
+	@echo "setting up .venv from requirements.lock by uv: some seconds, more where packages are downloaded"
 	test -x $(BIN)/python || uv venv --quiet --python $(PYTHON) .venv
 	uv pip install --quiet --python $(BIN)/python --require-hashes $(LOCKS:%=-r %)
 	uv pip install --quiet --python $(BIN)/python --no-build-isolation --no-deps --editable .
 else
+	@echo "setting up .venv from requirements.lock by pip: a minute or two, more where packages are downloaded"
 	test -x $(BIN)/python -a -x $(BIN)/pip || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes $(LOCKS:%=-r %)
 	$(BIN)/python -m pip install --quiet --no-build-isolation --no-deps --editable .
 endif
 	touch $@
+	@echo "set up: $$($(BIN)/python -c 'import importlib.metadata as m; print("hfsa", m.version("hfsa"))') in .venv; $(BIN)/hfsa --help lists the commands"
 
 lock:
 	uv pip compile --quiet --universal --generate-hashes --no-emit-index-url --python-version 3.11 \

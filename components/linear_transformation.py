@@ -13,9 +13,11 @@ from hfsa.components._modelling.units import Carried, carried, quotient_unit
 
 
 def linear_transformation(*, units: list[str] = ["1"], results: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """Return one linear transformation per signal; `units` has the unit of each signal, `results` that of each value.
+    """Return one linear transformation per signal.
 
-    Units may be any text.
+    Args:
+        units: unit of each signal, any text.
+        results: unit of each value, any text.
 
     Raises:
         ModelError: no signals, or another number of results than of units.

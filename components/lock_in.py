@@ -26,7 +26,14 @@ from hfsa.components._modelling.units import carried
 
 
 def lock_in(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """Return one lock-in amplifier; `units` has the unit of each signal, that of the connected output: any text."""
+    """Return one lock-in amplifier.
+
+    Args:
+        units: unit of each signal, that of the connected output, any text.
+
+    Raises:
+        ModelError: no signals.
+    """
     units = [carried(unit) for unit in units]
     if not units:
         raise ModelError("lock_in: units is empty, expected the unit of at least one signal")

@@ -17,9 +17,14 @@ from hfsa.components._modelling.units import carried, rate_unit
 
 
 def multisine_source(*, lines: int = 1, unit: str = "1") -> Model:
-    """Return a sum of `lines` sinusoids; `unit` is the unit of `value`, equal to that of the connected input.
+    """Return a sum of sinusoids.
 
-    Raises `ModelError` for fewer than one line.
+    Args:
+        lines: number of sinusoids, 1 or more.
+        unit: unit of `value`, equal to that of the connected input, any text.
+
+    Raises:
+        ModelError: fewer than one line.
     """
     if lines < 1:
         raise ModelError(f"multisine_source: lines is {lines}, expected 1 or more")

@@ -90,10 +90,12 @@ from hfsa.components._mechanics.rrr_facts import (
 )
 from hfsa.components._mechanics.rrr_hinged import hinged
 from hfsa.components._mechanics.rrr_hinged_numbers import hinged_numbers
+from hfsa.components._mechanics.rrr_kinematics import inverse
 from hfsa.components._mechanics.rrr_levels import declare_hinges, declare_motion, dynamic, flexible, kinematic
 from hfsa.components._mechanics.rrr_numbers import UNITS as UNITS
 from hfsa.components._mechanics.rrr_numbers import Triple, dynamic_numbers, elongations_at, kinematic_numbers
 from hfsa.components._mechanics.rrr_outline import THESIS_PLATE, Plate
+from hfsa.components._mechanics.rrr_picture import links_drawing
 from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
 from hfsa.components._modelling.calibration import Calibration
 from hfsa.components._modelling.facts import Known
@@ -180,9 +182,13 @@ def analyze(
     """Return kinematic, static and dynamic properties of the stage, in SI units, in the coordinates of the stacks.
 
     The arguments are those of `rrr_stage`, with further ones; at level `jacobian` only the first five results are
-    returned. `elongation` are the elongations of the stacks [m], or `pose` x, y [m] and yaw [rad]; `voltage` the
-    voltages of the stacks for the results `..._at_voltage` [V], limited to 0 and the full voltage, 150 V; `resolution`
-    the smallest step of an elongation [m]. `causality` has no effect.
+    returned. `causality` has no effect.
+
+    Further arguments:
+        elongation: elongations of the stacks [m].
+        pose: x, y [m] and yaw [rad] in their place.
+        voltage: voltages of the stacks for the results `..._at_voltage` [V], limited to 0 and the full voltage, 150 V.
+        resolution: smallest step of an elongation [m].
 
     Returns:
         jacobian: Jacobian from elongations to pose, (3, 3) [m/m, m/m, rad/m].
@@ -254,19 +260,23 @@ def picture(
     elongation: Triple = (STROKE_IN_USE, 0.0, 0.0),
     pose: Triple | None = None,
 ) -> Drawing:
-    """Return the mesh, the deformation and the stress of the stage at elongations [m] or a pose [m, m, rad].
+    """Return the stage at elongations [m] or a pose [m, m, rad]: at `continuum` mesh, deformation and stress.
 
-    The arguments are those of `analyze` at level `continuum`.
+    At every other level the drawing shows its links as a mechanism of ideal joints. The arguments are those of
+    `analyze` at level `continuum`.
 
     Raises:
-        ModelError: as `analyze`; a level without a body.
+        ModelError: as `analyze`; a mesh at another level; a parameter set of links without dimensions.
     """
-    if level != "continuum":
-        raise ModelError(f"rrr_stage: level {level} has no body to draw; expected level continuum")
+    _check(level, "source", mesh)
     _check_finite("elongation", elongation, "m")
     _check_finite("pose", pose or (), "m, rad")
-    whole = continuum(dimensions, "source", stack, plate, mesh)
-    return drawing(whole, elongation if pose is None else whole.elongations(pose))
+    if level == "continuum":
+        whole = continuum(dimensions, "source", stack, plate, mesh)
+        return drawing(whole, elongation if pose is None else whole.elongations(pose))
+    links = dimensions.links_at_rest
+    reached = elongation if pose is None else tuple(inverse(links, pose, "rrr_stage").tolist())
+    return links_drawing(links, reached, f"3-RRR stage, kinematics {dimensions.kinematics}")
 
 
 def study(

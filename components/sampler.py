@@ -14,7 +14,14 @@ from hfsa.components._modelling.units import carried
 
 
 def sampler(*, units: list[str] = ["1"]) -> Model:  # noqa: B006 (never changed)
-    """Return one sampler; `units` has the unit of each signal, that of the connected output: any text."""
+    """Return one sampler.
+
+    Args:
+        units: unit of each signal, that of the connected output, any text.
+
+    Raises:
+        ModelError: no signals.
+    """
     units = [carried(unit) for unit in units]
     if not units:
         raise ModelError("sampler: units is empty, expected the unit of at least one signal")

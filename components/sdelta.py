@@ -68,7 +68,7 @@ from typing import Any, Literal, get_args
 import casadi as ca
 import numpy as np
 
-from hfsa.components import Model
+from hfsa.components import Drawing, Model
 from hfsa.components._mechanics.modes import Damping, DampingOf
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_calibration import calibration_of
@@ -109,6 +109,7 @@ from hfsa.components._mechanics.sdelta_numbers import (
     kinematic_numbers,
     warned,
 )
+from hfsa.components._mechanics.sdelta_picture import robot_drawing
 from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, THESIS_STRUCTURE, Machine, Robot, Structure
 from hfsa.components._mechanics.sdelta_stiffness import Preset
 from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
@@ -236,11 +237,13 @@ def analyze(
 ) -> dict[str, Any]:
     """Return the elastostatic and elastodynamic properties of the robot at a posture, in SI units, rotation first.
 
-    The arguments are those of `sdelta`, and `point`: a further point of reference P, from S in world axes [m].
-    `reference_point` has no effect, because the names of the results contain the reference point. At level `rigid` the
-    limbs are not elastic, and only the last group is returned. At level `generalized` the frequencies and modal screws
-    are those of twelve degrees of freedom; what is defined for six only is left out. At level `nonlinear` all numbers
-    are those of small motions.
+    The arguments are those of `sdelta`, and one more. `reference_point` has no effect, because the names of the results
+    contain the reference point. At level `rigid` the limbs are not elastic, and only the last group is returned. At
+    level `generalized` the frequencies and modal screws are those of twelve degrees of freedom; what is defined for six
+    only is left out. At level `nonlinear` all numbers are those of small motions.
+
+    Further arguments:
+        point: a further point of reference P, from S in world axes [m].
 
     Returns:
         Elastostatics, with `_S`, `_C` and, for a given point, `_P`; a vector of each axis is a column, and a point is
@@ -350,6 +353,21 @@ def trajectory(
     design = Design(posture, stiffness, payload, machine.with_limbs())
     _ = design.robot()
     return path_study(design, f"sdelta, stiffness {stiffness}")
+
+
+def picture(
+    *,
+    posture: Posture = SYMMETRIC,
+    stiffness: Preset = "ch4",
+    payload: Payload = CUBE,
+    machine: Structure = THESIS_STRUCTURE,
+) -> Drawing:
+    """Return the robot at a posture, and each of its six modes at level `cartesian` with the axis of its screw.
+
+    Arguments and errors as in `sdelta`.
+    """
+    robot = Robot.at(posture, stiffness, payload, machine.with_limbs())
+    return robot_drawing(robot, f"SDelta, stiffness {stiffness}")
 
 
 def calibration(*, mechanism: Mechanism = THESIS) -> Calibration:

@@ -15,7 +15,11 @@ from hfsa.components._modelling.units import carried, rate_unit
 
 
 def sine_source(*, unit: str = "1") -> Model:
-    """Return one sinusoid; `unit` is the unit of `value`, equal to that of the connected input, whatever its text."""
+    """Return one sinusoid.
+
+    Args:
+        unit: unit of `value`, equal to that of the connected input, any text.
+    """
     unit = carried(unit)
     m = Model("SineSource", "Sinusoid with its derivatives, ramped up smoothly")
     amplitude = m.parameter("amplitude", 1.0, unit, "Amplitude of value", min=0)

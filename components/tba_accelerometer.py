@@ -52,7 +52,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.components import Model, ModelError
+from hfsa.components import Drawing, Model, ModelError
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics import tba_limbs as multibody
 from hfsa.components._mechanics.polygon import polygon_area, torsion_constant
@@ -65,6 +65,7 @@ from hfsa.components._mechanics.tba_base import (
     specific_force,
 )
 from hfsa.components._mechanics.tba_design import DESIGNS, LIMBS, Formulas, KOutRule, Shape
+from hfsa.components._mechanics.tba_picture import sensor_drawing
 from hfsa.components._mechanics.tba_study import design_study
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
@@ -89,7 +90,22 @@ _AT_TRAVEL = 5.0
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Dimensions [m] and material (E [Pa], nu, rho [kg/m3]) that differ from the design's; letters as in `Shape`."""
+    """Dimensions and material that differ from the design's.
+
+    Attributes:
+        a: side of the proof mass [m].
+        s: side of the frame [m].
+        e: length of a leg [m].
+        b: length of a bar [m].
+        c: width of a leg across its corner [m].
+        d: width of a bar [m].
+        tm: thickness of a foot [m].
+        l: length of a foot [m].
+        w: thickness of the sensor out of the plane [m].
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio.
+        rho: density [kg/m3].
+    """
 
     a: float | None = None
     s: float | None = None
@@ -315,6 +331,15 @@ def study(
     words += ["springs in series"] if k_out_rule == "plus" else []
     shape = _shape(design, dimensions, k_out_rule)
     return design_study(shape, k_out_rule, ", ".join(words), designs.checked_limbs(limbs, _OWNER))
+
+
+def picture(*, design: DesignName = "mems", limbs: int = LIMBS, dimensions: Dimensions = AS_DESIGNED) -> Drawing:
+    """Return frame, limbs and proof mass in the plane, at home and displaced along each axis.
+
+    Arguments and errors as in `tba_accelerometer`.
+    """
+    shape = _shape(design, dimensions, "plus")
+    return sensor_drawing(shape, designs.checked_limbs(limbs, _OWNER), f"Accelerometer, design {design}")
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:

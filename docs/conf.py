@@ -32,6 +32,7 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+napoleon_custom_sections = [("Further arguments", "params_style")]
 
 html_theme = "furo"
 html_title = f"hfsa {version}"

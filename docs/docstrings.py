@@ -9,7 +9,7 @@ import re
 
 _SPECIAL = re.compile(r"([\\*_\[\]<>#|$~])")
 _MODULE = re.compile(r"~(?:[A-Za-z_]\w*\.)+")
-_SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$")
+_SECTION = re.compile(r"^(Args|Further arguments|Attributes|Raises|Returns|Yields):$")
 
 
 def setup(app) -> None:

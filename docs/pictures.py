@@ -66,6 +66,21 @@ def beams(file: Path, _work: Path) -> None:
     run(f"analyze beam_module -p kind=tilted --picture {file}")
 
 
+def robot(file: Path, _work: Path) -> None:
+    """The robot at a posture, and its modes."""
+    run(f"analyze sdelta -p posture.rotation=10,5,8 --picture {file}")
+
+
+def stage_links(file: Path, _work: Path) -> None:
+    """The links of the stage, at rest and moved by a stack."""
+    run(f"analyze rrr_stage --picture {file}")
+
+
+def accelerometer(file: Path, _work: Path) -> None:
+    """The accelerometer at home, and displaced along each axis."""
+    run(f"analyze tba_accelerometer --picture {file}")
+
+
 def loop(file: Path, work: Path) -> None:
     """Elongation of hysteretic stacks over their voltage."""
     run(f"run stage_tracking -p motion=three_axis -p stack=hysteretic -p law=integral --every 20 -o {work}/loop.h5")
@@ -136,6 +151,9 @@ MADE = {
     "stability": stability,
     "workspace": workspace,
     "beams": beams,
+    "robot": robot,
+    "stage-links": stage_links,
+    "accelerometer": accelerometer,
     "loop": loop,
     "one-step": one_step,
     "work-precision": work_precision,

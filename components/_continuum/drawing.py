@@ -76,7 +76,11 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
         [
             _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles"),
             _panel(
-                [Layer(found.points, rim, "rest", "at rest"), Layer(moved, rim, "moved", "moved"), mark],
+                [
+                    Layer(found.points, rim, "rest", "at rest"),
+                    Layer(moved, rim, "moved", "moved", rest=found.points),
+                    mark,
+                ],
                 f"Displacements up to {1e6 * largest:.4g} um, times {factor:.3g}",
             ),
             _stress(found, away < _WINDOW * size),

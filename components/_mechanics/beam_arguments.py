@@ -88,7 +88,18 @@ class Normalised(ArgumentGroup):
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Dimensions [m] of a module: length and section (diameter, side, or thickness and width) of a beam, positions."""
+    """Dimensions of a module.
+
+    Attributes:
+        length: length of a beam or sheet [m].
+        diameter: diameter of a round beam [m].
+        side: side of a square beam [m].
+        thickness, width: thickness and width of a sheet, or of a rectangular beam [m].
+        radius: distance of the beams from the axis at the platform [m].
+        outer_radius: distance of the beams from the axis at the base [m].
+        spacing: distance of opposite sheets, centre to centre [m].
+        outer_spacing: distance of the outer sheets [m].
+    """
 
     length: float | None = None
     diameter: float | None = None

@@ -9,6 +9,7 @@ Bodies are drawn through the ends of their beams. Coordinates are relative to th
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -16,7 +17,7 @@ from scipy.spatial import ConvexHull
 from hfsa.components._mechanics.beam_assembly import BASE, PLATFORM, Placed, at_point, displacements
 from hfsa.components._mechanics.beam_module import Module
 from hfsa.components._mechanics.mobility import Freedom, Mobility, mobility
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
 
 _POINTS = 17
 """Points along a beam."""
@@ -52,13 +53,18 @@ def module_drawing(module: Module, title: str) -> Drawing:
 
 def _at_rest(beams: Sequence[Placed], scale: float, role: Role) -> list[Layer]:
     """Return beams, sheets and bodies at rest."""
+    layers = _beams_at_rest(beams, scale, role)
     lines = [_line(beam) for beam in beams]
-    widths = [np.tile(beam.width * beam.place.axes[2], (_POINTS, 1)) for beam in beams]
-    layers = _strips(lines, widths, scale, role, "beams" if role == "body" else "")
     for body, points in _ends(beams, lines).items():
         looks: dict[str, Role] = {BASE: "mark", PLATFORM: "body"} if role == "body" else {}
         layers += _hull(scale * points, looks.get(body, "rest"), body if role == "body" else "")
     return layers
+
+
+def _beams_at_rest(beams: Sequence[Placed], scale: float, role: Role) -> list[Layer]:
+    """Return beams and sheets at rest."""
+    widths = [np.tile(beam.width * beam.place.axes[2], (_POINTS, 1)) for beam in beams]
+    return _strips([_line(beam) for beam in beams], widths, scale, role, "beams" if role == "body" else "")
 
 
 def _moved(beams: Sequence[Placed], platform: np.ndarray, size: float, scale: float) -> list[Layer]:
@@ -68,8 +74,10 @@ def _moved(beams: Sequence[Placed], platform: np.ndarray, size: float, scale: fl
     factor = _SHIFT * size / max(float(np.abs(shift).max()) for shift in shifts)
     lines = [_line(beam) + factor * shift for beam, shift in zip(beams, shifts, strict=True)]
     widths = [beam.width * (beam.place.axes[2] + factor * _turned_width(beam, q)) for beam in beams]
-    layers = _strips(lines, widths, scale, "moved", "displaced")
-    return [*layers, *_hull(scale * _ends(beams, lines)[PLATFORM], "moved", "")]
+    layers = departing(_strips(lines, widths, scale, "moved", "displaced"), _beams_at_rest(beams, scale, "rest"))
+    at_rest = scale * _ends(beams, [_line(beam) for beam in beams])[PLATFORM]
+    hull = _hull(scale * _ends(beams, lines)[PLATFORM], "moved", "")
+    return [*layers, *(replace(layer, rest=at_rest) for layer in hull)]
 
 
 def _line(beam: Placed) -> np.ndarray:

@@ -24,7 +24,13 @@ _TERMS = range(1, 40, 2)
 
 @dataclass(frozen=True)
 class Material:
-    """E and G [Pa] and Poisson's ratio; E and either G or nu define the others. By default E 69 GPa, G 26 GPa."""
+    """Material; E and either G or nu define the others. By default E 69 GPa, G 26 GPa.
+
+    Attributes:
+        E: Young's modulus [Pa].
+        G: shear modulus [Pa].
+        nu: Poisson's ratio.
+    """
 
     E: float | None = None
     G: float | None = None

@@ -238,9 +238,14 @@ def checked_limbs(limbs: int, owner: str) -> int:
     return limbs
 
 
+def link_length(shape: Shape, limbs: int = LIMBS) -> Number:
+    """Return h, the length of a link [m]."""
+    return (shape.s - shape.a) / (2 * math.sqrt(2) * math.tan(math.pi / limbs))
+
+
 def _bodies(shape: Shape, limbs: int) -> Bodies:
     """Return the bodies of the sensor: cuboids as in the source (eq 89), the proof mass a regular polygon."""
-    a, s, e, b, c, d, _, _, w, _, _, rho = shape
+    a, _, e, b, c, d, _, _, w, _, _, rho = shape
     bar, leg = rho * b * d * w, rho * e * c * w / math.sqrt(2)
     return Bodies(
         proof_mass=rho * polygon_area(a, limbs) * w,
@@ -250,7 +255,7 @@ def _bodies(shape: Shape, limbs: int) -> Bodies:
         leg_x=leg * (e**2 + w**2) / 12,
         leg_y=leg * (w**2 + c**2) / 12,
         leg_z=leg * (e**2 + c**2) / 12,
-        link=(s - a) / (2 * math.sqrt(2) * math.tan(math.pi / limbs)),
+        link=link_length(shape, limbs),
         limbs=limbs,
     )
 

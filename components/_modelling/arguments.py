@@ -49,12 +49,14 @@ class Argument:
         annotation: type.
         default: value where none is given.
         path: keyword of the function, then the field of each dataclass, down to the value.
+        owner: function or dataclass whose docstring describes it.
     """
 
     name: str
     annotation: Any
     default: Any
     path: tuple[str, ...]
+    owner: Any
 
     @property
     def values(self) -> tuple[str, ...]:
@@ -93,25 +95,25 @@ def arguments_of(function: Callable[..., Any] | None) -> Mapping[str, Argument]:
                 f"the argument {name} of {function.__name__}() has no annotation to read its value by; expected "
                 f"{name}: float, or another type"
             )
-        for argument in _leaves((name,), hints[name], parameter.default):
+        for argument in _leaves((name,), hints[name], parameter.default, function):
             if argument.name in arguments:
                 raise ModelError(f"{function.__name__}() has two arguments {argument.name}; expected different names")
             arguments[argument.name] = argument
     return arguments
 
 
-def _leaves(path: tuple[str, ...], annotation: Any, default: Any) -> Iterator[Argument]:
-    """Yield the arguments that a keyword, or a field of a group, stands for."""
+def _leaves(path: tuple[str, ...], annotation: Any, default: Any, owner: Any) -> Iterator[Argument]:
+    """Yield the arguments that a keyword, or a field of a group, stands for; `owner` has the keyword or field."""
     if not dataclasses.is_dataclass(annotation) or is_document(annotation):
-        yield Argument(path[-1], annotation, default, path)
+        yield Argument(path[-1], annotation, default, path, owner)
         return
     is_group, kinds = getattr(annotation, "is_argument_group", False), get_type_hints(annotation)
     for field in dataclasses.fields(annotation):
         kind, value, inner = kinds[field.name], getattr(default, field.name, None), (*path, field.name)
         if is_group:
-            yield from _leaves(inner, kind, value)
+            yield from _leaves(inner, kind, value, annotation)
         else:
-            yield Argument(f"{path[-1]}.{field.name}", kind, value, inner)
+            yield Argument(f"{path[-1]}.{field.name}", kind, value, inner, annotation)
 
 
 def read_arguments(part: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Drawings of a part, as data: points, lines and triangles with values, which `hfsa analyze PART --picture FILE` draws.
+"""Drawings of a part, as data: points, lines and triangles with values, which `hfsa view PART` draws.
 
     def picture(*, kind: str = "tilted") -> Drawing:
         ends = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0]])
@@ -10,7 +10,7 @@ from its role and from the number of points of a cell; with values it is coloure
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -33,6 +33,9 @@ class Layer:
         name: entry in the legend, empty for none.
         values: value of every point, (points,), in the unit of the panel's scale; `None` without.
         texts: text beside every point; empty for none.
+        notes: text on every cell, shown where a reader points at it; empty for none.
+        rest: points at rest, of the shape of `points`, from which a layer that moves departs; `None` for one that
+            does not.
 
     Raises:
         ModelError: arrays of other shapes; an index of no point; a number that is not finite.
@@ -44,10 +47,13 @@ class Layer:
     name: str = ""
     values: NDArray[np.float64] | None = None
     texts: Sequence[str] = ()
+    notes: Sequence[str] = ()
+    rest: NDArray[np.float64] | None = None
 
     def __post_init__(self):
         points, cells = np.asarray(self.points, dtype=float), np.asarray(self.cells, dtype=int)
         values = None if self.values is None else np.asarray(self.values, dtype=float)
+        rest = None if self.rest is None else np.asarray(self.rest, dtype=float)
         if points.ndim != 2 or points.shape[1] not in (2, 3):
             raise ModelError(f"a layer's points are of shape {points.shape}, expected (points, 2) or (points, 3)")
         if cells.ndim != 2 or cells.shape[1] not in (1, 2, 3):
@@ -58,14 +64,23 @@ class Layer:
             )
         if values is not None and values.shape != (len(points),):
             raise ModelError(f"a layer's values are of shape {values.shape}, expected ({len(points)},)")
-        for words, numbers in (("points", points), ("values", values)):
+        if rest is not None and rest.shape != points.shape:
+            raise ModelError(f"a layer's points at rest are of shape {rest.shape}, expected {points.shape}")
+        for words, numbers in (("points", points), ("values", values), ("points at rest", rest)):
             if numbers is not None and not np.all(np.isfinite(numbers)):
                 raise ModelError(f"a layer's {words} have NaN or infinity, expected finite numbers")
         if self.texts and len(self.texts) != len(points):
             raise ModelError(f"a layer has {len(self.texts)} texts, expected {len(points)}, one per point")
+        if self.notes and len(self.notes) != len(cells):
+            raise ModelError(f"a layer has {len(self.notes)} notes, expected {len(cells)}, one per cell")
         one_of(self.role, get_args(Role), "a layer's role")
-        for field, array in (("points", points), ("cells", cells), ("values", values)):
+        for field, array in (("points", points), ("cells", cells), ("values", values), ("rest", rest)):
             object.__setattr__(self, field, array)
+
+
+def departing(moved: Sequence[Layer], rest: Sequence[Layer]) -> list[Layer]:
+    """Return layers that move, each from the points of the one at rest in its place."""
+    return [replace(layer, rest=still.points) for layer, still in zip(moved, rest, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -202,7 +202,7 @@ def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
     ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
     fed = [(i, name) for i, (target, name) in ends if target == group.instance]
     # not every foreign FMU differentiates with respect to time
-    is_finished = wiring.system[group.instance].part.endswith(".fmu")
+    is_finished = wiring.system[group.instance].is_foreign
     time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
     states = [state for state, _ in description.states]
     seed, result = np.zeros(len(time) + len(states) + len(fed)), np.zeros(len(moving))

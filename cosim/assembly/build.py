@@ -47,7 +47,7 @@ def _found(system: System, fmi: Literal[2, 3], known: Assembly | None) -> Assemb
         if component.name not in files:
             files[component.name] = fmu_file(component, fmi)
             descriptions[component.name] = describe(files[component.name])
-    is_foreign = any(component.part.endswith(".fmu") for component in system.components)
+    is_foreign = any(component.is_foreign for component in system.components)
     return Assembly(system, files, descriptions, isolation_library() if is_foreign else None)
 
 
@@ -58,7 +58,7 @@ def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> 
         return assembly
     system, files = assembly.system, dict(assembly.files)
     for name, pairs in row.ports(system, assembly.connectors).items():
-        if not system[name].part.endswith(".fmu"):
+        if not system[name].is_foreign:
             files[name] = fmu_file(system[name], fmi, tuple(pairs))
     return Assembly.read(system, files, assembly.isolation)
 

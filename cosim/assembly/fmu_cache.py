@@ -50,7 +50,7 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     `feedback` are inputs that can be made to follow outputs, (input, output) each. A `.fmu` of another maker is first
     tried in a process of its own: `StepError` where that does not survive it.
     """
-    if component.part.endswith(".fmu"):
+    if component.is_foreign:
         return _finished(component)
     folder = cache_folder() / "fmus" / key_of(component, fmi, feedback)
     if not folder.is_dir():
@@ -65,7 +65,7 @@ def fmu_with_starts(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
     The settings of a solver are no start values of a model, and a foreign `.fmu` is as it is. Errors as of `fmu_file`.
     """
     start = {name: value for name, value in component.start.items() if not name.startswith("solver.")}
-    if not start or component.part.endswith(".fmu"):
+    if not start or component.is_foreign:
         return fmu_file(component, fmi)
     words = json.dumps([key_of(component, fmi), sorted(start.items())])
     folder = cache_folder() / "fmus" / hashlib.sha256(words.encode()).hexdigest()[:32]

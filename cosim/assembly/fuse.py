@@ -120,7 +120,7 @@ def _in_order(system: System, words: Iterable[str]) -> list[str]:
     if len(wanted) < 2:
         raise StructureError(f"a group to fuse has two components or more; found {', '.join(wanted) or 'none'}")
     for name in known:
-        if name in wanted and system[name].part.endswith(".fmu"):
+        if name in wanted and system[name].is_foreign:
             raise StructureError(
                 f"{name} is the finished FMU {system[name].part} and cannot be fused: only parts have equations to join"
             )
@@ -194,7 +194,7 @@ def _tick_order(system: System) -> Mapping[str, int]:
 
 def _clock(component: Component) -> int | None:
     """Return whether a component is sampled, and if so, whether alone or among others."""
-    if component.part.endswith(".fmu"):
+    if component.is_foreign:
         description = describe(Path(component.part))
         return (_ALONE if description.is_sampled else _AMONG_OTHERS) if description.has_sample_time else None
     models = [model_of(member) for member in component.members or (component,)]

@@ -205,7 +205,7 @@ def _instead(scene: Scene, own: Sequence[str], key: str) -> str:
 
 def _has_argument(component: Component, argument: str) -> bool:
     """Whether a part of ours has a level, an argument or a variable with a start value of this name."""
-    if component.part.endswith(".fmu"):
+    if component.is_foreign:
         return False
     part = named_part(component)
     if part.has_argument(argument) or argument == SOLVER:
@@ -233,7 +233,7 @@ def scene_part(name: str) -> Part:
 def _with_argument(scene: Scene, name: str, argument: str, value: Any) -> Scene:
     """Return the scene with one level, structural argument or start value of a component changed."""
     component = scene.source if name == scene.source.name else scene.system[name]
-    part = None if component.part.endswith(".fmu") else named_part(component)
+    part = None if component.is_foreign else named_part(component)
     if argument == "level":
         changed = dataclasses.replace(component, level=value)
     elif argument in component.start:

@@ -53,7 +53,7 @@ def part_of(component: Component) -> Part:
 
 def level_of(component: Component) -> str | None:
     """Return the component's level, its part's default where it names none, `None` where the part has no levels."""
-    if component.part.endswith(".fmu"):
+    if component.is_foreign:
         return None
     default = named_part(component).arguments.get("level")
     return component.level or component.arguments.get("level") or (default.default if default else None)

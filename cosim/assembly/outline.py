@@ -42,7 +42,7 @@ def outlined(system: System) -> Assembly:
     """
     check_levels(system)
     descriptions = {component.name: outline_of(component).description for component in system.components}
-    files = {c.name: descriptions[c.name].file for c in system.components if c.part.endswith(".fmu")}
+    files = {c.name: descriptions[c.name].file for c in system.components if c.is_foreign}
     return Assembly(system, files, descriptions)
 
 
@@ -51,7 +51,7 @@ def outline_of(component: Component) -> Outline:
 
     Raises `StructureError`, `ModelError` and `ExportError` as `fmu_file`.
     """
-    if component.part.endswith(".fmu"):
+    if component.is_foreign:
         return Outline(describe(fmu_file(component)), None)
     folder = cache_folder() / "outlines" / key_of(component)
     if not folder.is_dir():

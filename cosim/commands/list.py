@@ -10,14 +10,15 @@ def list(name: str | None = None, /, *, json: Json = False) -> int:  # noqa: A00
     Parameters
     ----------
     name
-        Part or scene to show in full, with its arguments and parameters; or the path of a file, or of a folder of them.
+        Part or scene to show in full, with its arguments and parameters; or the path of a file, of a folder of them, or
+        of an FMU of any maker.
     """
     if name is None:
-        from hfsa.cosim.commands._listing import whole_listing
+        from hfsa.cosim.commands._whole_listing import whole_listing
 
         _shell.answer(*whole_listing(), json)
     else:
-        from hfsa.cosim.commands._reports import listing, listing_text
+        from hfsa.cosim.commands._listing import listing, listing_text
 
         data = listing(name)
         _shell.answer(data, listing_text(data), json)

@@ -164,7 +164,7 @@ def sweep(
     resume
         Continue the file of an interrupted sweep; failed points are measured again.
     output
-        Results file (default: `results/SCENE.h5`, for `multisine` and `linear` `results/SCENE_METHOD.h5`, with
+        Results file (default: `results/SCENE.h5`, for `multisine` and `linear` `results/SCENE.METHOD.h5`, with
         `--open-loop` `results/SCENE_open_loop.h5`).
     """
     from hfsa.cosim.commands._reports import sweep_report

@@ -351,7 +351,7 @@ def _warn_of_another(with_payload: Component | None, alone: Component | None, fi
 
 def _analyzed(component: Component | None, *, is_alone: bool = False) -> dict[str, Any]:
     """Return the engineering numbers of a component's part, empty where it has none."""
-    if component is None or component.part.endswith(".fmu"):
+    if component is None or component.is_foreign:
         return {}
     arguments = dict(component.arguments)
     if is_alone:

@@ -148,7 +148,7 @@ def with_choices(record: SystemRecord, choices: Mapping[str, LevelChoice]) -> Sy
 def _key(scene: Scene) -> str:
     """Return a hash of all that a choice depends on: the scene, FMUs and parts of others, the sources of both wings."""
     digest = hashlib.sha256(f"{scene_text(scene)}\0{sources()}\0{own_parts(scene)}\0".encode())
-    foreign = [Path(c.part) for c in scene.system.components if c.part.endswith(".fmu")]
+    foreign = [Path(c.part) for c in scene.system.components if c.is_foreign]
     for component in scene.system.components:
         digest.update(repr(_absent(component)).encode())
     for file in [*foreign, *sorted(Path(__file__).parents[1].rglob("*.py"))]:
@@ -243,12 +243,12 @@ class _LevelChoices:
 
 def _known_levels(component: Component) -> Sequence[str]:
     """Return the ladder of a component's part, cheapest first; none where it has none."""
-    return () if component.part.endswith(".fmu") else part_named(component.part, available_parts()).ladder
+    return () if component.is_foreign else part_named(component.part, available_parts()).ladder
 
 
 def _absent(component: Component) -> Mapping[str, str]:
     """Return the levels of a component's part that this machine cannot build, with the reason."""
-    return {} if component.part.endswith(".fmu") else part_named(component.part, available_parts()).unavailable
+    return {} if component.is_foreign else part_named(component.part, available_parts()).unavailable
 
 
 def _levels(component: Component) -> Sequence[str]:

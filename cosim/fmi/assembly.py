@@ -60,7 +60,7 @@ class Assembly:
     @property
     def foreign(self) -> frozenset[str]:
         """Names of the components that are foreign FMUs."""
-        return frozenset(component.name for component in self.system.components if component.part.endswith(".fmu"))
+        return frozenset(component.name for component in self.system.components if component.is_foreign)
 
     @property
     def is_foreign(self) -> bool:

@@ -56,7 +56,7 @@ def scheme(instances: Mapping[str, Instance], system: System) -> Scheme:
     wiring = Wiring(System(system.components, [*system.connections, *held_outputs]), instances)
     warnings: dict[str, str] = {}
     for loop, words in zip(found, lacking, strict=True):
-        if words and system[loop.plant].part.endswith(".fmu"):  # a part lacks only ports that no state follows
+        if words and system[loop.plant].is_foreign:  # a part lacks only ports that no state follows
             warnings.setdefault(loop.plant, f"{words}; {loop.input} moves on a line instead")
     return Scheme(wiring, list(linearized_feedback(wiring, loops)), list(wiring.exchange()), warnings=warnings)
 
@@ -90,7 +90,7 @@ def layout(
     wiring = Wiring(system, instances)
     found = with_states(feedback_loops(system, wiring.connectors), blocks)
     # a component that is made of parts can be exported with ports
-    loops = [o for o in found if not system[o.plant].part.endswith(".fmu") or o.gain in wiring.connectors[o.plant]]
+    loops = [o for o in found if not system[o.plant].is_foreign or o.gain in wiring.connectors[o.plant]]
     if not loops:
         raise StructureError(
             f"{NAME}: there is nothing to feed back: no output of a part returns to it by direct feedthrough of a "

@@ -202,9 +202,9 @@ def _instance_record(name: str, component: Component, description: Description) 
         sha256=hashlib.sha256(file.read_bytes()).hexdigest(),
         fmi_version=description.version,
         level=component.level or "",
-        solver="" if component.part.endswith(".fmu") else _solver(description),
+        solver="" if component.is_foreign else _solver(description),
         start=component.start,
-        is_foreign=component.part.endswith(".fmu"),
+        is_foreign=component.is_foreign,
     )
 
 

@@ -30,6 +30,9 @@ PICTURE_SIGNATURES = {
 PARAMETER_SET = "# parameter set of hfsa"
 """First line of a file of parameters written by hfsa."""
 
+PAGE_SIGNATURE = "<!doctype html><!-- page of hfsa -->"
+"""First line of a page written by hfsa."""
+
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"
 _HEAD = 1024
@@ -44,6 +47,7 @@ class FileKind(enum.Enum):
     FMU = enum.auto()
     PACKAGE = enum.auto()
     PARAMETERS = enum.auto()
+    PAGE = enum.auto()
     OTHER = enum.auto()
 
 
@@ -68,6 +72,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return _archive_kind(real)
     if head.startswith(PARAMETER_SET.encode()):
         return FileKind.PARAMETERS, "a parameter set"
+    if head.startswith(PAGE_SIGNATURE.encode()):
+        return FileKind.PAGE, "a page"
     for ending in PICTURE_SIGNATURES:
         if _has_signature(head, ending):
             return FileKind.OTHER, f"a picture ({ending.upper()})"

@@ -53,6 +53,11 @@ def put_in_place(part: Path, path: Path, check: Callable[[], Target]) -> None:
 
 def write_picture(path: Path, content: bytes) -> None:
     """Write a picture, completely or not at all; `ResultsError` as `check_picture`, or for a full disk."""
+    write_file(path, content, lambda: check_picture(path))
+
+
+def write_file(path: Path, content: bytes, check: Callable[[], Target]) -> None:
+    """Write a file, completely or not at all; `check` as in `put_in_place`. `ResultsError` for a full disk."""
     with temporary_file(path) as part:
         try:
             with open(part, "xb") as file:
@@ -61,7 +66,7 @@ def write_picture(path: Path, content: bytes) -> None:
                 os.fsync(file.fileno())
         except OSError as error:
             raise os_refusal(path, error) from error
-        put_in_place(part, path, lambda: check_picture(path))
+        put_in_place(part, path, check)
 
 
 def _is_placed(part: Path, path: Path, target: Target) -> bool:

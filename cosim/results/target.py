@@ -3,6 +3,7 @@
     check_new(path, force)        # a results file
     check_continued(path)         # a results file that a sweep resumes
     check_picture(path)           # a figure
+    check_page(path)              # a page
     check_fmu(path)               # an exported FMU
     check_package(path)           # an exported SSP
     check_parameters(path, force) # a parameter set
@@ -109,6 +110,19 @@ def check_parameters(path: Path, force: bool = False) -> Target:
         _check_writable(path, target)
         if not force:
             raise ResultsError(f"{path} is {target.description} already: {REPLACING}")
+    _check_folder(path, target)
+    return target
+
+
+def check_page(path: Path) -> Target:
+    """Return the target of a page; `ResultsError` unless it is a page of hfsa or does not exist."""
+    if path.suffix != ".html":
+        raise ResultsError(f"cannot write {path}: a page is an HTML file, expected the ending .html")
+    target = inspect(path)
+    if target.kind is not FileKind.NOTHING:
+        if target.kind is not FileKind.PAGE:
+            raise _not_replaced(path, target)
+        _check_writable(path, target)
     _check_folder(path, target)
     return target
 

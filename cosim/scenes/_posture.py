@@ -7,7 +7,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Posture:
-    """Pose of the platform: `rotation`, three intrinsic z-x-y angles in degrees; `position` of S in metres."""
+    """Pose of the platform.
+
+    Attributes:
+        rotation: angles of intrinsic rotations about z, x, y in degrees.
+        position: position of S, the centroid of the platform's joints [m].
+    """
 
     rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     position: tuple[float, float, float] = (0.0, 0.0, 0.150)

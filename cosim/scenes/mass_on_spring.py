@@ -9,7 +9,11 @@ from hfsa.cosim.systems.system import Component, System
 
 
 def mass_on_spring(*, damping: float = 0.5) -> Scene:
-    """Return the scene: response of the mass to its base; `damping` in N.s/m."""
+    """Return the scene: response of the mass to its base.
+
+    Args:
+        damping: coefficient of the damper [N.s/m].
+    """
     return Scene(
         System([Component("mass", "mass_on_spring", start={"damping": damping})]),
         inputs=["mass.base.position"],

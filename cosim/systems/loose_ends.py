@@ -44,7 +44,7 @@ def _inputs(component: Component, variables: Mapping[str, Connector]) -> Iterato
     """Yield the inputs of a component; those of a part of hfsa without the derivatives of other inputs."""
     names = [name for name, variable in variables.items() if variable.causality == "input"]
     derived = {companion for name in names for companion in companions(name)}
-    is_foreign = component.part.endswith(".fmu")
+    is_foreign = component.is_foreign
     yield from (name for name in names if is_foreign or name not in derived)
 
 

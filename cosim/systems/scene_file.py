@@ -71,7 +71,7 @@ def read_scene(file: Path) -> Scene:
         ) from None
     scene = read_scene_text(text, str(file))
     components = [
-        dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.part.endswith(".fmu") else c
+        dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.is_foreign else c
         for c in scene.system.components
     ]
     return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))

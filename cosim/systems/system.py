@@ -79,6 +79,11 @@ class Component:
     conventions: str | None = None
     calls: str | None = None
 
+    @property
+    def is_foreign(self) -> bool:
+        """Whether the part is an FMU file."""
+        return self.part.endswith(".fmu")
+
     def __post_init__(self):
         if not (isinstance(self.name, str) and _COMPONENT.match(self.name)):
             raise StructureError(f"component name {self.name!r} is not an identifier, such as robot or drive[1]")
@@ -94,7 +99,7 @@ class Component:
         arguments = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
         object.__setattr__(self, "arguments", arguments)
         start = table(f"{label}: start", self.start, "a table of start values")
-        object.__setattr__(self, "start", _members(self.name, start, self.part.endswith(".fmu")))
+        object.__setattr__(self, "start", _members(self.name, start, self.is_foreign))
         object.__setattr__(self, "members", instances(f"{label}: members", self.members, Component))
         object.__setattr__(self, "connections", instances(f"{label}: connections", self.connections, Connection))
         table(f"{label}: computed", self.computed, "a table of analyses")

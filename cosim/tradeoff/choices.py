@@ -85,7 +85,7 @@ def choices_of(scene: Scene, library: Path | None, report: Callable[[str], None]
 def _groups(parts: Assembly) -> Iterator[tuple[tuple[str, ...], ...]]:
     """Yield groups to fuse: the parts on each loop, all continuous parts, all parts; each connected, of two or more."""
     system = parts.system
-    ours = [c.name for c in system.components if not c.part.endswith(".fmu")]
+    ours = [c.name for c in system.components if not c.is_foreign]
     continuous = [name for name in ours if not parts.descriptions[name].is_sampled]
     edges = {(system.split(c.start)[0], system.split(c.end)[0]) for c in system.connections}
     loops = tuple(group for group in _on_loops(continuous, edges) if len(group) > 1)

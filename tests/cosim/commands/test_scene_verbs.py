@@ -20,7 +20,7 @@ def test_sweep_then_bode(hfsa):
     code, out, _ = hfsa("sweep", "mass_on_spring", "-p", "damping=5", "--method", "linear", "--json")
     assert strict_json(out)["points"]["done"] == 1000
     assert strict_json(out)["peaks"][0]["magnitude"] == pytest.approx(20, rel=1e-2)
-    code, out, _ = hfsa("bode", "swept.h5", "results/mass_on_spring_linear.h5")
+    code, out, _ = hfsa("bode", "swept.h5", "results/mass_on_spring.linear.h5")
     assert (code, out) == (0, "swept.png\n")
     assert Path("swept.png").read_bytes().startswith(b"\x89PNG")
 

@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint, version
 
 import pytest
 
-from hfsa.cosim.commands import _listing, _reports
+from hfsa.cosim.commands import _listing, _whole_listing
 
 HEAVY = {"casadi", "control", "cyclopts", "fmpy", "h5py", "matplotlib", "numpy", "rich", "scipy"}
 
@@ -43,13 +43,13 @@ def test_a_linear_sweep_needs_none_of_scipy(tmp_path):
 def fresh(tmp_path, monkeypatch):
     """An empty cache, and a count of the listings made."""
     monkeypatch.setenv("HFSA_CACHE", str(tmp_path / "cache"))
-    made, listing = [], _reports.listing
+    made, listing = [], _listing.listing
 
     def counted(*names):
         made.append(names)
         return listing(*names)
 
-    monkeypatch.setattr(_reports, "listing", counted)
+    monkeypatch.setattr(_listing, "listing", counted)
     return made
 
 
@@ -64,36 +64,36 @@ def test_the_kept_listing_is_the_one_made(hfsa, fresh):
 
 def test_other_sources_make_another_listing(hfsa, fresh, monkeypatch):
     hfsa("list")
-    monkeypatch.setattr(_listing, "all_sources", lambda: "changed")
+    monkeypatch.setattr(_whole_listing, "all_sources", lambda: "changed")
     hfsa("list")
     assert len(fresh) == 2
 
 
 def test_other_libraries_make_another_listing(hfsa, fresh, monkeypatch):
     hfsa("list")
-    monkeypatch.setattr(_listing, "version", lambda name: "0")
+    monkeypatch.setattr(_whole_listing, "version", lambda name: "0")
     hfsa("list")
     assert len(fresh) == 2
 
 
 def test_a_listing_with_parts_of_others_is_not_kept(hfsa, fresh, monkeypatch):
     point = EntryPoint("mine", "nowhere", "hfsa.parts")
-    monkeypatch.setattr(_listing, "entry_points", lambda group: [point] if group == "hfsa.parts" else [])
+    monkeypatch.setattr(_whole_listing, "entry_points", lambda group: [point] if group == "hfsa.parts" else [])
     hfsa("list")
     hfsa("list")
     assert len(fresh) == 2
 
 
 def test_a_listing_with_an_error_is_not_kept(hfsa, fresh, monkeypatch):
-    listing = _reports.listing
+    listing = _listing.listing
 
     def broken():
         data = listing()
         return {**data, "components": [{"name": "broken", "error": "it cannot be built"}]}
 
-    monkeypatch.setattr(_reports, "listing", broken)
+    monkeypatch.setattr(_listing, "listing", broken)
     assert "it cannot be built" in hfsa("list")[1]
-    monkeypatch.setattr(_reports, "listing", listing)
+    monkeypatch.setattr(_listing, "listing", listing)
     assert "it cannot be built" not in hfsa("list")[1]
 
 

@@ -1,0 +1,69 @@
+"""Picture of the links of the 3-RRR stage: cranks, couplers and platform at rest, and moved by the stacks."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from hfsa.components._mechanics.rrr_kinematics import Links, corner_motion, forward, legs
+from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
+
+_SHOWN = 0.15
+"""Largest displacement drawn, relative to the radius of the platform."""
+_FACE = np.array([[0, 1, 2]])
+_BETWEEN = np.arange(6).reshape(2, 3).T
+"""Cells of the lines between two rows of three points."""
+
+
+def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Drawing:
+    """Return the drawing of links at rest, and moved by elongations (3,) [m]."""
+    rest = [links.base_hinges, links.crank_ends, links.corners]
+    panels = [_panel([*_chain(rest, "body", ("cranks", "couplers", "platform")), *_names(links)], "at rest")]
+    pose = forward(links, elongation)
+    moved = moved_hinges(links, pose)
+    largest = max(float(np.linalg.norm(b - a, axis=1).max()) for a, b in zip(rest, moved, strict=True))
+    if largest:
+        factor = _SHOWN * links.radius / largest
+        shown = [a + factor * (b - a) for a, b in zip(rest, moved, strict=True)]
+        words = f"x {1e6 * pose[0]:.4g} um, y {1e6 * pose[1]:.4g} um, yaw {1e3 * pose[2]:.4g} mrad, times {factor:.3g}"
+        still = _chain(rest, "rest", ("at rest", "", ""))
+        panels.append(_panel([*still, *departing(_chain(shown, "moved", ("moved", "", "")), still)], words))
+    return Drawing(title, panels)
+
+
+def moved_hinges(links: Links, pose: np.ndarray) -> list[np.ndarray]:
+    """Return the hinges A_i, B_i, C_i at a pose (3,) [m, m, rad], each of shape (3, 2) [m]."""
+    symbol = ca.SX.sym("pose", 3)
+    found = ca.Function("motion", [symbol], [legs(links, symbol).crank, corner_motion(links, symbol)])
+    angles, corners = (np.array(part) for part in found(pose))
+    turned = [_rotation(angle) @ crank for angle, crank in zip(angles.ravel(), links.cranks, strict=True)]
+    return [links.base_hinges, links.base_hinges + np.array(turned), links.corners + corners.T]
+
+
+def _chain(hinges: Sequence[np.ndarray], role: Role, words: tuple[str, str, str]) -> list[Layer]:
+    """Return cranks, couplers and platform; `words` are their entries in the legend."""
+    A, B, C = hinges
+    return [
+        Layer(np.vstack([A, B]), _BETWEEN, role, words[0]),
+        Layer(np.vstack([B, C]), _BETWEEN, "moved" if role == "body" else role, words[1]),
+        Layer(C, _FACE, role, words[2]),
+    ]
+
+
+def _names(links: Links) -> list[Layer]:
+    """Return the hinges as points with their names."""
+    layers = []
+    for letter, points in (("A", links.base_hinges), ("B", links.crank_ends), ("C", links.corners)):
+        texts = [f"{letter}{i}" for i in (1, 2, 3)]
+        layers.append(Layer(points, np.array([[0], [1], [2]]), "mark", texts=texts))
+    return layers
+
+
+def _panel(layers: Sequence[Layer], title: str) -> Panel:
+    """Return a panel of the plane."""
+    return Panel(layers, axes=("X", "Y"), title=title)
+
+
+def _rotation(angle: float) -> np.ndarray:
+    """Return the matrix of a rotation in the plane, shape (2, 2)."""
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

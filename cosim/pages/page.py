@@ -1,0 +1,89 @@
+"""Frame of a page: title, style, scripts and data in one HTML file.
+
+    write_page(Path("robot.html"), Page("SDelta", body, ("drawing.js",), data))
+
+Scripts of `assets/` are inlined, plotly once, and data as JSON. A page larger than `LARGEST` is refused.
+"""
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from hfsa.cosim.results.file_kind import PAGE_SIGNATURE
+from hfsa.cosim.results.placement import write_file
+from hfsa.cosim.results.records import ResultsError
+from hfsa.cosim.results.target import check_page
+
+LARGEST = 30e6
+"""Largest size of a page [bytes]."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page.
+
+    Attributes:
+        title: title of the page and its heading.
+        body: its content below the heading, as HTML.
+        scripts: names of scripts in `assets/`, which run in this order after plotly.
+        data: what the scripts draw, as plain data.
+    """
+
+    title: str
+    body: str
+    scripts: Sequence[str] = ()
+    data: Mapping[str, Any] | None = None
+
+
+def write_page(path: Path, page: Page) -> None:
+    """Write a page, completely or not at all.
+
+    `ResultsError` for a page larger than `LARGEST`, for an existing file that is no page of hfsa, and where the file
+    cannot be written.
+    """
+    check_page(path)
+    content = text(page).encode()
+    if len(content) > LARGEST:
+        raise ResultsError(
+            f"cannot write {path}: the page has {len(content) / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB; a "
+            "coarser mesh or fewer points would do"
+        )
+    write_file(path, content, lambda: check_page(path))
+
+
+def text(page: Page) -> str:
+    """Return a page as HTML."""
+    title = html.escape(page.title)
+    inlined = "".join(f"<script>\n{_asset(name)}</script>\n" for name in page.scripts)
+    return (
+        f"{PAGE_SIGNATURE}\n"
+        '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{title}</title>\n<style>\n{_asset('page.css')}</style>\n"
+        f"<script>{_plotly()}</script>\n</head>\n<body>\n<h1>{title}</h1>\n{page.body}\n"
+        f'<script type="application/json" id="data">{_embedded(page.data or {})}</script>\n'
+        f"{inlined}</body>\n</html>\n"
+    )
+
+
+def _embedded(data: Mapping[str, Any]) -> str:
+    """Return data as JSON that no text can end early."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _asset(name: str) -> str:
+    """Return the text of a file in `assets/`."""
+    return (files("hfsa.cosim.pages") / "assets" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    """Return the library of interactive figures."""
+    from plotly.offline import get_plotlyjs
+
+    return get_plotlyjs()
