@@ -170,7 +170,7 @@ static int wait_long(Client* c, int periods) {
     double left = next - now();
     int found = poll(&fd, 1, left > 0 ? (int)left + 1 : 0);
     char byte;
-    if (found > 0 && fd.revents & POLLIN && read(c->from_host, &byte, 1) < 0) return ended(c, LOST);
+    if (found > 0 && fd.revents & POLLIN && read(c->from_host, &byte, 1) < 0 && errno != EINTR) return ended(c, LOST);
     if (__atomic_load_n(&s->answer, __ATOMIC_SEQ_CST) == c->count) break;
     if (found > 0 && fd.revents & (POLLHUP | POLLERR) && !(fd.revents & POLLIN)) return ended(c, LOST);
     if (now() < next) continue;

@@ -9,6 +9,7 @@
 #include "functions.h"
 
 #include <dlfcn.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <pthread.h>
@@ -265,7 +266,8 @@ static void wait_for(uint32_t request) {
     __atomic_store_n(&s->host_sleeps, 1, __ATOMIC_SEQ_CST);
     if (__atomic_load_n(&s->request, __ATOMIC_SEQ_CST) == request) break;
     char byte;
-    if (read(host.from_client, &byte, 1) == 0) _exit(0);
+    ssize_t n = read(host.from_client, &byte, 1);
+    if (n == 0 || (n < 0 && errno != EINTR)) _exit(n < 0);
   }
   __atomic_store_n(&s->host_sleeps, 0, __ATOMIC_SEQ_CST);
 }
