@@ -6,7 +6,7 @@ from foreign_fmu import foreign_fmu
 
 MANNERS = (
     *("crash", "leave", "abort", "divide", "kill", "hang"),
-    *("flood", "move", "trap", "sleep", "disturb", "last_words"),
+    *("flood", "move", "trap", "sleep", "disturb", "last_words", "talk", "eat"),
 )
 """Manners by number, from 1."""
 
@@ -29,10 +29,11 @@ _DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def hostile_fmu(folder: Path) -> Path:
-    """Return the FMU, made in a folder."""
+def hostile_fmu(folder: Path, always: str = "") -> Path:
+    """Return the FMU, made in a folder; with a manner from the first step on, if one is named."""
     source = Path(__file__).with_name("cosim") / "hostile.c"
-    return foreign_fmu(folder, 2, "Hostile", source, _DESCRIPTION)
+    number = MANNERS.index(always) + 1 if always else 0
+    return foreign_fmu(folder, 2, "Hostile", source, _DESCRIPTION, f"-DALWAYS={number}")
 
 
 def hostile_scene(path: Path, fmu: Path, manner: str, at: float = 0.05, stop: float = 0.2) -> Path:

@@ -15,8 +15,12 @@
 
 #include "fmi2Functions.h"
 
+#ifndef ALWAYS /* the manner from the first step on */
+#define ALWAYS 0
+#endif
+
 enum { TIME, U, Y, MANNER, AT, PROCESS, VALUES };
-enum { CRASH = 1, LEAVE, ABORT, DIVIDE, KILL, HANG, FLOOD, MOVE, TRAP, SLEEP, DISTURB, LAST_WORDS };
+enum { CRASH = 1, LEAVE, ABORT, DIVIDE, KILL, HANG, FLOOD, MOVE, TRAP, SLEEP, DISTURB, LAST_WORDS, TALK, EAT };
 
 static double v_once;
 typedef struct {
@@ -61,6 +65,11 @@ static void misbehave(int manner) {
     case LAST_WORDS:
       fprintf(stderr, "the spring is gone\n");
       abort();
+    case TALK:
+      for (;;) fputs("one more of very many lines\n", stderr);
+    case EAT:
+      while (malloc(1 << 26)) continue;
+      _exit(9);
   }
 }
 
@@ -69,7 +78,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
   Fmu* f = calloc(1, sizeof *f);
   if (v_once++) return 0; /* one instance per process */
   f->v[PROCESS] = getpid();
-  f->v[AT] = 1e9;
+  f->v[MANNER] = ALWAYS;
+  f->v[AT] = ALWAYS ? 0 : 1e9;
   return f;
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }

@@ -106,6 +106,7 @@ def test_a_call_that_hangs_ends_at_the_time_limit(hfsa, scene):
     assert np.isfinite(read_run("it.h5")[0]["box.y"]).sum() == 51
 
 
+@pytest.mark.slow
 def test_a_run_that_is_slow_ends_at_the_time_limit(hfsa, scene):
     code, _, err = hfsa("run", scene("sleep", stop=1e3), "-o", "it.h5", "--every", 10, "--time-limit", 2)
     assert code == 4
@@ -138,6 +139,7 @@ def test_stability_of_a_crashing_fmu_is_an_error(hfsa, looped):
     assert "fmi2GetDirectionalDerivative: lost at t = 0 s: its process was ended by SIGSEGV" in err
 
 
+@pytest.mark.slow
 def test_a_comparison_has_a_failed_run_and_goes_on(hfsa, scene):
     words = ("--over", "box.at=0.05,1e9", "-o", "it.png", "--time-limit", 60, "--json")
     code, out, _ = hfsa("compare", scene("crash"), *words)
@@ -147,7 +149,9 @@ def test_a_comparison_has_a_failed_run_and_goes_on(hfsa, scene):
     assert ENDINGS["crash"] in runs[0]["message"]
 
 
-@pytest.mark.parametrize("jobs", [pytest.param(1, id="one job"), pytest.param(2, id="two jobs")])
+@pytest.mark.parametrize(
+    "jobs", [pytest.param(1, id="one job"), pytest.param(2, id="two jobs", marks=pytest.mark.slow)]
+)
 def test_an_fmu_of_which_a_process_has_one_instance_runs_twice(hfsa, tmp_path, fmu, jobs):
     text = hostile_scene(tmp_path / "one.toml", fmu, "sleep", at=1e9).read_text()
     component = text[text.index("[[components]]") :]
@@ -159,6 +163,19 @@ def test_an_fmu_of_which_a_process_has_one_instance_runs_twice(hfsa, tmp_path, f
     values, _ = read_run("it.h5")
     assert len({values["box.process"][0], values["other.process"][0], os.getpid()}) == 3
     assert hfsa("sweep", path, "--from", 20, "--points", 2, "--jobs", jobs, "-o", "s.h5")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("manner", "ending"),
+    [
+        pytest.param("eat", "ended the process with exit code 9", id="memory"),
+        pytest.param("talk", "crashed with SIGXFSZ", id="output", marks=pytest.mark.slow),
+    ],
+)
+def test_the_trial_of_a_check_has_limits(hfsa, tmp_path, manner, ending):
+    code, out, _ = hfsa("check", hostile_fmu(tmp_path, manner))
+    assert code == 1
+    assert ending in out
 
 
 @pytest.fixture
@@ -177,7 +194,11 @@ def hanging(scene, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("number", "expected"), [pytest.param(signal.SIGINT, 130, id="INT"), pytest.param(signal.SIGTERM, 143, id="TERM")]
+    ("number", "expected"),
+    [
+        pytest.param(signal.SIGINT, 130, id="INT"),
+        pytest.param(signal.SIGTERM, 143, id="TERM", marks=pytest.mark.slow),
+    ],
 )
 def test_a_signal_ends_a_run_whose_fmu_hangs(hanging, number, expected):
     child, host, path = hanging
