@@ -17,8 +17,8 @@ from hfsa.cosim.fmi.description import Interface
 from hfsa.cosim.fmi.fmu import Fmu
 from hfsa.cosim.fmi.handle import Handle, State
 from hfsa.cosim.fmi.isolation.waiting import INTERRUPTED, LOST, OVERDUE, interruption
-from hfsa.cosim.fmi.library import Log
-from hfsa.cosim.fmi.step_error import FATAL, WARNING, StepError, label_of
+from hfsa.cosim.fmi.library import Log, fails
+from hfsa.cosim.fmi.step_error import FATAL, StepError, label_of
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
@@ -260,7 +260,7 @@ class BaseInstance:
 
     def _check(self, role: str, status: int) -> None:
         """Raise `StepError` with the log messages for a status worse than a warning, or what interrupted the call."""
-        if status <= WARNING:
+        if not fails(status):
             return
         if status == INTERRUPTED:
             raise interruption()
@@ -357,7 +357,7 @@ class BaseInstance:
     def _reset(self) -> None:
         """Reset the instance, or instantiate it again where the FMU cannot reset."""
         self._log.take()
-        if not self._component.value or self._functions["reset"](self._component) > WARNING:
+        if not self._component.value or fails(self._functions["reset"](self._component)):
             self._free()
             self._instantiate()
 

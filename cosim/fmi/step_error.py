@@ -17,8 +17,8 @@ _STATUS = {
     OVERDUE: "overdue",
     NOT_LOADED: "not loaded",
 }
-WARNING, FATAL = 1, 4
-"""Statuses of FMI: the worst of a call that went well, and that after which the instance can be called no more."""
+FATAL = 4
+"""Status of FMI after which the instance can be called no more."""
 
 _UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
 _ADVICE = {

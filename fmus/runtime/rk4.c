@@ -53,6 +53,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
       return hfsa_report(in, ERROR, "the derivatives cannot be evaluated at time %.15g", in->state->time + begin);
     for (int i = 0; i < n; i++) in->x[i] += work->sum[i];
     in->counts[ACCEPTED_STEPS] += 1.0;
+    if (k + 1.0 < count && hfsa_pause(m, in, begin + step)) return OK;
   }
   return OK;
 }
