@@ -97,6 +97,8 @@ def _place(curve: Curve, source: str) -> tuple[int, int]:
 
 def _step_error(curves: Sequence[Curve], source: str) -> str:
     """Return the largest error of the communication steps of measured curves."""
+    if all(curve.is_line for curve in curves):
+        return "none: no steps"
     found = [curve.bode.step_error[:, *_place(curve, source)] for curve in curves if not curve.is_line]
     largest = max((float(np.nanmax(errors)) for errors in found if not np.all(np.isnan(errors))), default=np.nan)
     return "not known" if np.isnan(largest) else f"{100 * largest:.3g} %"
