@@ -40,10 +40,10 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3IntermediateUpdateCallback update) {
   (void)resources;
   (void)visible;
-  (void)early_return;
   (void)required;
   (void)update;
   Instance* in = hfsa_create(MODEL, CO_SIMULATION, name, token, log_of(callback, environment), logging);
+  if (in) in->may_return_early = early_return;
   if (!in || (!event_mode && n_required == 0)) return in;
   in->log.categories = ~0u;
   not_offered(in, "InstantiateCoSimulation", event_mode ? "event mode in Co-Simulation" : "intermediate update");
@@ -301,13 +301,19 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
 
 /* Co-Simulation */
 
+/* A step that did a part of its way returns early where the importer allows it, and else is discarded as a whole. */
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step_size, fmi3Boolean no_set_state,
                       fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return,
                       fmi3Float64* last_time) {
   (void)no_set_state;
-  Status status = hfsa_do_step(MODEL, c, time, step_size);
+  Instance* in = c;
+  Status status = hfsa_do_step(MODEL, in, time, step_size);
   *event_needed = *terminate = *early_return = fmi3False;
-  *last_time = c ? ((Instance*)c)->state->time : time;
+  if (status == DISCARD && in->may_return_early && hfsa_keep_part(in) == OK) {
+    *early_return = fmi3True;
+    status = OK;
+  }
+  *last_time = in ? in->state->time : time;
   return (fmi3Status)status;
 }
 
