@@ -3,12 +3,13 @@
 # make bench  speed and error of our stepping loop and of other masters, of sweeps;  make published  published numbers
 # make extremes  what was tried at the extremes, and how it ended, into docs/extremes.md (ARGS=--long: 1e9 steps)
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
+# make fuzz-fmus  FMUs under any FMI calls, with sanitizers;  make torture  all trials of what must not break
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
 # make trades the cheapest way to run each of some scenes: docs/trades.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz coverage bench published extremes style lint docs pictures trades lock clean
+.PHONY: demo test slow fuzz fuzz-fmus torture coverage bench published extremes style lint docs pictures trades lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -36,6 +37,14 @@ fuzz: .venv/installed
 	for round in $$(seq $(ROUNDS)); do \
 		$(BIN)/python -m pytest -m "hypothesis and not slow" --hypothesis-profile=fuzz --timeout=0 -q -n auto --maxprocesses 8 || exit 1; \
 	done
+
+# COUNT=10000 is a million sequences of each part and level.
+COUNT ?= 100
+fuzz-fmus: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m torture runtime --count $(COUNT) $(ARGS)
+
+torture: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m torture --count $(COUNT) $(ARGS)
 
 coverage: .venv/installed
 	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8 --cov --cov-report=term --cov-report=html
