@@ -53,6 +53,7 @@ _TOLERANCE = Setting(
     "Relative tolerance; the absolute tolerance of a state is this * its nominal value",
 )
 
+
 def _maximum_steps(start: float) -> Setting:
     """Return the setting that ends a communication step which takes too many steps of the solver, and ticks."""
     text = "Most steps, ticks too, in a communication step; beyond them it is discarded with the time reached"

@@ -18,9 +18,12 @@ void hfsa_allow(const Model* m, Instance* in) {
 Status hfsa_exhausted(const Model* m, Instance* in, double offset, int state) {
   int index = setting(m);
   in->reached = offset;
-  return hfsa_report(in, DISCARD, "%g steps%s%s reached only time %.15g%s%s",
-                     index < 0 ? largest_count : in->settings[index], index < 0 ? "" : ", the setting ",
-                     index < 0 ? "" : hfsa_name(m, ROLE_SOLVER, index), in->state->time + offset,
-                     state < 0 ? "" : "; the shortest ones are due to state ",
-                     state < 0 ? "" : hfsa_name(m, ROLE_STATE, state));
+  const char* due = state < 0 ? "" : "; the shortest ones are due to state ";
+  const char* name = state < 0 ? "" : hfsa_name(m, ROLE_STATE, state);
+  double time = in->state->time + offset;
+  if (index < 0)
+    return hfsa_report(in, DISCARD, "%g ticks, the most in a communication step, reached only time %.15g%s%s",
+                       largest_count, time, due, name);
+  return hfsa_report(in, DISCARD, "%g steps, all that %s allows, reached only time %.15g%s%s", in->settings[index],
+                     hfsa_name(m, ROLE_SOLVER, index), time, due, name);
 }

@@ -134,7 +134,7 @@ MODELS: dict[str, Callable[[], Model]] = {
 class Instance:
     """One instance behind fmpy's class for its version and interface; variables by name."""
 
-    def __init__(self, sources: Sources, path: Path, version: int, interface: str, *, logging: bool = True):
+    def __init__(self, sources: Sources, path: Path, version: int, interface: str, *, logging: bool = True, **more):
         kind = {(2, "cs"): FMU2Slave, (2, "me"): FMU2Model, (3, "cs"): FMU3Slave, (3, "me"): FMU3Model}
         self.version, self.interface, self.messages = version, interface, []
         self.variables = sources.variables
@@ -151,7 +151,7 @@ class Instance:
             callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
             self.fmu.instantiate(callbacks=callbacks, loggingOn=logging)
         else:
-            self.fmu.instantiate(loggingOn=logging, logMessage=self._log)
+            self.fmu.instantiate(loggingOn=logging, logMessage=self._log, **more)
 
     def _log(self, *arguments) -> None:
         category, text = arguments[-2:]

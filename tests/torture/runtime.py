@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from fuzzing import SANITIZERS, Tally, fuzz, program, subjects
+
 from hfsa.fmus.c_code import RUNTIME
 from hfsa.fmus.compile import compiler
 from torture.row import Row
