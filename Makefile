@@ -6,10 +6,11 @@
 # make fuzz-fmus  FMUs under any FMI calls, with sanitizers;  make torture  all trials of what must not break
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
 # make trades the cheapest way to run each of some scenes: docs/trades.md
+# make elsewhere  our FMUs in tools of others, each in an environment of its own: docs/tools.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz fuzz-fmus torture coverage bench published extremes style lint docs pictures trades lock clean
+.PHONY: demo test slow fuzz fuzz-fmus torture coverage bench published extremes style lint docs pictures trades elsewhere lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -77,6 +78,9 @@ pictures: .venv/installed
 
 trades: .venv/installed
 	$(BIN)/python docs/trades.py
+
+elsewhere: .venv/installed
+	$(BIN)/python tests/elsewhere/run.py $(ARGS)
 
 # Environment: pinned versions with hashes, then this checkout, editable.
 .venv/installed: $(LOCKS) pyproject.toml setup.py

@@ -14,12 +14,12 @@ from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 
 if TYPE_CHECKING:
-    from hfsa.components._modelling.drawing import Drawing, Layer, Panel
+    from hfsa.components._modelling.drawing import Drawing, Layer, Moving, Panel
     from hfsa.components._modelling.model import Model
 
-__all__ = ["Document", "Drawing", "Fact", "Join", "Known", "Layer", "Model", "ModelError", "Panel"]
+__all__ = ["Document", "Drawing", "Fact", "Join", "Known", "Layer", "Model", "ModelError", "Moving", "Panel"]
 
-_HEAVY = {"Drawing": "drawing", "Layer": "drawing", "Model": "model", "Panel": "drawing"}
+_HEAVY = {"Drawing": "drawing", "Layer": "drawing", "Model": "model", "Moving": "drawing", "Panel": "drawing"}
 """Modules with libraries that take time to load, by the names in them."""
 
 

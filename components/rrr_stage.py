@@ -72,7 +72,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from hfsa.components import Drawing, Model, ModelError
+from hfsa.components import Drawing, Model, ModelError, Moving
 from hfsa.components._continuum.design import continuum
 from hfsa.components._continuum.drawing import drawing
 from hfsa.components._continuum.extra import unavailable
@@ -95,7 +95,7 @@ from hfsa.components._mechanics.rrr_levels import declare_hinges, declare_motion
 from hfsa.components._mechanics.rrr_numbers import UNITS as UNITS
 from hfsa.components._mechanics.rrr_numbers import Triple, dynamic_numbers, elongations_at, kinematic_numbers
 from hfsa.components._mechanics.rrr_outline import THESIS_PLATE, Plate
-from hfsa.components._mechanics.rrr_picture import links_drawing
+from hfsa.components._mechanics.rrr_picture import links_drawing, links_in_motion
 from hfsa.components._mechanics.rrr_study import Goals, Objective, design_study
 from hfsa.components._modelling.calibration import Calibration
 from hfsa.components._modelling.facts import Known
@@ -277,6 +277,11 @@ def picture(
     links = dimensions.links_at_rest
     reached = elongation if pose is None else tuple(inverse(links, pose, "rrr_stage").tolist())
     return links_drawing(links, reached, f"3-RRR stage, kinematics {dimensions.kinematics}")
+
+
+def moving(*, dimensions: Dimensions = THESIS_DIMENSIONS) -> Moving:
+    """Return the links of the stage in a run, as its platform moves; arguments and errors as in `rrr_stage`."""
+    return links_in_motion(dimensions.links_at_rest)
 
 
 def study(

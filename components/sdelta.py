@@ -68,7 +68,7 @@ from typing import Any, Literal, get_args
 import casadi as ca
 import numpy as np
 
-from hfsa.components import Drawing, Model
+from hfsa.components import Drawing, Model, Moving
 from hfsa.components._mechanics.modes import Damping, DampingOf
 from hfsa.components._mechanics.screws import shift
 from hfsa.components._mechanics.sdelta_calibration import calibration_of
@@ -109,7 +109,7 @@ from hfsa.components._mechanics.sdelta_numbers import (
     kinematic_numbers,
     warned,
 )
-from hfsa.components._mechanics.sdelta_picture import robot_drawing
+from hfsa.components._mechanics.sdelta_picture import robot_drawing, robot_in_motion
 from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, THESIS_STRUCTURE, Machine, Robot, Structure
 from hfsa.components._mechanics.sdelta_stiffness import Preset
 from hfsa.components._mechanics.sdelta_study import Design, Objective, design_study, path_study
@@ -368,6 +368,18 @@ def picture(
     """
     robot = Robot.at(posture, stiffness, payload, machine.with_limbs())
     return robot_drawing(robot, f"SDelta, stiffness {stiffness}")
+
+
+def moving(
+    *,
+    posture: Posture = SYMMETRIC,
+    payload: Payload = CUBE,
+    reference_point: Literal["S", "C"] = "S",
+    machine: Structure = THESIS_STRUCTURE,
+) -> Moving:
+    """Return the robot in a run, as its platform moves; arguments and errors as in `sdelta`."""
+    one_of(reference_point, ("S", "C"), "sdelta: reference_point")
+    return robot_in_motion(Robot.at(posture, "ch4", payload, machine.with_limbs()), reference_point)
 
 
 def calibration(*, mechanism: Mechanism = THESIS) -> Calibration:

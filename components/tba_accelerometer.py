@@ -52,7 +52,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hfsa.components import Drawing, Model, ModelError
+from hfsa.components import Drawing, Model, ModelError, Moving
 from hfsa.components._mechanics import tba_design as designs
 from hfsa.components._mechanics import tba_limbs as multibody
 from hfsa.components._mechanics.polygon import polygon_area, torsion_constant
@@ -65,7 +65,7 @@ from hfsa.components._mechanics.tba_base import (
     specific_force,
 )
 from hfsa.components._mechanics.tba_design import DESIGNS, LIMBS, Formulas, KOutRule, Shape
-from hfsa.components._mechanics.tba_picture import sensor_drawing
+from hfsa.components._mechanics.tba_picture import sensor_drawing, sensor_in_motion
 from hfsa.components._mechanics.tba_study import design_study
 from hfsa.components._modelling.model import one_of
 from hfsa.components._modelling.noise import white_noise
@@ -340,6 +340,11 @@ def picture(*, design: DesignName = "mems", limbs: int = LIMBS, dimensions: Dime
     """
     shape = _shape(design, dimensions, "plus")
     return sensor_drawing(shape, designs.checked_limbs(limbs, _OWNER), f"Accelerometer, design {design}")
+
+
+def moving(*, design: DesignName = "mems", limbs: int = LIMBS, dimensions: Dimensions = AS_DESIGNED) -> Moving:
+    """Return the sensor in a run, as its proof mass moves in the plane; arguments as in `tba_accelerometer`."""
+    return sensor_in_motion(_shape(design, dimensions, "plus"), designs.checked_limbs(limbs, _OWNER))
 
 
 def _shape(design: str, dimensions: Dimensions, rule: str) -> Shape:

@@ -118,7 +118,12 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
             "true",
         )
         exchange = {"needsCompletedIntegratorStep": "false"}
-        cosimulation = {"hasEventMode": "false", "mightReturnEarlyFromDoStep": "false"}
+        cosimulation = {
+            "hasEventMode": "false",
+            "mightReturnEarlyFromDoStep": "false",
+            "providesIntermediateUpdate": "true",
+            "canReturnEarlyAfterIntermediateUpdate": "true",
+        }
     cosimulation |= {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "1"}
     for name, flags in (("ModelExchange", exchange), ("CoSimulation", cosimulation)):
         interface = etree.SubElement(root, name, both | flags)

@@ -1,15 +1,16 @@
 """Picture of the links of the 3-RRR stage: cranks, couplers and platform at rest, and moved by the stacks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
 from hfsa.components._mechanics.rrr_kinematics import Links, corner_motion, forward, legs
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
+from hfsa.components._modelling.drawing import Drawing, Layer, Moving, Panel, Role, columns, departing, named
 
 _SHOWN = 0.15
 """Largest displacement drawn, relative to the radius of the platform."""
+_WORDS = ("cranks", "couplers", "platform")
 _FACE = np.array([[0, 1, 2]])
 _BETWEEN = np.arange(6).reshape(2, 3).T
 """Cells of the lines between two rows of three points."""
@@ -18,7 +19,7 @@ _BETWEEN = np.arange(6).reshape(2, 3).T
 def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Drawing:
     """Return the drawing of links at rest, and moved by elongations (3,) [m]."""
     rest = [links.base_hinges, links.crank_ends, links.corners]
-    panels = [_panel([*_chain(rest, "body", ("cranks", "couplers", "platform")), *_names(links)], "at rest")]
+    panels = [_panel([*_chain(rest, "body", _WORDS), *_names(links)], "at rest")]
     pose = forward(links, elongation)
     moved = moved_hinges(links, pose)
     largest = max(float(np.linalg.norm(b - a, axis=1).max()) for a, b in zip(rest, moved, strict=True))
@@ -29,6 +30,23 @@ def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Draw
         still = _chain(rest, "rest", ("at rest", "", ""))
         panels.append(_panel([*still, *departing(_chain(shown, "moved", ("moved", "", "")), still)], words))
     return Drawing(title, panels)
+
+
+def links_in_motion(links: Links) -> Moving:
+    """Return the links as the platform moves."""
+    panel = _panel(_chain([links.base_hinges, links.crank_ends, links.corners], "body", _WORDS), "3-RRR stage")
+    symbol = ca.SX.sym("pose", 3)
+    motion = ca.Function("motion", [symbol], [legs(links, symbol).crank, corner_motion(links, symbol)])
+
+    def displacements(signals: Mapping[str, np.ndarray]) -> list[np.ndarray | None]:
+        """Return the displacements of the ends of cranks and couplers, and of the corners."""
+        poses = np.column_stack([columns(signals, "platform.position", 2), signals["platform.rotation"]])
+        angles, corners = (np.array(part) for part in motion.map(len(poses))(poses.T))
+        C = corners.T.reshape(len(poses), 3, 2)
+        B = np.stack([_swing(crank, angle) for crank, angle in zip(links.cranks, angles, strict=True)], axis=1)
+        return [np.concatenate([np.zeros_like(B), B], axis=1), np.concatenate([B, C], axis=1), C]
+
+    return Moving(panel, [*named("platform.position", 2), "platform.rotation"], displacements)
 
 
 def moved_hinges(links: Links, pose: np.ndarray) -> list[np.ndarray]:
@@ -62,6 +80,12 @@ def _names(links: Links) -> list[Layer]:
 def _panel(layers: Sequence[Layer], title: str) -> Panel:
     """Return a panel of the plane."""
     return Panel(layers, axes=("X", "Y"), title=title)
+
+
+def _swing(vector: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the changes of a vector (2,) turned by angles (rows,), shape (rows, 2), exactly zero at angle zero."""
+    less_one, sine = -2 * np.sin(angles / 2)[:, None] ** 2, np.sin(angles)[:, None]
+    return less_one * vector + sine * np.array([-vector[1], vector[0]])
 
 
 def _rotation(angle: float) -> np.ndarray:

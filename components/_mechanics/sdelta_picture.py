@@ -4,12 +4,15 @@ Tubes stand still in a mode, and limb j ends at the displaced joint S_j + theta 
 [theta; d] about C.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hfsa.components._mechanics.cartesian_numbers import modal_numbers, static_numbers
 from hfsa.components._mechanics.sdelta_geometry import C_AXES
 from hfsa.components._mechanics.sdelta_robot import Robot
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role
+from hfsa.components._modelling.drawing import Drawing, Layer, Moving, Panel, Role, columns, named
 
 _SHIFT = 0.35
 """Largest displacement of a joint drawn, relative to the radius of the platform."""
@@ -41,6 +44,24 @@ def robot_drawing(robot: Robot, title: str) -> Drawing:
         layers = [*_base(robot), *_limbs(robot, joints(robot), "rest"), *_limbs(robot, moved, "moved"), axis]
         panels.append(Panel(layers, title=heading))
     return Drawing(title, [*panels, *_elastic_axes(robot)])
+
+
+def robot_in_motion(robot: Robot, reference_point: str) -> Moving:
+    """Return the robot as its platform moves, with a pose of `reference_point` from the posture; tubes stand still."""
+    words = ("limbs", "platform")
+    layers = [*_base(robot, "base, C axes", "tubes"), *_limbs(robot, joints(robot), "body", words)]
+    S = robot.kinematics.position
+    pivot = S if reference_point == "S" else S + robot.offset
+    arms = joints(robot) - pivot
+
+    def displacements(signals: Mapping[str, np.ndarray]) -> list[np.ndarray | None]:
+        """Return the displacements: of the joints, and of the ends of the limbs."""
+        turned = Rotation.from_rotvec(columns(signals, "platform.rotation", 3)).as_matrix() - np.eye(3)
+        shift = np.einsum("nij,kj->nki", turned, arms) + columns(signals, "platform.position", 3)[:, None]
+        return [None, None, np.concatenate([np.zeros_like(shift), shift], axis=1), shift]
+
+    signals = [*named("platform.rotation", 3), *named("platform.position", 3)]
+    return Moving(Panel(layers, title="SDelta"), signals, displacements)
 
 
 def joints(robot: Robot) -> np.ndarray:

@@ -8,11 +8,12 @@ the limb gives, with r and t the length and the angle of (x, sqrt(2) h + y),
 """
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from hfsa.components._mechanics.tba_design import Shape, link_length
-from hfsa.components._modelling.drawing import Drawing, Layer, Panel, Role, departing
+from hfsa.components._modelling.drawing import Drawing, Layer, Moving, Panel, Role, columns, departing, named
 
 _SHIFT = 0.25
 """Displacement drawn, relative to the length of a link."""
@@ -25,6 +26,21 @@ def sensor_drawing(shape: Shape, limbs: int, title: str) -> Drawing:
     for axis, shift in (("x", np.array([reach, 0.0])), ("y", np.array([0.0, reach]))):
         panels.append(_panel(shape, limbs, shift, f"displaced along {axis}, {1e6 * reach:.4g} um"))
     return Drawing(title, panels)
+
+
+def sensor_in_motion(shape: Shape, limbs: int) -> Moving:
+    """Return the sensor as its proof mass moves in the plane."""
+    home = np.zeros(2)
+    panel = _panel(shape, limbs, home, "accelerometer")
+    at_home = limb_points(shape, limbs, home)
+
+    def displacements(signals: Mapping[str, np.ndarray]) -> list[np.ndarray | None]:
+        """Return the displacements of the ends of the legs, and of the proof mass."""
+        shifts = columns(signals, "proof_mass.position", 2)
+        ends = np.array([(limb_points(shape, limbs, shift) - at_home).reshape(-1, 2) for shift in shifts])
+        return [None, ends, ends, np.repeat(shifts[:, None], limbs + 1, axis=1)]
+
+    return Moving(panel, named("proof_mass.position", 2), displacements)
 
 
 def limb_points(shape: Shape, limbs: int, shift: np.ndarray) -> np.ndarray:

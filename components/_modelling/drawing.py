@@ -5,11 +5,13 @@
         beam = Layer(ends, np.array([[0, 1]]), "body", "beam")
         return Drawing("One beam", [Panel([beam], unit="m")])
 
-A part offers pictures by such a function beside `analyze`, with arguments of its own. How a layer looks follows
-from its role and from the number of points of a cell; with values it is coloured, and the panel has a scale.
+A part offers pictures by such a function beside `analyze`, with arguments of its own, and by `moving` the drawing of
+what it does in a run: a panel, and the displacements of its layers as functions of the part's signals (`Moving`). How a
+layer looks follows from its role and from the number of points of a cell; with values it is coloured, and the panel has
+a scale.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -122,3 +124,29 @@ class Drawing:
     def __post_init__(self):
         if not self.panels:
             raise ModelError(f"the drawing {self.title!r} has no panel, expected one or more")
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A part that moves in a run.
+
+    Attributes:
+        panel: the part where all signals are zero.
+        signals: names of the inputs and outputs of the part that move it.
+        displacements: from signals by name, (rows,) each in SI units, to the displacements of the points of every
+            layer, (rows, points, axes) in the unit of the panel; `None` for a layer that stands still.
+    """
+
+    panel: Panel
+    signals: Sequence[str]
+    displacements: Callable[[Mapping[str, NDArray[np.float64]]], Sequence[NDArray[np.float64] | None]]
+
+
+def columns(signals: Mapping[str, NDArray[np.float64]], name: str, count: int) -> NDArray[np.float64]:
+    """Return the signals `name[1]` to `name[count]` as columns, (rows, count)."""
+    return np.column_stack([signals[f"{name}[{i}]"] for i in range(1, count + 1)])
+
+
+def named(name: str, count: int) -> list[str]:
+    """Return `name[1]` to `name[count]`."""
+    return [f"{name}[{i}]" for i in range(1, count + 1)]

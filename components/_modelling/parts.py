@@ -8,8 +8,8 @@ model is accepted too and sets its start value; `solver` names the solver of any
 
 Beside its function a part's file may have `analyze`, which returns its engineering numbers, `study`, which returns a
 design study (`study.Study`): its dimensions as symbols, and what follows from them, `trajectory`, which returns the
-study whose dimensions are the columns of a path, and `picture`, which returns a drawing (`drawing.Drawing`). Each takes
-arguments of its own.
+study whose dimensions are the columns of a path, `picture`, which returns a drawing (`drawing.Drawing`), and
+`moving`, which returns what moves in a run (`drawing.Moving`). Each takes arguments of its own.
 `FACTS` there are facts that other parts of a system know as well (`facts`), `JOINS` the parts that alone may feed it
 (`joins`), `UNITS` the units of the numbers that `analyze` returns, by key: SI, `1` for a number without unit. Where the
 entries of a vector or matrix differ, `;` stands between its rows or equal blocks of rows, `,` between columns:
@@ -34,7 +34,7 @@ from hfsa.components._modelling.arguments import (
 )
 from hfsa.components._modelling.calibration import Calibration
 from hfsa.components._modelling.documents import Document, with_contents
-from hfsa.components._modelling.drawing import Drawing
+from hfsa.components._modelling.drawing import Drawing, Moving
 from hfsa.components._modelling.facts import Fact, Known
 from hfsa.components._modelling.joins import Join
 from hfsa.components._modelling.loading import (
@@ -65,7 +65,7 @@ _KINDS: Mapping[str, str] = {"part": "Model", "scene": "Scene"}
 class Part:
     """A part: `build` returns its `Model`, `analyze` its engineering numbers, `study` its design study; or has none.
 
-    `trajectory` returns the study of a path, `picture` a drawing, `calibration` what
+    `trajectory` returns the study of a path, `picture` a drawing, `moving` what moves in a run, `calibration` what
     measurements can tell of it. `is_own` means that it does not come with hfsa.
     """
 
@@ -76,6 +76,7 @@ class Part:
     study: Callable[..., Study] | None = None
     trajectory: Callable[..., Study] | None = None
     picture: Callable[..., Drawing] | None = None
+    moving: Callable[..., Moving] | None = None
     calibration: Callable[..., Calibration] | None = None
     is_own: bool = False
 
@@ -130,7 +131,7 @@ class Part:
 
         Relative paths count from `folder`, by default from the working folder; `ModelError` for a file that is wrong.
         """
-        functions = (self.build, self.analyze, self.study, self.trajectory, self.picture)
+        functions = (self.build, self.analyze, self.study, self.trajectory, self.picture, self.moving)
         known = {name: argument for function in functions for name, argument in arguments_of(function).items()}
         return with_contents(self.name, known, arguments, read_value, folder)
 
@@ -205,6 +206,17 @@ class Part:
             raise ModelError(f"{self.name} has no picture")
         return self._offered(self.picture, Drawing, "a picture", level, arguments)
 
+    def in_motion(self, level: str | None = None, **arguments: Any) -> Moving:
+        """Return what moves in a run, of a part in a scene with these arguments.
+
+        Those of its FMU that the drawing does not depend on are left out; other errors as in `model`.
+        """
+        if self.moving is None:
+            raise ModelError(f"{self.name} has no drawing that moves")
+        known = arguments_of(self.moving)
+        taken = {name: value for name, value in _with_level(level, arguments).items() if takes(known, name)}
+        return self._offered(self.moving, Moving, "a drawing that moves", None, taken)
+
     def calibration_task(self, level: str | None = None, **arguments: Any) -> Calibration:
         """Return what the part offers to be calibrated, by default its design study; errors as in `model`."""
         if self.calibration is None:
@@ -241,6 +253,7 @@ def part_of(
         ("study", "a Study"),
         ("trajectory", "a Study"),
         ("picture", "a Drawing"),
+        ("moving", "a Moving"),
         ("calibration", "a Calibration"),
     ):
         function = getattr(module, word, None) if kind == "part" or word == name else None

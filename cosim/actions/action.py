@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from hfsa.cosim.fmi.co_simulation import Call
+from hfsa.cosim.fmi.library import fails
 
 
 class CompositeAction(ABC):
@@ -36,13 +37,13 @@ class CompositeAction(ABC):
         for call in calls:
             if status := call.run():
                 self.failing, warning = call, warning or status
-                if status > 1:
+                if fails(status):
                     return status
         return warning
 
     def _checked(self, status: int, time: float) -> int:
         """Return a status that is ok or a warning; raise `StepError` at `time` [s] for a worse one."""
-        if status > 1:
+        if fails(status):
             assert self.failing is not None
             self.failing.instance.time = time
             self.failing.instance.check(self.failing, status)

@@ -19,6 +19,7 @@ import numpy as np
 
 from hfsa.cosim.actions.action import CompositeAction, Group, Transfer
 from hfsa.cosim.fmi.co_simulation import Instance, StepError
+from hfsa.cosim.fmi.library import fails
 
 TOLERANCE = 1e-10
 """Largest last change but one of a value on a loop, relative to the value or its nominal."""
@@ -78,7 +79,7 @@ class AlgebraicLoop(CompositeAction):
         warning, was_close = 0, False
         for _ in range(PASSES if self._is_begun() else 0):
             status = self._evaluate()
-            if status > 1:
+            if fails(status):
                 return status
             warning = warning or status
             change = self._correct()
@@ -115,10 +116,10 @@ class AlgebraicLoop(CompositeAction):
         """Set the loop's inputs and fetch its outputs; return the first status that is not ok."""
         set_ = self._run(transfer.call for transfer in self.inner)
         self.guess[:] = self.bus[self.places]
-        if set_ > 1:
+        if fails(set_):
             return set_
         got = self._fetch()
-        return got if got > 1 else set_ or got
+        return got if fails(got) else set_ or got
 
     def _fetch(self) -> int:
         """Fetch the loop's outputs; return the first status that is not ok."""

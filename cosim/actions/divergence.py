@@ -8,7 +8,7 @@ output is, in this order,
 
     1. the scale that the scene declares (`Scene.scale`): a travel, a force or torque limit
     2. none where the FMU states both bounds: the run stops at these
-    3. the nominal value that the FMU states, or the scene's amplitude in that unit where it is larger
+    3. the largest of the nominal value that the FMU states, the scene's amplitude in that unit, and the start value
 
 An output without a scale stops a run only where it is not finite. For an input, which is prescribed, only rule 1 holds.
 """
@@ -76,7 +76,18 @@ def recorded_scales(
         if name in declared:
             found[name] = Scale(scene.scale[name], unit, "the scene's scale")
         elif variable.causality != "input" and variable.has_nominal and None in (variable.min, variable.max):
-            nominal, amplitude = abs(variable.nominal), scene.amplitude.get(unit, 0.0)
-            origin = "its nominal value" if nominal >= amplitude else "the scene's amplitude"
-            found[name] = Scale(max(nominal, amplitude), unit, origin, _UNDECLARED)
+            sizes = {
+                "its nominal value": abs(variable.nominal),
+                "the scene's amplitude": scene.amplitude.get(unit, 0.0),
+                "its start value": _start(system, name, variable),
+            }
+            origin = max(sizes, key=lambda words: sizes[words])
+            found[name] = Scale(sizes[origin], unit, origin, _UNDECLARED)
     return found
+
+
+def _start(system: System, name: str, variable: Connector) -> float:
+    """Return the size of a variable at the start as the scene or else its FMU states it, 0 where neither does."""
+    component, variable_name = system.split(name)
+    given = system[component].start.get(variable_name, variable.start)
+    return abs(float(given)) if isinstance(given, (int, float)) else 0.0

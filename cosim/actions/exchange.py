@@ -33,13 +33,18 @@ class Exchange:
     Attributes:
         watch: checks the values on the bus.
         warnings: the first warning of each instance, by name.
+        told: number and first sentence of the warnings of each instance, by a key; number 0 for what the algorithm
+            says of an instance.
     """
 
     def __init__(self, wiring: Wiring, warnings: Mapping[str, str] | None = None):
         self.wiring, self.system = wiring, wiring.system
         starts = [connection.start for connection in wiring.connections]
         self.watch = Watch(starts, [connector(self.system, wiring.connectors, name) for name in starts], wiring.bus)
-        self.warnings = dict(warnings or {})
+        self._notices = dict(warnings or {})
+        self.warnings: dict[str, str] = {}
+        self.told: dict[str, tuple[int, str]] = {}
+        self.forget_warnings()
 
     @property
     def time(self) -> float:
@@ -111,8 +116,7 @@ class Exchange:
         An error raises `StepError`, the first warning of an instance is kept, and `STALE` solves the loop or the
         iterated step with a new inverse.
         """
-        if status == STALE:
-            assert isinstance(call, AlgebraicLoop | IteratedStep)
+        if status == STALE and isinstance(call, AlgebraicLoop | IteratedStep):
             status = call.solve(self.time)
             if not status:
                 return
@@ -120,4 +124,15 @@ class Exchange:
         assert failing is not None
         failing.instance.time = self.time
         failing.instance.check(failing, status)
-        self.warnings.setdefault(failing.instance.name, failing.instance.warning(failing))
+        name, sentence = failing.instance.name, failing.instance.warning(failing)
+        count, first = self.told.get(name, (0, sentence))
+        self.told[name] = count + 1, first
+        if not count:
+            self.warnings[name] = "; ".join(filter(None, (self._notices.get(name), first)))
+
+    def forget_warnings(self) -> None:
+        """Forget the warnings of the instances, before another run."""
+        self.warnings.clear()
+        self.warnings.update(self._notices)
+        self.told.clear()
+        self.told.update({f"{name}: notice": (0, text) for name, text in self._notices.items()})

@@ -15,6 +15,7 @@ from hfsa.cosim.actions.action import CompositeAction, Group
 from hfsa.cosim.actions.extrapolation import History
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call, Number
+from hfsa.cosim.fmi.library import fails
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.feedback_loops import FeedbackLoop
 
@@ -59,13 +60,13 @@ class Gains(CompositeAction):
     def run(self) -> int:
         """Fetch the derivatives and set the gains."""
         fetched = self._run(self.calls[:-1])
-        if fetched > 1:
+        if fails(fetched):
             return fetched
         self.gains[:] = 0.0
         for entry, place in zip(self.entries, self.places, strict=True):
             self.gains[place] += self.derivatives[entry]
         set_ = self._run(self.calls[-1:])
-        return set_ if set_ > 1 else fetched or set_
+        return set_ if fails(set_) else fetched or set_
 
 
 @dataclass(eq=False)

@@ -28,6 +28,7 @@ from hfsa.cosim.actions.extrapolation import Extrapolation
 from hfsa.cosim.actions.past import Past
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call, StepError
+from hfsa.cosim.fmi.library import fails
 from hfsa.cosim.systems.errors import StructureError
 
 TOLERANCE = 1e-10
@@ -178,7 +179,7 @@ class IteratedStep(CompositeAction):
         progress, time = self.progress, self.wiring.time.value
         self._past.take(time, self.wiring.bus)
         progress.warning = self._run(self.savers)
-        if progress.warning > 1:
+        if fails(progress.warning):
             return progress.warning
         progress.rounds = 0
         self._begin_round(time)
@@ -222,7 +223,7 @@ class IteratedStep(CompositeAction):
             self.guess[places] += self.change
             progress.before, progress.next = largest, 0
             status = self._run(self.restorers)
-            if status > 1:
+            if fails(status):
                 return status
             progress.warning = progress.warning or status
 
@@ -236,7 +237,7 @@ class IteratedStep(CompositeAction):
                 return STALE
             if status:
                 self.failing, progress.warning = failing_call(call), progress.warning or status
-                if status > 1:
+                if fails(status):
                     return status
             progress.next += 1
         return 0

@@ -22,6 +22,7 @@ from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.loading import is_path, kind_of, returned, shown
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.parts import SOLVER, Part, own_part, read_arguments
+from hfsa.cosim.assembly.default_experiment import proposed
 from hfsa.cosim.assembly.fmu_cache import fmu_file
 from hfsa.cosim.assembly.models import AUTO, available_parts, named_part
 from hfsa.cosim.assembly.packages import PACKAGE, package_of
@@ -66,7 +67,7 @@ def load_scene(name: str | Path, arguments: Mapping[str, Any] | None = None) -> 
     elif name.endswith(DOCUMENT):
         if not Path(name).is_file():
             raise StructureError(f"there is no file {name}")
-        scene, own = located(read_scene(Path(name)), Path(name)), []
+        scene, own = located(read_scene(Path(name), proposed), Path(name)), []
     else:
         part = scene_part(name)
         given = {key: arguments.pop(key) for key in list(arguments) if part.has_argument(key)}

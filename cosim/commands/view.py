@@ -1,6 +1,9 @@
 """Verb `view`: a part in a page that turns and moves, or as a picture."""
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._json import Json
@@ -8,23 +11,46 @@ from hfsa.cosim.commands._options import Arguments, Level, Output
 
 
 def view(
-    name: str, /, *, level: Level = None, parameter: Arguments = None, output: Output = None, json: Json = False
+    name: str,
+    /,
+    *,
+    level: Level = None,
+    parameter: Arguments = None,
+    low: Annotated[float | None, Parameter("--from")] = None,
+    high: Annotated[float | None, Parameter("--to")] = None,
+    output: Output = None,
+    json: Json = False,
 ) -> int:
-    """Draw a part: its bodies, modes and axes, in a page that needs nothing but a browser, or as a picture.
+    """Draw a part, its modes and axes, or what moved in a run, in a page that needs nothing but a browser.
 
     Parameters
     ----------
     name
-        A component, controller or analysis, as in `hfsa list`, or the path of a .py file.
+        A component, controller or analysis, as in `hfsa list`, or the path of a .py file; or the results file of a run.
+    low
+        Of a run: time [s] from which on to show (default: the first).
+    high
+        Of a run: time [s] up to which to show (default: the last).
     output
-        FILE.html: a page, in which modes are animated; FILE.png, .pdf or .svg: a picture (default: `NAME.html`). An
-        existing page of hfsa, or picture, is replaced.
+        FILE.html: a page, in which modes are animated; of a part FILE.png, .pdf or .svg: a picture (default:
+        `NAME.html`, or the results file with the ending `.html`). An existing page of hfsa, or picture, is replaced.
     """
     from hfsa.components._modelling.catalogue import drawn
     from hfsa.cosim.assembly.models import available_parts
     from hfsa.cosim.commands._pictures import view_answer
     from hfsa.cosim.commands._scenes import refuse_scene
+    from hfsa.cosim.systems.errors import StructureError
 
+    if name.endswith(".h5"):
+        from hfsa.cosim.commands._run_view import run_view_answer
+
+        if level is not None or parameter:
+            raise StructureError("--level and -p are those of a part; the file of a run has its own")
+        file = Path(name)
+        _shell.answer(*run_view_answer(file, output or file.with_suffix(".html"), low, high), json)
+        return _shell.DONE
+    if low is not None or high is not None:
+        raise StructureError("--from and --to choose a stretch of a run; a part has none")
     refuse_scene(name, "`view` draws parts")
     values = _shell.part_arguments(level, parameter)
     part = drawn(name, available_parts())

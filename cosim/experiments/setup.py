@@ -11,10 +11,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from hfsa.cosim.assembly import default_experiment
 from hfsa.cosim.assembly.agreement import disagreements
 from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.fuse import with_fusion
-from hfsa.cosim.assembly.load_scene import available_scenes, load_scene, with_arguments
+from hfsa.cosim.assembly.load_scene import DOCUMENT, available_scenes, load_scene, with_arguments
 from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.assembly.packages import PACKAGE, package_of
 from hfsa.cosim.experiments.orders import with_order
@@ -108,11 +109,17 @@ def set_up(
         refuse_signal(file, signals(setup.highest.connectors))
     named = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
     further = tuple(s for s in dict.fromkeys((*loaded.recorded, *named)) if s not in loaded.outputs)
-    remarks = package_of(name).remarks if name.endswith(PACKAGE) else ()
-    sentences = [*remarks, *disagreements(name, parameters or {}, loaded)]
+    sentences = [*_remarks(name, loaded), *disagreements(name, parameters or {}, loaded)]
     if known is None:
         sentences += _loose_ends(setup, further)
     return dataclasses.replace(setup, signals=further, disagreements=sentences)
+
+
+def _remarks(name: str, scene: Scene) -> Sequence[str]:
+    """Return what the file of a scene leaves to others, or what is ignored of it."""
+    if name.endswith(PACKAGE):
+        return package_of(name).remarks
+    return default_experiment.remarks(Path(name), scene) if name.endswith(DOCUMENT) else ()
 
 
 def _loose_ends(setup: Setup, further: Sequence[str]) -> list[str]:

@@ -31,6 +31,7 @@ from hfsa.cosim.experiments.sweep_subject import Subject, subject_of
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.measurement.sweep import LinearSweep, Progress, points_of
 from hfsa.cosim.measurement.task import PREVIOUS
+from hfsa.cosim.measurement.told import add, sentences
 from hfsa.cosim.results.files import (
     Bode,
     Identity,
@@ -262,9 +263,22 @@ def _written(
     with opening(path, measurement.plan, measurement.record) as file:
         if file.earlier_version:
             warn(f"{path}: the finished points were measured by hfsa {file.earlier_version}, with FMUs of its own")
+        told: dict[str, tuple[int, str]] = {}
+
+        def progressed(progress: Progress) -> None:
+            """Keep the warnings of a finished point, and report it."""
+            add(told, progress.point.warnings)
+            if report is not None:
+                report(progress)
+
         try:
-            measurement.run(file, measurement.plan, report=report)
+            measurement.run(file, measurement.plan, report=progressed)
         except (KeyboardInterrupt, cluster.ClusterError):
             warn(f"{len(file.unfinished())} points are missing in {path}; sweep with --resume to continue")
             raise
+        finally:
+            found = sentences(told).values()
+            file.tell(found)
+            for sentence in found:
+                warn(sentence)
     return file.identity

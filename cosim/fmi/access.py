@@ -18,6 +18,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hfsa.cosim.fmi.library import fails
 from hfsa.cosim.systems.connectors import Connector
 
 _FUNCTIONS = {2: {"Enumeration": "Integer"}, 3: {"Enumeration": "Int64"}}
@@ -119,7 +120,7 @@ class Access:
         warning = 0
         for piece in self._pieces:
             status = self._call("Get", piece)
-            if status > 1:
+            if fails(status):
                 return status
             warning = warning or status
             found = piece.buffer[piece.elements]
@@ -140,7 +141,7 @@ class Access:
                 return self._refuse("Set", piece, message)
             piece.buffer[piece.elements] = numbers
             status = self._call("Set", piece)
-            if status > 1:
+            if fails(status):
                 return status
             warning = warning or status
         return warning

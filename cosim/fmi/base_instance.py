@@ -20,7 +20,7 @@ import numpy as np
 from hfsa.cosim.fmi.access import Access, set_texts, thunk
 from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
-from hfsa.cosim.fmi.library import TERMINATED, Library, Log
+from hfsa.cosim.fmi.library import TERMINATED, Library, Log, fails
 from hfsa.cosim.fmi.model_exchange_library import MODEL_EXCHANGE
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
@@ -35,7 +35,7 @@ _LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {
 }
 
 _STATUS = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending", TERMINATED: "terminated"}
-_WARNING, _FATAL = 1, 4
+_FATAL = 4
 _UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
 _ADVICE = {
     "discard": "the FMU refuses a step of this size from here; try a smaller one",
@@ -369,7 +369,7 @@ class BaseInstance:
 
     def _check(self, role: str, status: int) -> None:
         """Raise `StepError` with the log messages for a status worse than a warning, or what interrupted the call."""
-        if status <= _WARNING:
+        if not fails(status):
             return
         if self.interruption is not None:
             interruption, self.interruption = self.interruption, None
@@ -458,7 +458,7 @@ class BaseInstance:
     def _reset(self) -> None:
         """Reset the instance, or instantiate it again where the FMU cannot reset."""
         self._log.take()
-        if not self._component.value or self._functions["reset"](self._component) > _WARNING:
+        if not self._component.value or fails(self._functions["reset"](self._component)):
             self._free()
             self._instantiate()
 

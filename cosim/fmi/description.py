@@ -13,6 +13,7 @@ from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Un
 from lxml import etree
 
 from hfsa.cosim.fmi.demands import Demands, demands
+from hfsa.cosim.fmi.soundness import refuse_unsound
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 
@@ -67,7 +68,7 @@ class Description:
         output_derivative_order: highest order of its output derivatives.
         event_indicators: number of its event indicators.
         needs_completed_steps: whether it needs a call after each completed integrator step.
-        step_size, stop_time: those [s] of its default experiment, `None` where it has none.
+        start_time, step_size, stop_time: those [s] of its default experiment, `None` where it has none.
         demands: its demands on what runs it.
     """
 
@@ -89,6 +90,7 @@ class Description:
     needs_completed_steps: bool
     demands: Demands
     is_co_simulation_only: bool = False
+    start_time: float | None = None
     step_size: float | None = None
     stop_time: float | None = None
 
@@ -187,6 +189,7 @@ def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]
         version = str(root.get("fmiVersion"))
         if not version.startswith(("2.", "3.")):
             raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
+        refuse_unsound(file, root)
         return root, read_model_description(str(file), validate=False)
     except StructureError:
         raise
@@ -227,6 +230,7 @@ def _interface_description(file: Path, interface: Interface | None, version_of_f
         event_indicators=model.numberOfEventIndicators,
         is_co_simulation_only=model.modelExchange is None,
         needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
+        start_time=_number(getattr(model.defaultExperiment, "startTime", None)),
         step_size=_number(getattr(model.defaultExperiment, "stepSize", None)),
         stop_time=_number(getattr(model.defaultExperiment, "stopTime", None)),
         demands=demands(file, model, flags, chosen == "co_simulation"),

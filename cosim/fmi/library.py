@@ -30,6 +30,15 @@ from hfsa.cosim.systems.errors import StructureError
 TERMINATED = 100
 """Status of a successful call in which the FMU requests the end of the run, beside the statuses 0 to 5 of FMI."""
 
+WARNING = 1
+"""Status of a call that went well, but for a message."""
+
+
+def fails(status: int) -> bool:
+    """Whether a status is worse than a warning; one that FMI does not know is, negative ones too."""
+    return not 0 <= status <= WARNING
+
+
 _LOG_CATEGORIES = ("logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 
 

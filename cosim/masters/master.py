@@ -49,6 +49,7 @@ class Master(ABC):
         algorithm: the algorithm.
         cycle: actions from one communication point to the next, in order; `point`: a complete exchange.
         warnings: first warning of each instance, by name.
+        told: number and first sentence of the warnings of each instance, as in `Exchange`.
     """
 
     def __init__(self, instances: Mapping[str, Any], system: System, algorithm: Algorithm, step_size: float):
@@ -60,7 +61,7 @@ class Master(ABC):
         self.wiring.step_size.value = step_size
         self.point, self.cycle = list(scheme.point), scheme.cycle
         self._exchange = Exchange(self.wiring, scheme.warnings)
-        self.warnings = self._exchange.warnings
+        self.warnings, self.told = self._exchange.warnings, self._exchange.told
         self._watch = self._exchange.watch
         self._recording: Recording | None = None
         self._record_calls: list[Call] = []
@@ -122,6 +123,10 @@ class Master(ABC):
         if self._recording is not None:
             self._recording.clear()
             self._record()
+
+    def forget_warnings(self) -> None:
+        """Forget the warnings of the instances, before another run."""
+        self._exchange.forget_warnings()
 
     def remember(self, earlier: np.ndarray) -> None:
         """Take values of the connected outputs at the two points before the start, for inputs that are extrapolated.

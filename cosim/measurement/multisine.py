@@ -30,6 +30,7 @@ from hfsa.cosim.measurement.expectation import Expectation, relative, unsettled
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
 from hfsa.cosim.measurement.sweep import Progress
 from hfsa.cosim.measurement.task import STARTS
+from hfsa.cosim.measurement.told import with_warnings
 from hfsa.cosim.results.files import Plan, Point, Status, SweepFile
 from hfsa.cosim.signals.drift import of_lines
 from hfsa.cosim.signals.excitation import ramp_time, unread_windows
@@ -152,7 +153,7 @@ def _measured(run: Run) -> list[Point]:
     settings = run.settings
     master = open_master(run.assembly, settings.algorithm, settings.step_size, run.library)
     with contextlib.closing(master):
-        return _Measurement(run, master).points()
+        return [with_warnings(point, master) for point in _Measurement(run, master).points()]
 
 
 class _Measurement:

@@ -20,6 +20,7 @@ from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.measurement.readings import Readings
 from hfsa.cosim.measurement.start_state import StartState
 from hfsa.cosim.measurement.task import Bench, Settings, Task
+from hfsa.cosim.measurement.told import with_warnings
 from hfsa.cosim.results.records import Point, Status
 from hfsa.cosim.signals.excitation import ramp_time, window_steps
 from hfsa.cosim.signals.frequency_response import FEWEST_WINDOWS, ROUNDING, Settling, harmonic_distortion, noise_floor
@@ -91,6 +92,7 @@ class Rig:
         Where the system does not run from its start, it starts at rest, and the message says why.
         """
         self.steps = 0
+        self.master.forget_warnings()
         try:
             point = self._measure(task)
         except (StepError, StructureError) as error:
@@ -98,7 +100,7 @@ class Rig:
                 raise
             point = self._measure(replace(task, start=None))
             point = replace(point, message=point.message or f"started at rest: {error}")
-        return replace(point, steps=self.steps)
+        return with_warnings(replace(point, steps=self.steps), self.master)
 
     def closing_state(self, task: Task) -> SteadyStart | None:
         """Run the measured system on to phase 0 of the source, and return its state there as the start of another run.

@@ -26,6 +26,7 @@ from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement.kept_rows import KeptRows
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, limit_signals
+from hfsa.cosim.measurement.told import sentences
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
@@ -141,7 +142,7 @@ class RunSummary:
     """Summary of a run.
 
     Attributes:
-        warnings: first warning of each instance, by name.
+        warnings: first warning of each instance with their number, by a key.
         limits: limits that were active, the earliest first.
         file: identity of the results file, which a later file of the same name does not share.
     """
@@ -197,6 +198,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
             raise
         finally:
             try:
+                file.tell(sentences(master.told).values())
                 write()
                 if rows.is_behind:
                     file.write(rows.written, rows.last(), recording.time[-1])
@@ -205,7 +207,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
                     file.interrupt()
                 else:
                     file.close(failure)
-        return RunSummary(master.warnings, rows.limits.active, file.identity)
+        return RunSummary(sentences(master.told), rows.limits.active, file.identity)
 
 
 def _initialize(master: Master, stop_time: float) -> StepError | None:

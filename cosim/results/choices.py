@@ -1,10 +1,18 @@
-"""Choices of levels, order and algorithm, read from a results file of either kind."""
+"""The scene of a results file of either kind, and the choices of its levels, order and algorithm."""
 
 from pathlib import Path
 
-from hfsa.cosim.results import system_group
+from hfsa.cosim.results import hdf5, system_group
 from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice
 from hfsa.cosim.results.store import open_file, translate_errors
+
+
+def read_scene(path: str | Path) -> str:
+    """Read the text of the scene, in the form of a `.toml` file."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        return hdf5.text(file["system"].attrs["scene"])
 
 
 def read_choices(path: str | Path) -> dict[str, LevelChoice]:

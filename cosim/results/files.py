@@ -48,6 +48,7 @@ from hfsa.cosim.results.run_file import (
     read_run,
     read_status,
     read_step_size,
+    read_warnings,
     write_errors,
 )
 from hfsa.cosim.results.sweep_file import SweepFile
@@ -79,5 +80,6 @@ __all__ = [
     "read_status",
     "read_step_size",
     "read_sweep",
+    "read_warnings",
     "write_errors",
 ]

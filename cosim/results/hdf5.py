@@ -1,6 +1,6 @@
 """Datasets, dimension scales, texts and the status attribute of results files in HDF5."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -12,6 +12,9 @@ LONGEST_STATUS = 16
 
 LONGEST_MESSAGE = 240
 """Length [bytes] of the message of a point or a run."""
+
+LONGEST_WARNINGS = 4000
+"""Length [bytes] of all warnings of FMUs in a file."""
 
 Node = Any
 """File, group or dataset of h5py, which does not declare the type of a group's members."""
@@ -25,6 +28,16 @@ def set_status(file: Node, status: bytes) -> None:
 def status_of(file: Node) -> str:
     """Return the status attribute: `running`, `complete`, `interrupted` or `failed`."""
     return bytes(file.attrs["status"]).rstrip(b"\0").decode()
+
+
+def set_warnings(file: Node, sentences: Iterable[str]) -> None:
+    """Overwrite the warnings of FMUs, which a file of an earlier version lacks."""
+    file.attrs["warnings"] = np.bytes_(clipped("\n".join(sentences), LONGEST_WARNINGS).ljust(LONGEST_WARNINGS, b"\0"))
+
+
+def warnings_of(file: Node) -> list[str]:
+    """Return the warnings of FMUs, one sentence for each instance."""
+    return bytes(file.attrs.get("warnings", b"")).rstrip(b"\0").decode().splitlines()
 
 
 def create_scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:
@@ -83,6 +96,6 @@ def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return values
 
 
-def clipped(message: str) -> bytes:
-    """Return a message as UTF-8 of at most `LONGEST_MESSAGE` bytes, cut between characters."""
-    return message.encode()[:LONGEST_MESSAGE].decode(errors="ignore").encode()
+def clipped(message: str, length: int = LONGEST_MESSAGE) -> bytes:
+    """Return a message as UTF-8 of at most `length` bytes, cut between characters."""
+    return message.encode()[:length].decode(errors="ignore").encode()

@@ -249,6 +249,7 @@ class Point:
     `response` is output per input, `harmonics` the mean to the third harmonic per input, shape (4, outputs), `None` for
     a method that does not measure them, `remaining_transient` the estimated relative transient left in each entry,
     `steps` the number of communication steps that the point took; `is_downward` marks a point of a downward sweep.
+    `warnings` are number and first sentence of the warnings of each instance (`told` of a master).
     """
 
     input: int
@@ -262,3 +263,4 @@ class Point:
     steps: int = 0
     is_downward: bool = False
     harmonics: NDArray[np.float64] | None = None
+    warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)

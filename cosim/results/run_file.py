@@ -1,6 +1,6 @@
 """Results file of a time-domain run: recorded variables over time, and their error estimates."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import h5py
@@ -66,6 +66,11 @@ class RunFile:
                 self._store.file["time"][name][row : row + len(block)] = block
             self._store.flush()
 
+    def tell(self, sentences: Iterable[str]) -> None:
+        """Keep the warnings of FMUs, one sentence for each instance."""
+        with deferred_interrupts():
+            hdf5.set_warnings(self._store.file, sentences)
+
     def close(self, failure: str = "") -> None:
         """Close the file with status `complete`, or `failed` with the message as attribute of `/time`."""
         self._close(hdf5.FAILED if failure else hdf5.COMPLETE, failure)
@@ -100,6 +105,17 @@ def read_status(path: str | Path) -> tuple[str, str]:
     file = open_file(path)
     with file, translate_errors(path, "read"):
         return hdf5.status_of(file), hdf5.text(file["time"].attrs["message"])
+
+
+def read_warnings(path: str | Path) -> list[str]:
+    """Return the warnings of FMUs in the file of a run or a sweep, one sentence for each instance.
+
+    `ResultsError` where it is no results file.
+    """
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        return hdf5.warnings_of(file)
 
 
 def read_step_size(path: str | Path) -> float | None:

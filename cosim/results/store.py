@@ -20,7 +20,7 @@ import h5py
 import numpy as np
 
 from hfsa.cosim.results.file_kind import TOOL
-from hfsa.cosim.results.hdf5 import LONGEST_STATUS, RUNNING, Node
+from hfsa.cosim.results.hdf5 import LONGEST_STATUS, RUNNING, Node, set_warnings
 from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.locks import HAS_FLOCK, Identity, has_locks, lock
 from hfsa.cosim.results.placement import put_in_place, temporary_file
@@ -208,6 +208,7 @@ def _write_attributes(file: Node, title: str) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     # of fixed length, so that it can be overwritten in place
     file.attrs.create("status", np.bytes_(RUNNING), dtype=f"S{LONGEST_STATUS}")
+    set_warnings(file, [])
 
 
 def command_line() -> str:

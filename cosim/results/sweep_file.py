@@ -116,6 +116,12 @@ class SweepFile:
             self._store.file["bode"][name][rows] = self._arrays[name][rows]
         self._store.flush()
 
+    def tell(self, sentences: Iterable[str]) -> None:
+        """Add warnings of FMUs to those of the file, one sentence for each instance."""
+        with deferred_interrupts():
+            known = hdf5.warnings_of(self._store.file)
+            hdf5.set_warnings(self._store.file, [*known, *(s for s in sentences if s not in known)])
+
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
         pending = any(np.any(a == Status.PENDING) for name, a in self._arrays.items() if name.startswith("status"))

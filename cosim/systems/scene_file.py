@@ -18,7 +18,7 @@ tables; ranges may be written:
 import dataclasses
 import json
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,13 @@ from hfsa.cosim.systems.names import nearest
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
-_REQUIRED = ("inputs", "outputs", "step_size", "stop_time")
+_REQUIRED = ("inputs", "outputs")
+_OF_EXPERIMENT = ("step_size", "stop_time")
+"""Keys that may be missing where the FMUs of the scene propose a value."""
+
+Propose = Callable[[Sequence[Component]], Mapping[str, tuple[float, str]]]
+"""Function of the components of a scene that proposes values, with their origin, for keys that the scene lacks."""
+
 _ALWAYS = ("inputs", "outputs", "band", "step_size", "stop_time", "tolerance", "algorithm")
 _OPTIONAL = ("marks", "fuse", "scale", "recorded", "quiet_inputs")
 
@@ -56,10 +62,10 @@ def toml_line(key: str, value: Any) -> str:
     return f"{key} = {_value(value)}\n"
 
 
-def read_scene(file: Path) -> Scene:
+def read_scene(file: Path, propose: Propose = lambda _: {}) -> Scene:
     """Return the scene of a `.toml` file; `StructureError` names the file and the wrong key.
 
-    The path of a foreign `.fmu` is relative to the folder of the scene.
+    The path of a foreign `.fmu` is relative to the folder of the scene. `propose` gives a step or stop that is missing.
     """
     file = Path(file)
     try:
@@ -69,23 +75,26 @@ def read_scene(file: Path) -> Scene:
         raise StructureError(
             f"{file}: not a TOML document: byte {error.start} is {byte:#04x}, expected text in UTF-8"
         ) from None
-    scene = read_scene_text(text, str(file))
-    components = [
-        dataclasses.replace(c, part=str(file.parent.resolve() / c.part)) if c.is_foreign else c
-        for c in scene.system.components
-    ]
-    return dataclasses.replace(scene, system=dataclasses.replace(scene.system, components=components))
+    return read_scene_text(text, str(file), file.parent.resolve(), propose)
 
 
-def read_scene_text(text: str, where: str = "scene") -> Scene:
-    """Return the scene of a TOML document; `where` names the document in messages."""
-    table = read_settings(text, where, ("components", "connections"), ("components",))
+def read_scene_text(
+    text: str, where: str = "scene", folder: Path | None = None, propose: Propose = lambda _: {}
+) -> Scene:
+    """Return the scene of a TOML document; `where` names the document in messages.
+
+    Paths of foreign FMUs count from `folder`, without one they stay; `propose` gives a step or stop that is missing.
+    """
+    table = _settings(text, where, ("components", "connections"), ("components",))
     parts = _tables(where, table.pop("components"), "components")
     joined = _tables(where, table.pop("connections", []), "connections")
     for item in joined:
         _check_keys(f"{where}: connection", item, ("start", "end", "factor", "offset"), ("start", "end"))
     try:
-        components = [_component("component", item) for item in parts]
+        components = [_in_folder(_component("component", item), folder) for item in parts]
+        missing = [key for key in _OF_EXPERIMENT if key not in table]
+        table |= {key: value for key, (value, _) in (propose(components) if missing else {}).items() if key in missing}
+        _check_keys(where, table, table, _OF_EXPERIMENT)
         return Scene(System(components, [Connection(**item) for item in joined]), **table)
     except StructureError as error:
         raise StructureError(f"{where}: {error}") from None
@@ -96,6 +105,11 @@ def read_settings(text: str, where: str, beside: Iterable[str] = (), required: I
 
     `StructureError` for an unknown or missing key; `where` names the document.
     """
+    return _settings(text, where, beside, [*required, *_OF_EXPERIMENT])
+
+
+def _settings(text: str, where: str, beside: Iterable[str], required: Iterable[str]) -> dict[str, Any]:
+    """Return the fields of a scene as `read_settings`, perhaps without step and stop."""
     try:
         table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also a number of too many digits, and arrays within arrays
@@ -108,6 +122,13 @@ def read_settings(text: str, where: str, beside: Iterable[str] = (), required: I
     except StructureError as error:
         raise StructureError(f"{where}: {error}") from None
     return table
+
+
+def _in_folder(component: Component, folder: Path | None) -> Component:
+    """Return a component whose foreign FMU lies in a folder."""
+    if folder is None or not component.is_foreign:
+        return component
+    return dataclasses.replace(component, part=str(folder / component.part))
 
 
 def _component(label: str, table: Any) -> Component:

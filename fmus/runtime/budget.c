@@ -11,13 +11,12 @@ static int setting(const Model* m) { return m->solver ? m->solver->maximum_steps
 void hfsa_allow(const Model* m, Instance* in) {
   int index = setting(m);
   in->allowed = index < 0 ? largest_count : in->settings[index];
-  in->reached = 0.0;
 }
 
 /* Report that nothing is left at `offset`; `state` is the index of the state that requires so many steps, or -1. */
 Status hfsa_exhausted(const Model* m, Instance* in, double offset, int state) {
   int index = setting(m);
-  in->reached = offset;
+  in->ended = offset;
   const char* due = state < 0 ? "" : "; the shortest ones are due to state ";
   const char* name = state < 0 ? "" : hfsa_name(m, ROLE_STATE, state);
   double time = in->state->time + offset;

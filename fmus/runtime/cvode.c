@@ -133,8 +133,8 @@ static int worst_state(const Work* work) {
   return worst;
 }
 
-/* Add the steps of this call, and return those that were accepted; CVodeReInit has set the counts of CVODE to 0. A trial step is rejected by the test of its
-   error or because Newton's method does not converge. */
+/* Add the steps of this call, and return those that were accepted; CVodeReInit has set the counts of CVODE to 0. A trial
+   step is rejected by the test of its error or because Newton's method does not converge. */
 static double count_steps(Work* work) {
   long accepted = 0, inaccurate = 0, unsolved = 0;
   CVodeGetNumSteps(work->memory, &accepted);
@@ -152,6 +152,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   double tolerance = in->settings[RELATIVE_TOLERANCE], reached = 0.0;
   double *x = N_VGetArrayPointer(work->x), *absolute = N_VGetArrayPointer(work->tolerance);
   size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
+  if (in->allowed < 1.0) return hfsa_exhausted(m, in, offset, -1);
   work->in = in;
   work->offset = offset;
   memcpy(x, in->x, bytes);
@@ -164,7 +165,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   if (!code) code = CVodeSetStopTime(memory, h);
   if (!code) code = CVode(memory, h, work->x, &reached, CV_NORMAL);
   in->allowed -= count_steps(work);
-  if (code == CV_TOO_MUCH_WORK || in->allowed < 0.0) {
+  if (code == CV_TOO_MUCH_WORK) {
     memcpy(in->x, x, bytes);
     return hfsa_exhausted(m, in, offset + reached, worst_state(work));
   }

@@ -4,6 +4,8 @@
 
 #include "fmi3Functions.h"
 
+#include <math.h>
+
 #define MODEL (&hfsa_model)
 
 static void send(const Log* log, const char* instance, Status status, const char* category, const char* text) {
@@ -16,6 +18,16 @@ static Log log_of(fmi3LogMessageCallback callback, fmi3InstanceEnvironment envir
   log.callback = (void (*)(void))callback;
   log.environment = environment;
   return log;
+}
+
+/* Tell the importer of a point inside a step, at which it can read but not set. A request to return early is met at
+   once, not at the later time that it may name: the importer steps on from there. */
+static int tell(Instance* in) {
+  fmi3Boolean requested = fmi3False;
+  fmi3Float64 time = in->state->time;
+  ((fmi3IntermediateUpdateCallback)in->listener.callback)(in->log.environment, time, fmi3False, fmi3True, fmi3True,
+                                                          in->listener.may_end != 0, &requested, &time);
+  return requested && in->listener.may_end;
 }
 
 /* Reject a call of a feature that the model description of this FMU does not declare. */
@@ -40,13 +52,16 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3IntermediateUpdateCallback update) {
   (void)resources;
   (void)visible;
-  (void)required;
-  (void)update;
+  (void)required; /* all variables can be read */
   Instance* in = hfsa_create(MODEL, CO_SIMULATION, name, token, log_of(callback, environment), logging);
   if (in) in->may_return_early = early_return;
-  if (!in || (!event_mode && n_required == 0)) return in;
+  if (in && update) in->listener = (Listener){tell, (void (*)(void))update, early_return};
+  if (!in || (!event_mode && (update || n_required == 0))) return in;
   in->log.categories = ~0u;
-  not_offered(in, "InstantiateCoSimulation", event_mode ? "event mode in Co-Simulation" : "intermediate update");
+  if (event_mode)
+    not_offered(in, "InstantiateCoSimulation", "event mode in Co-Simulation");
+  else
+    hfsa_report(in, ERROR, "InstantiateCoSimulation: intermediate variables are required, but no function takes them");
   hfsa_free(MODEL, in);
   return NULL;
 }
@@ -308,11 +323,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step_size, f
   (void)no_set_state;
   Instance* in = c;
   Status status = hfsa_do_step(MODEL, in, time, step_size);
-  *event_needed = *terminate = *early_return = fmi3False;
-  if (status == DISCARD && in->may_return_early && hfsa_keep_part(in) == OK) {
-    *early_return = fmi3True;
-    status = OK;
-  }
+  if (status == DISCARD && in->may_return_early) status = hfsa_keep_part(in);
+  *event_needed = *terminate = fmi3False;
+  *early_return = in && !status && isfinite(in->ended);
   *last_time = in ? in->state->time : time;
   return (fmi3Status)status;
 }

@@ -22,8 +22,9 @@ typedef enum {
   CONTINUOUS_TIME = 8,
   STEP = 16,
   TERMINATED = 32,
+  INTERMEDIATE = 64, /* inside a communication step, while the importer is told of it */
   INITIALIZED = EVENT | CONTINUOUS_TIME | STEP,
-  ANY_MODE = 63
+  ANY_MODE = 127
 } Mode;
 
 /* The logger of the importer. `send` casts `callback` to its type; `categories` has a bit for each status to log. */
@@ -53,11 +54,20 @@ enum { ACCEPTED_STEPS, EVALUATIONS, REJECTED_STEPS, JACOBIANS, FACTORIZATIONS, C
 /* Cached results: a bit is set while the result is valid for the present state block. */
 enum { DERIVATIVES_VALID = 1, OUTPUTS_VALID = 2, NEXT_VALID = 4 };
 
+/* How an importer of FMI 3 is told of points inside a communication step. `tell` casts `callback` to its type and
+   returns whether the step has to end there; it is a null pointer where nobody listens. */
+typedef struct {
+  int (*tell)(Instance* in);
+  void (*callback)(void);
+  int may_end;
+} Listener;
+
 struct Instance {
   char* name;
   Interface interface;
   int may_return_early; /* 1 if the importer allows DoStep of FMI 3 to do a part of its way */
   Log log;
+  Listener listener;
 
   State* state;
   size_t state_size, moving_size;                  /* size of the block, and of its part up to `held` [bytes] */
@@ -66,7 +76,6 @@ struct Instance {
 
   double counts[COUNTERS]; /* since initialization */
   double allowed;          /* steps of the solver and ticks that are left to the present communication step */
-  double reached;          /* where the last communication step ran out of them, else 0 [s from its beginning] */
 
   unsigned valid;
   double *der, *out, *next, *next_held; /* last results; `next_held`: sampled outputs of a tick at the present time */
@@ -77,6 +86,8 @@ struct Instance {
   double *seeds, *results;
   size_t seeds_size, results_size; /* [bytes] */
 
+  double length;    /* length of the present communication step [s] */
+  double ended;     /* offset at which the importer or the end of its work has ended it, else infinite [s] */
   int degree;       /* degree of the polynomials of the inputs in the present step */
   double* u_now;    /* inputs inside a step */
   double* nominal;  /* nominal values of the continuous states */
@@ -115,5 +126,8 @@ int hfsa_tick(const Model* m, Instance* in, double t, const double* u);
 const double* hfsa_inputs(const Model* m, Instance* in, double offset);
 void hfsa_seed_motion(const Model* m, Instance* in, double offset);
 int hfsa_all_finite(const double* column, int n);
+
+/* step.c: tell the importer that the solver has reached `offset` in the step; nonzero if the step ends there */
+int hfsa_pause(const Model* m, Instance* in, double offset);
 
 #endif

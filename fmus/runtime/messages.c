@@ -47,6 +47,8 @@ const char* hfsa_mode_name(int mode) {
       return "in continuous-time mode";
     case STEP:
       return "in step mode";
+    case INTERMEDIATE:
+      return "in intermediate update mode";
     default:
       return "after termination";
   }

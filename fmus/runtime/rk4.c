@@ -38,7 +38,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   double count = fmax(1.0, ceil(h / in->settings[MAXIMUM_STEP] * (1.0 - 1e-9)));
   double step = h / count;
   if (count > in->allowed) {
-    in->reached = offset;
+    in->ended = offset;
     return hfsa_report(in, DISCARD, "a step of %g s is %g steps of the setting %s, and only %g are left of %s", h, count,
                        hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEP), in->allowed,
                        hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEPS));
@@ -55,6 +55,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
       return hfsa_report(in, ERROR, "the derivatives cannot be evaluated at time %.15g", in->state->time + begin);
     for (int i = 0; i < n; i++) in->x[i] += work->sum[i];
     in->counts[ACCEPTED_STEPS] += 1.0;
+    if (k + 1.0 < count && hfsa_pause(m, in, begin + step)) return OK;
   }
   return OK;
 }

@@ -179,6 +179,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
     done = last ? h : done + step;
     fresh = 0;
     proposed = step < proposed && factor >= 1.0 ? fmax(proposed, step * factor) : step * factor;
+    if (!last && hfsa_pause(m, in, offset + done)) break;
   }
   in->state->step = fmin(proposed, limit);
   return OK;

@@ -30,7 +30,26 @@ static Status check_step(const Model* m, const Instance* in, double t, double h)
   return hfsa_report(in, ERROR, "input %s is %g at time %.15g", hfsa_name(m, ROLE_INPUT, i), in->u[i], t);
 }
 
-static Status advance(const Model* m, Instance* in, double offset, double h) {
+/* The instance is at `offset` while the importer looks at it; a solver that goes on finds it as it was. */
+int hfsa_pause(const Model* m, Instance* in, double offset) {
+  State* s = in->state;
+  if (!in->listener.tell || !(offset > 0.0) || offset >= in->length * (1.0 - 1e-12)) return 0;
+  size_t inputs = (size_t)m->size[ROLE_INPUT] * sizeof(double);
+  double time = s->time;
+  if (in->degree) memcpy(in->u, hfsa_inputs(m, in, offset), inputs);
+  s->time = time + offset;
+  s->mode = INTERMEDIATE;
+  in->valid = 0;
+  if (in->listener.tell(in)) in->ended = offset;
+  s->time = time;
+  s->mode = STEP;
+  in->valid = 0;
+  /* the step begins with these inputs, which `before` has behind its head */
+  if (in->degree) memcpy(in->u, (State*)in->before + 1, inputs);
+  return isfinite(in->ended);
+}
+
+static Status solve(const Model* m, Instance* in, double offset, double h) {
   if (!m->solver || !(h > 0.0)) return OK;
   Status status = m->solver->advance(m, in, offset, h);
   if (status || hfsa_all_finite(in->x, m->size[ROLE_STATE])) return status;
@@ -38,6 +57,14 @@ static Status advance(const Model* m, Instance* in, double offset, double h) {
   while (isfinite(in->x[i])) i++;
   return hfsa_report(in, ERROR, "state %s is %g after the step from %.15g by %g", hfsa_name(m, ROLE_STATE, i), in->x[i],
                      in->state->time, offset + h);
+}
+
+/* Solve a part of the step, unless the importer has ended it, and tell of its end. */
+static Status advance(const Model* m, Instance* in, double offset, double h) {
+  if (isfinite(in->ended)) return OK;
+  Status status = solve(m, in, offset, h);
+  if (!status && !isfinite(in->ended)) hfsa_pause(m, in, offset + h);
+  return status;
 }
 
 /* Solve up to each tick of the step, execute it, and solve the rest. A tick at the beginning belongs to this step, one
@@ -54,6 +81,7 @@ static Status advance_with_ticks(const Model* m, Instance* in, double h) {
     double at = offset <= tolerance ? done : floor(offset / part + 0.5);
     status = advance(m, in, done * part, (at - done) * part);
     done = at;
+    if (isfinite(in->ended)) return status;
     if (!status && in->allowed < 1.0) status = hfsa_exhausted(m, in, done * part, -1);
     in->allowed -= 1.0;
     if (!status) status = hfsa_do_tick(m, in, tick, hfsa_inputs(m, in, done * part));
@@ -68,7 +96,7 @@ static int degree(const Model* m, const Instance* in) {
   return 0;
 }
 
-/* End a step of h from t: the inputs have the final values of their polynomials. */
+/* End a step of h from t, where the inputs have the final values of their polynomials. */
 static void end_at(const Model* m, Instance* in, double t, double h) {
   if (in->degree) memcpy(in->u, hfsa_inputs(m, in, h), (size_t)m->size[ROLE_INPUT] * sizeof(double));
   if (in->state->once) memset(in->rates, 0, (size_t)m->size[ROLE_INPUT_DERIVATIVE] * sizeof(double));
@@ -86,18 +114,20 @@ static void take_back(Instance* in) {
   }
 }
 
-/* Step from communication point t to t + h. */
+/* Step from communication point t to t + h, or to where the importer ends it before, and tell how far. */
 Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
   Status status = hfsa_permit(in, "DoStep", STEP);
+  if (in) in->ended = HUGE_VAL;
   if (!status) status = check_step(m, in, t, h);
-  if (in) hfsa_allow(m, in);
   if (status) return status;
+  hfsa_allow(m, in);
   memcpy(in->before, in->state, in->moving_size);
   in->state->time = t;
+  in->length = h;
   in->degree = degree(m, in);
   in->valid = 0;
   status = m->sample_time >= 0 ? advance_with_ticks(m, in, h) : advance(m, in, 0.0, h);
-  end_at(m, in, t, status ? in->reached : h);
+  if (!status || isfinite(in->ended)) end_at(m, in, t, fmin(in->ended, h));
   if (status) take_back(in);
   in->valid = 0;
   return status;
@@ -105,9 +135,8 @@ Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
 
 /* Make the part that a step without enough work has come to the state of the instance; DISCARD if there is none. */
 Status hfsa_keep_part(Instance* in) {
-  if (!in || !(in->reached > 0.0)) return DISCARD;
+  if (!in || !isfinite(in->ended) || !(in->ended > 0.0)) return DISCARD;
   memcpy(in->state, in->before, in->moving_size);
-  in->reached = 0.0;
   in->valid = 0;
   return OK;
 }

@@ -1,8 +1,9 @@
 /* An FMU of another maker, FMI 2 or 3: y integrates u, and from time `at` on it misbehaves as parameter `behaviour` says.
  * It cannot reset, has no derivatives, and does not tell that it can get and set its state. Functions that are not here
  * are stubs that return an error. FOLLOW is a lie about its dependencies: y follows u at once, which the description
- * denies; REFUSE gives no state, LOSE takes none back; DAWDLE takes 20 ms for each step, HANG for ever. Built with
- * DEADLY, it kills the process as soon as it is loaded: 1 by a signal, 2 by an exit. */
+ * denies; REFUSE gives no state, LOSE takes none back; DAWDLE takes 20 ms for each step, HANG for ever; NEGATIVE and
+ * BEYOND return statuses that no standard has. Built with DEADLY, it kills the process as soon as it is loaded: 1 by a
+ * signal, 2 by an exit. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -20,7 +21,7 @@
 #endif
 
 enum { TIME, U, Y, BEHAVIOUR, AT, VALUES };
-enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH, REFUSE, LOSE, DAWDLE, HANG };
+enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH, REFUSE, LOSE, DAWDLE, HANG, NEGATIVE, BEYOND };
 
 typedef struct {
   double v[VALUES];
@@ -48,6 +49,8 @@ static int step(Fmu* f, double t, double h, int* finish) {
   while (kind == HANG) pause();
   if (kind == GO_NAN) f->v[Y] = NAN;
   *finish = kind == FINISH;
+  if (kind == NEGATIVE) return -1;
+  if (kind == BEYOND) return 101;
   return kind >= WARN && kind <= DIE ? kind : 0;
 }
 

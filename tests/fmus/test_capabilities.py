@@ -48,6 +48,14 @@ TESTS = {
         "test_runtime_derivatives.py::test_output_derivatives_follow_the_motion",
     ),
     "hasEventMode": ("exercise_the_rest", "test_runtime.py::test_calls_that_an_fmu_does_not_offer"),
+    "providesIntermediateUpdate": (
+        "exercise_intermediate_update",
+        "test_intermediate_update.py::test_outputs_inside_a_step_are_those_of_shorter_steps",
+    ),
+    "canReturnEarlyAfterIntermediateUpdate": (
+        "exercise_intermediate_update",
+        "test_intermediate_update.py::test_a_limit_is_met_where_it_is_crossed",
+    ),
     "mightReturnEarlyFromDoStep": ("exercise_states", "test_runtime_steps.py::test_last_successful_time"),
 }
 """Flag: function of harness/exercise.c, test in Python."""

@@ -22,11 +22,11 @@ int hfsa_solve(const Call* call, double time, double step_size) {
   if (isnan(l->inverse[0])) return STALE;
   for (int pass = 0; pass < l->passes; pass++) {
     int status = make_all(l->calls, 0, l->n_inner, &l->failing);
-    if (status > FMI_WARNING) return status;
+    if (fails(status)) return status;
     warning = warning ? warning : status;
     for (size_t i = 0; i < l->n; i++) l->guess[i] = l->bus[l->places[i]];
     status = make_all(l->calls, l->n_inner, l->n_calls, &l->failing);
-    if (status > FMI_WARNING) return status;
+    if (fails(status)) return status;
     warning = warning ? warning : status;
     double change = correct(l);
     if (change <= l->rounding || (was_close && change <= l->tolerance)) return warning;

@@ -44,6 +44,11 @@ static inline int make(const Call* call, double time, double step_size) {
   return call->perform(call, time, step_size);
 }
 
+/* Whether a status is worse than a warning; one that FMI does not know is, negative ones too. */
+static inline bool fails(int status) {
+  return status < FMI_OK || status > FMI_WARNING;
+}
+
 /* Make calls that are no steps in order, up to the first that does worse than warn, and return its status, else the
    first warning's. */
 static inline int make_all(const Call* calls, size_t begin, size_t end, size_t* failing) {
@@ -52,7 +57,7 @@ static inline int make_all(const Call* calls, size_t begin, size_t end, size_t* 
     int status = make(&calls[i], 0.0, 0.0);
     if (status == FMI_OK) continue;
     *failing = i;
-    if (status > FMI_WARNING) return status;
+    if (fails(status)) return status;
     warning = warning ? warning : status;
   }
   return warning;

@@ -5,11 +5,11 @@ int hfsa_find_gains(const Call* call, double time, double step_size) {
   (void)time, (void)step_size;
   size_t last = g->n_calls - 1;
   int fetched = make_all(g->calls, 0, last, &g->failing);
-  if (fetched > FMI_WARNING) return fetched;
+  if (fails(fetched)) return fetched;
   for (size_t k = 0; k < g->n; k++) g->gains[k] = 0.0;
   for (size_t k = 0; k < g->n_entries; k++) g->gains[g->places[k]] += g->derivatives[g->entries[k]];
   int set = make_all(g->calls, last, g->n_calls, &g->failing);
-  return set > FMI_WARNING || !fetched ? set : fetched;
+  return fails(set) || !fetched ? set : fetched;
 }
 
 int hfsa_find_rates(const Call* call, double time, double step_size) {
@@ -17,7 +17,7 @@ int hfsa_find_rates(const Call* call, double time, double step_size) {
   (void)time, (void)step_size;
   for (size_t k = 0; k < r->n_feeding; k++) r->fed[k] = r->rates[r->feeding[k]];
   int status = make_all(r->calls, 0, r->n_calls, &r->failing);
-  if (status > FMI_WARNING) return status;
+  if (fails(status)) return status;
   for (size_t k = 0; k < r->n; k++) r->rates[r->places[k]] = r->result[k];
   return status;
 }

@@ -44,7 +44,7 @@ static int go_on(IteratedStep* c, double time, double step_size) {
     if (status == FMI_OK) continue;
     if (status == STALE) return STALE;
     c->failing = before + p->next;
-    if (status > FMI_WARNING) return status;
+    if (fails(status)) return status;
     p->warning = p->warning ? p->warning : status;
   }
   return FMI_OK;
@@ -84,7 +84,7 @@ static int iterate(IteratedStep* c, double time, double step_size) {
     p->before = largest;
     p->next = 0;
     status = make_all(c->calls, c->n_instances, 2 * c->n_instances, &c->failing);
-    if (status > FMI_WARNING) return status;
+    if (fails(status)) return status;
     p->warning = p->warning ? p->warning : status;
   }
 }
@@ -94,7 +94,7 @@ int hfsa_converge(const Call* call, double time, double step_size) {
   Progress* p = c->progress;
   take(&c->past, time, c->bus);
   p->warning = make_all(c->calls, 0, c->n_instances, &c->failing);
-  if (p->warning > FMI_WARNING) return p->warning;
+  if (fails(p->warning)) return p->warning;
   predict(&c->past, time + step_size, c->guess);
   p->before = INFINITY;
   p->next = 0;

@@ -215,6 +215,21 @@ def test_without_a_word_of_the_scene_it_is_what_the_fmu_says(foreign, rewritten,
         recorded_scales(replace(scene, scale={"box.z": 7.0}), system, connectors, ["box.y"])
 
 
+@pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
+def test_a_start_value_far_above_the_nominal_value_stops_no_run(foreign, rewritten, version):
+    """Some tools state a nominal value of 1e-4 for a variable that starts at 1, which has not diverged at its start."""
+    old = "<Real max=" if version == 2 else 'causality="output" max='
+    file = rewritten(foreign[version], f'{old}"1000"', f'{old.removesuffix("max=")}nominal="1e-4"')
+    connectors = {"box": describe(file).variables}
+    given = System([Component("box", str(file), start={"y": -1.0})])
+    scene = Scene(given, ["box.u"], ["box.y"], step_size=1e-3, stop_time=1.0, amplitude={"m": 1e-6})
+    assert recorded_scales(scene, given, connectors, ["box.y"])["box.y"].size == 1.0
+    stated = {"box": {**connectors["box"], "y": replace(connectors["box"]["y"], start=2.0)}}
+    plain = System([Component("box", str(file))])
+    found = recorded_scales(scene, plain, stated, ["box.y"])["box.y"]
+    assert (found.size, found.origin) == (2.0, "its start value")
+
+
 def test_a_nominal_value_stops_no_run_that_is_driven_further(hfsa):
     """The nominal value is 1 mm; shaken by 0.1 m the mass moves by metres at its resonance, and the run goes on."""
     text = """

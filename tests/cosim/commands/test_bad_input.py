@@ -1,12 +1,13 @@
 """Scenes that cannot run, on the command line: message, exit code, and contents of the file."""
 
+import re
 import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hfsa.cosim.results.files import Status, read_run, read_sweep
+from hfsa.cosim.results.files import Status, read_run, read_sweep, read_warnings
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3], ids=["fmi2", "fmi3"])
 LOOPS = pytest.mark.parametrize("loop", ["c", "python"])
@@ -56,8 +57,29 @@ def test_a_run_that_ends_early(hfsa, box, foreign, behaviour, ending, advice, ve
 @LOOPS
 def test_a_warning_is_said_once_and_the_run_goes_on(hfsa, box, foreign, loop):
     code, _, err = hfsa("run", box(foreign[3], behaviour=1, at=0.2), "--backend", loop, "-o", "run.h5")
-    assert (code, err) == (0, "hfsa: box: fmi3DoStep: warning at t = 0.2 s: the spring is broken")
+    sentence = "box: fmi3DoStep: warning at t = 0.2 s: the spring is broken; 300 times in all"
+    assert (code, err) == (0, f"hfsa: {sentence}")
+    assert read_warnings("run.h5") == [sentence]
     assert np.isfinite(read_run("run.h5")[0]["box.y"]).all()
+
+
+@pytest.mark.parametrize("method", ["stepped", "multisine"])
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_warnings_in_a_sweep_are_counted_and_said_once(hfsa, box, foreign, method, jobs):
+    """The box warns at every step from 0.2 s on, in each point."""
+    words = ["--points", "3", "--from", "10", "--to", "30", "--method", method, "-j", str(jobs), "-o", "sweep.h5"]
+    _, _, err = hfsa("sweep", box(foreign[2], behaviour=1, at=0.2), *words)
+    sentence = r"box: fmi2DoStep: warning at t = 0\.2\S* s: the spring is broken; (\d+) times in all"
+    (found,) = re.finditer(sentence, err)
+    assert int(found[1]) > 100
+    assert read_warnings("sweep.h5") == [found[0]]
+
+
+def test_a_sweep_says_that_inputs_are_held(hfsa, box, foreign):
+    """An FMU that takes no derivatives of its inputs is stepped with held ones, which a run says too."""
+    words = ["--points", "1", "--from", "20", "--algorithm", "gauss_seidel_linear", "-o", "sweep.h5"]
+    _, _, err = hfsa("sweep", box(foreign[2]), *words)
+    assert err.count("takes no derivatives of its inputs") == 1
 
 
 @pytest.mark.parametrize(("how", "words"), [("crash", "crashed with SIGSEGV"), ("exit", "ended the process")])

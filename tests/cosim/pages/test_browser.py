@@ -163,3 +163,33 @@ def test_keys_change_the_panel(page):
 @pytest.mark.parametrize("part", ["rrr_stage", "beam_module", "tba_accelerometer"], ids=str)
 def test_other_parts_are_drawn(page, part):
     assert colours(page(part)) > 10
+
+
+@pytest.mark.slow
+def test_a_run_is_played_under_its_cursor(browser, tmp_path, monkeypatch):
+    """The place of a joint in a frame is that at rest plus its recorded displacement times the factor shown."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "sdelta_shaker", "--frequency", "20", "--stop", "0.4", "-o", "run.h5"]) == 0
+    assert main(["view", "run.h5"]) == 0
+    browser.get((tmp_path / "run.html").as_uri())
+    keep(browser, "run", tmp_path)
+    platform = next(i for i, trace in enumerate(traces(browser)) if trace["type"] == "mesh3d")
+    at_rest = points(browser, platform)
+    script = "const t = document.getElementById('time'); t.value = arguments[0]; t.dispatchEvent(new Event('input'));"
+    browser.execute_script(script, 900)
+    data = browser.execute_script("return hfsa.data.bodies[0]")
+    shown = float(browser.find_element("id", "times").text)
+    assert shown == pytest.approx(data["times"], rel=1e-2)
+    shift = data["times"] * np.array(data["shifts"][-1][900]).T
+    np.testing.assert_allclose(
+        points(browser, platform) - at_rest,
+        shift - data["times"] * np.array(data["shifts"][-1][0]).T,
+        rtol=1e-3,
+        atol=1e-3,
+    )
+    cursor = browser.execute_script("return document.getElementById('signals').layout.shapes[0].x0")
+    assert f"{cursor:.5g}" in browser.find_element("id", "now").text
+    browser.find_element("id", "play").click()
+    browser.execute_async_script("const done = arguments[0]; setTimeout(done, 600);")
+    assert browser.execute_script("return Number(document.getElementById('time').value)") != 900
+    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]

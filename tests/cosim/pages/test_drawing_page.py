@@ -13,12 +13,12 @@ from hfsa.cosim.pages.page import text, write_page
 from hfsa.cosim.results.records import ResultsError
 
 LINE = Layer(
-    [[0.0, 0.0, 0.0], [0.0, 0.0, 0.002]],
-    [[0, 1]],
+    np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.002]]),
+    np.array([[0, 1]]),
     "moved",
     "a <b> & c",
     notes=["2 mm"],
-    rest=[[0.0, 0.0, 0.0], [0.0, 0.0, 0.001]],
+    rest=np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.001]]),
 )
 DRAWING = Drawing("One </script> line", [Panel([LINE], title="only")])
 
@@ -47,11 +47,11 @@ def test_no_text_of_a_drawing_becomes_markup():
 def test_a_page_asks_for_nothing_from_elsewhere():
     own = text(drawing_page(DRAWING)).replace(page_module._plotly(), "")
     assert not re.search(r"(src|href)\s*=|@import|url\(", own)
-    assert own.count("<script") == 3
+    assert own.count("<script") == 4
 
 
 def test_panels_of_a_plane_have_a_third_coordinate_of_zero():
-    flat = Drawing("Flat", [Panel([Layer([[1.0, 2.0]], [[0]])], axes=("X", "Y"))])
+    flat = Drawing("Flat", [Panel([Layer(np.array([[1.0, 2.0]]), np.array([[0]]))], axes=("X", "Y"))])
     panel = data_of(text(drawing_page(flat)))["panels"][0]
     assert panel["is_flat"]
     assert panel["title"] == "panel 1"
@@ -86,7 +86,7 @@ def test_a_page_that_no_browser_would_open_is_refused(tmp_path, monkeypatch):
 )
 def test_a_layer_that_cannot_move_is_refused(fields, words):
     with pytest.raises(ModelError, match=words):
-        Layer([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]], [[0, 1]], **fields)
+        Layer(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[0, 1]]), **fields)
 
 
 def test_the_command_writes_a_page_by_default_and_a_picture_by_its_ending(hfsa, tmp_path):

@@ -199,6 +199,58 @@ static void exercise_steps(const Api* api) {
     for (int trial = 1; trial < 3; trial++) CHECK(fabs(seen[trial][i] - seen[0][i]) <= 1e-6 * (1.0 + fabs(seen[0][i])));
 }
 
+/* An importer that listens: it reads all at each point inside a step, can do nothing else, and may end each step. */
+typedef struct {
+  void* c;
+  int calls, may_end, ends;
+} Listening;
+
+static void listen(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean can_set, fmi3Boolean can_get,
+                   fmi3Boolean finished, fmi3Boolean may_end, fmi3Boolean* end, fmi3Float64* end_time) {
+  const Api* api = &apis[1];
+  Listening* l = environment;
+  double seen[MAX], now = -1.0;
+  fmi3Boolean event, terminate, early;
+  l->calls++;
+  CHECK(can_get && finished && !can_set && may_end == (l->may_end != 0) && *end_time == time);
+  CHECK(fmi3GetFloat64(l->c, references[ROLE_TIME], 1, &now, 1) == fmi3OK && now == time);
+  see(api, l->c, seen);
+  CHECK(fmi3DoStep(l->c, time, 1e-4, 0, &event, &terminate, &early, &now) == fmi3Error);
+  if (count_of(ROLE_INPUT)) CHECK(fmi3SetFloat64(l->c, references[ROLE_INPUT], 1, seen, 1) == fmi3Error);
+  *end = l->ends != 0;
+}
+
+/* A step that is ended at each point inside of it leads to where it leads as a whole. */
+static void exercise_intermediate_update(void) {
+  const Api* api = &apis[1];
+  double seen[3][MAX];
+  int calls[3] = {0, 0, 0};
+  size_t n = 0;
+  for (int trial = 0; trial < 3; trial++) {
+    Listening l = {NULL, 0, trial == 2, 0};
+    l.c = fmi3InstantiateCoSimulation("it", M->token, "", 0, 1, 0, trial == 2, NULL, 0, &l, log3, trial ? listen : NULL);
+    CHECK(api->initialize(l.c, 0.0) == 0);
+    drive(api, l.c, 0, 1, 0.0);
+    double time = 7e-4, end = 7e-4 + 5.3e-3;
+    l.ends = l.may_end;
+    for (int k = 0; k < 100000 && time < end * (1.0 - 1e-12); k++) {
+      fmi3Boolean event, terminate, early;
+      int before = l.calls;
+      move(api, l.c, time - 7e-4);
+      CHECK(fmi3DoStep(l.c, time, end - time, 0, &event, &terminate, &early, &time) == fmi3OK);
+      CHECK(early == (trial == 2 && l.calls > before));
+    }
+    n = see(api, l.c, seen[trial]);
+    calls[trial] = l.calls;
+    api->destroy(l.c);
+  }
+  CHECK(calls[0] == 0 && (calls[1] > 0) == (calls[2] > 0));
+  for (size_t i = 0; i < n; i++) {
+    CHECK(seen[1][i] == seen[0][i]);
+    CHECK(fabs(seen[2][i] - seen[0][i]) <= 1e-6 * (1.0 + fabs(seen[0][i])));
+  }
+}
+
 /* The time derivative of each output equals its difference quotient; what has none is refused. */
 static void exercise_output_derivatives(const Api* api) {
   const double step = 1e-8;
@@ -355,6 +407,7 @@ int main(void) {
     exercise_model_exchange(api);
     exercise_errors(api);
   }
+  exercise_intermediate_update();
   exercise_the_rest();
   printf("%d checks, %d failed, %d messages\n", checks, failures, messages);
   return failures != 0;

@@ -1,0 +1,84 @@
+"use strict";
+// Panels of drawings: their layers as traces of plotly, and the axes that hold them.
+const hfsa = (() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const ink = () => (dark.matches ? "#e6e9ee" : "#20242c");
+  const colours = () => data.colours[dark.matches ? "dark" : "light"];
+  // positions of a layer's points, by axis: rest + share * (points - rest)
+  function places(layer, share) {
+    if (layer.rest === null) return layer.points;
+    return layer.points.map((axis, k) => axis.map((value, i) => layer.rest[k][i] + share * (value - layer.rest[k][i])));
+  }
+
+  // coordinates of a trace from those of a layer's points; lines are separated by gaps
+  function lines(layer, at) {
+    if (layer.cells[0].length !== 2) return at;
+    return at.map((axis) => layer.cells.flatMap(([a, b]) => [axis[a], axis[b], null]));
+  }
+
+  const coordinates = (layer, share) => lines(layer, places(layer, share));
+
+  function trace(layer, panel) {
+    const [x, y, z] = coordinates(layer, 1);
+    const kind = layer.cells[0].length;
+    const colour = colours()[layer.role];
+    const unit = panel.unit ? ` ${panel.unit}` : "";
+    const where = `${panel.axes[0]} %{x:.4g}${unit}<br>${panel.axes[1]} %{y:.4g}${unit}` +
+      (panel.is_flat ? "" : `<br>${panel.axes[2]} %{z:.4g}${unit}`);
+    const common = { x, y, z, name: layer.name, showlegend: layer.name !== "", hovertemplate: `${where}<extra>${layer.name}</extra>` };
+    if (kind === 3) {
+      const [i, j, k] = [0, 1, 2].map((corner) => layer.cells.map((cell) => cell[corner]));
+      const paint = layer.values === null
+        ? { color: colour, opacity: 0.45 }
+        : { intensity: layer.values, colorscale: "Cividis", colorbar: { title: { text: panel.quantity } }, hovertemplate: `${where}<br>%{intensity:.4g}<extra>${panel.quantity}</extra>` };
+      const note = layer.notes.length === 1 ? { hovertemplate: `${layer.notes[0]}<br>${where}<extra></extra>` } : {};
+      return { type: "mesh3d", ...common, i, j, k, flatshading: true, hoverinfo: "text", ...paint, ...note };
+    }
+    const notes = layer.notes.length && kind === 2
+      ? { text: layer.notes.flatMap((note) => [note, note, ""]), hovertemplate: `%{text}<br>${where}<extra></extra>` }
+      : {};
+    if (kind === 2) {
+      const dash = layer.role === "axis" ? "dashdot" : "solid";
+      return { type: "scatter3d", mode: "lines", ...common, line: { color: colour, width: data.widths[layer.role], dash }, ...notes };
+    }
+    return { type: "scatter3d", mode: "markers", ...common, marker: { color: layer.values === null ? colour : layer.values, size: 5 } };
+  }
+
+  // texts beside points
+  function labels(layer) {
+    const named = layer.texts.map((text, i) => [text, i]).filter(([text]) => text !== "");
+    if (!named.length) return [];
+    const [x, y, z] = layer.points.map((axis) => named.map(([, i]) => axis[i]));
+    return [{ type: "scatter3d", mode: "text", x, y, z, text: named.map(([text]) => text), textposition: "top right", showlegend: false, hoverinfo: "skip" }];
+  }
+
+  // axes that hold everything at rest and displaced, so that a motion does not change them
+  function scene(panel) {
+    const paper = "rgba(0,0,0,0)";
+    const found = { aspectmode: "manual", dragmode: panel.is_flat ? "pan" : "turntable", camera: panel.is_flat
+      ? { eye: { x: 0, y: 0, z: 1.6 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" } }
+      : { eye: { x: 0.85, y: -1.2, z: 0.62 } } };
+    const spans = [0, 1, 2].map((k) => {
+      const values = panel.layers.flatMap((layer) => [layer.points[k], ...(layer.rest ? [layer.rest[k]] : [])]).flat();
+      return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
+    });
+    const largest = Math.max(...spans.map(([low, high]) => high - low)) || 1;
+    const aspect = {};
+    ["x", "y", "z"].forEach((name, k) => {
+      const half = Math.max((spans[k][1] - spans[k][0]) / 2, 0.02 * largest) * 1.15;
+      const middle = (spans[k][0] + spans[k][1]) / 2;
+      const title = k < panel.axes.length ? `${panel.axes[k]}${panel.unit ? ` (${panel.unit})` : ""}` : "";
+      found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), showbackground: false, visible: k < panel.axes.length };
+      aspect[name] = ((panel.is_flat ? 1.9 : 1.25) * 2 * half) / (largest * 1.15);
+    });
+    return { scene: { ...found, aspectratio: aspect }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, margin: { l: 0, r: 0, t: 0, b: 0 }, legend: { x: 0, y: 1, bgcolor: paper }, uirevision: panel.title };
+  }
+
+  // the traces of a panel: its layers in their order, then their texts
+  function traces(panel) {
+    return [...panel.layers.map((layer) => trace(layer, panel)), ...panel.layers.flatMap(labels)];
+  }
+
+  return { data, dark, ink, places, lines, coordinates, traces, scene };
+})();
