@@ -1,13 +1,15 @@
 """The verb `cache`: what is kept of earlier work, its size, and its removal."""
 
 import re
-from collections import Counter
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._json import Json
+
+if TYPE_CHECKING:
+    from hfsa.components._modelling.cache_limit import Entry
 
 _UNITS = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 
@@ -33,7 +35,6 @@ def cache(
     limit
         Largest size, such as 500MB or 20GB: what is beyond it goes now, and from now on.
     """
-    from hfsa.components._modelling.cache import cache_folder
     from hfsa.components._modelling.cache_limit import entries, remove, set_limit, trim
     from hfsa.components._modelling.cache_limit import limit as present_limit
     from hfsa.cosim.systems.errors import StructureError
@@ -46,28 +47,35 @@ def cache(
         removed = trim(present_limit(), spared=0.0)
     if clear:
         removed += [entry for entry in entries() if remove(entry.path)]
-    every = entries()
-    total = sum(entry.size for entry in every)
     if size:
+        total = sum(entry.size for entry in entries())
         _shell.answer({"bytes": total}, str(total), json)
-        return _shell.DONE
-    counts, sizes = Counter[str](), Counter[str]()
-    for entry in every:
-        counts[entry.path.parent.name] += 1
-        sizes[entry.path.parent.name] += entry.size
+    else:
+        data, text = _told(entries(), removed)
+        _shell.answer(data, text, json)
+    return _shell.DONE
+
+
+def _told(every: "list[Entry]", removed: "list[Entry]") -> tuple[dict[str, Any], str]:
+    """Return what is in the cache and what was removed, as data and as text."""
+    from hfsa.components._modelling.cache import cache_folder
+    from hfsa.components._modelling.cache_limit import limit
+
+    kinds = sorted({entry.path.parent.name for entry in every})
+    grouped = {kind: [entry.size for entry in every if entry.path.parent.name == kind] for kind in kinds}
+    total = sum(entry.size for entry in every)
+    lines = [f"{cache_folder()}: {_words(total)} in {len(every)} entries, limit {_words(limit())}"]
+    lines += [f"  {kind}: {len(sizes)}, {_words(sum(sizes))}" for kind, sizes in grouped.items()]
+    if removed:
+        lines.append(f"removed: {len(removed)}, {_words(sum(entry.size for entry in removed))}")
     data = {
         "folder": cache_folder(),
         "bytes": total,
-        "limit": present_limit(),
-        "entries": dict(counts),
+        "limit": limit(),
+        "entries": {kind: len(sizes) for kind, sizes in grouped.items()},
         "removed": len(removed),
     }
-    lines = [f"{cache_folder()}: {_words(total)} in {len(every)} entries, limit {_words(present_limit())}"]
-    lines += [f"  {kind}: {counts[kind]}, {_words(sizes[kind])}" for kind in sorted(counts)]
-    if removed:
-        lines.append(f"removed: {len(removed)}, {_words(sum(entry.size for entry in removed))}")
-    _shell.answer(data, "\n".join(lines), json)
-    return _shell.DONE
+    return data, "\n".join(lines)
 
 
 def _bytes(text: str) -> int:
