@@ -57,6 +57,7 @@ Scheduler = Annotated[
 ]
 Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
+Drives = Annotated[list[str] | None, Parameter("--drive", negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
 if TYPE_CHECKING:

@@ -28,6 +28,7 @@ from hfsa.cosim.measurement.kept_rows import KeptRows
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, limit_signals
 from hfsa.cosim.measurement.told import sentences
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 
@@ -62,6 +63,7 @@ class RunPlan:
         tolerance: relative tolerance of the response, for algorithms that choose their steps.
         scales: scales of variables (full names); the run ends beyond a thousand times one.
         every: communication points from one row of the file to the next.
+        drive: signals by the full name of the unconnected input that each feeds.
     """
 
     assembly: Assembly
@@ -74,6 +76,18 @@ class RunPlan:
     tolerance: float = 1e-3
     scales: Mapping[str, Scale] = field(default_factory=dict)
     every: int = 1
+    drive: Mapping[str, Signal] = field(default_factory=dict)
+
+    def open(self, step_size: float) -> Master:
+        """Load the FMUs and return the master with steps of `step_size` [s], inputs driven; as `open_master`."""
+        master = open_master(self.assembly, self.algorithm, step_size, self.library, self.tolerance)
+        try:
+            if self.drive:
+                master.drive(self.drive)
+        except BaseException:
+            master.close()
+            raise
+        return master
 
     @property
     def steps(self) -> int:
@@ -161,7 +175,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
     """
     steps, system = plan.steps, plan.assembly.system
     with contextlib.ExitStack() as stack:
-        master = open_master(plan.assembly, plan.algorithm, plan.step_size, plan.library, plan.tolerance)
+        master = plan.open(plan.step_size)
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, plan.step_size)

@@ -1,9 +1,9 @@
-"""The scene of a results file of either kind, and the choices of its levels, order and algorithm."""
+"""The scene of a results file of either kind, the choices of its levels, order and algorithm, and its driven inputs."""
 
 from pathlib import Path
 
 from hfsa.cosim.results import hdf5, system_group
-from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice
+from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice
 from hfsa.cosim.results.store import open_file, translate_errors
 
 
@@ -37,3 +37,11 @@ def read_algorithm(path: str | Path) -> AlgorithmChoice | None:
     file = open_file(path)
     with file, translate_errors(path, "read"):
         return system_group.read_algorithm(file["system"])
+
+
+def read_driven(path: str | Path) -> list[DrivenInput]:
+    """Read the inputs that signals drove in a run; none where none were driven."""
+    path = Path(path)
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        return system_group.read_driven(file["system"])

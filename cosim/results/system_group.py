@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 
 from hfsa.cosim.results.hdf5 import Node, create_dataset, create_scale, text, texts
-from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice, SystemRecord
+from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice, SystemRecord
 
 
 def write_system(group: Node, system: SystemRecord) -> None:
@@ -24,10 +24,22 @@ def write_system(group: Node, system: SystemRecord) -> None:
         if record.choice is not None:
             _write_choice(instance, record.choice)
     _write_named(group, "operating_point", system.operating_point)
+    if system.driven:
+        for key in ("name", "signal", "sha256"):
+            values = [getattr(one, key) for one in system.driven]
+            group.attrs.create(f"driven_{key}", values, dtype=h5py.string_dtype())
     if system.order is not None:
         _write_order(group, system.order)
     if system.algorithm is not None:
         _write_algorithm(group, system.algorithm)
+
+
+def read_driven(group: Node) -> list[DrivenInput]:
+    """Return the inputs that signals drove from the group `/system`; none where none were driven."""
+    if "driven_name" not in group.attrs:
+        return []
+    columns = ([text(value) for value in group.attrs[f"driven_{key}"]] for key in ("name", "signal", "sha256"))
+    return [DrivenInput(*row) for row in zip(*columns, strict=True)]
 
 
 def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:

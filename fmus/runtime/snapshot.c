@@ -95,7 +95,7 @@ Status hfsa_serialize(const Model* m, Instance* in, const Snapshot* snapshot, vo
 /* Whether the head of a state block is one that an instance can have. */
 static int is_possible(const Instance* in, const State* s) {
   enum { ALWAYS = INSTANTIATED | INITIALIZATION | TERMINATED };
-  const int modes = in->interface == CO_SIMULATION ? ALWAYS | STEP : ALWAYS | EVENT | CONTINUOUS_TIME;
+  const int modes = in->interface == BY_CO_SIMULATION ? ALWAYS | STEP : ALWAYS | EVENT | CONTINUOUS_TIME;
   int is_one_mode = s->mode > 0 && (s->mode & (s->mode - 1)) == 0 && (s->mode & modes) == s->mode;
   return is_one_mode && (s->once == 0 || s->once == 1) && s->ticks >= 0 && isfinite(s->time) &&
          isfinite(s->start_time) && s->stop_time >= s->start_time && s->step >= 0.0 && isfinite(s->step);

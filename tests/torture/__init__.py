@@ -1,5 +1,5 @@
-"""Trials of what must not break: signals, damage, absurd calls, long runs, odd environments; `__main__.py` runs them.
+"""Trials that try to break hfsa: kills, damaged files, nonsense on the command line. `make torture` runs all.
 
-One file, one kind of trial: `trials(seed, count)` draws about `count` of each from a seed and yields a `Row` for each
-line of the table. A trial that does not hold is told by a sentence that repeats it.
+One file, one kind of trial, with a function `trials(seed, count) -> Iterator[Row]`: `count` scales the number of trials,
+the seed repeats them. `row.py` is what a trial yields; `__main__.py` runs all files and writes `docs/torture.md`.
 """

@@ -1,33 +1,27 @@
-"""A line of the table: what was tried, how often, how often it held, and what came where it did not."""
+"""One row of the table of `docs/torture.md`: a trial, and how often it held."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, field
 
 
-@dataclass(frozen=True)
+@dataclass
 class Row:
-    """Outcome of trials of one kind.
+    """Trials of one kind: `what` was tried, how often, and a sentence for each that did not hold.
 
-    Attributes:
-        trial: what was tried, and what had to come of it.
-        count: number of trials.
-        failures: a sentence for each that did not hold, enough to repeat it.
-        note: figures that were measured on the way.
+    `note` is a word on what came where all held, such as the number of files that opened.
     """
 
-    trial: str
-    count: int
-    failures: tuple[str, ...] = ()
+    what: str
+    count: int = 0
+    faults: list[str] = field(default_factory=list)
     note: str = ""
+
+    def add(self, *faults: str) -> None:
+        """Count one trial; it held unless it has faults."""
+        self.count += 1
+        if faults:
+            self.faults.append("; ".join(faults))
 
     @property
     def held(self) -> int:
-        """Number of trials that held."""
-        return self.count - len(self.failures)
-
-    @classmethod
-    def of(cls, trial: str, outcomes: Iterable[str | None], note: str = "") -> Self:
-        """Return the row of outcomes: `None` for a trial that held, else the sentence."""
-        every = list(outcomes)
-        return cls(trial, len(every), tuple(outcome for outcome in every if outcome), note)
+        """How many trials held."""
+        return self.count - len(self.faults)

@@ -6,13 +6,13 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fuzzing import SANITIZERS, Tally, fuzz, program, subjects
+from fuzzing import SANITIZERS, fuzz, program, subjects
 
 from hfsa.fmus.c_code import RUNTIME
 from hfsa.fmus.compile import compiler
 from torture.row import Row
 
-PER_COUNT, PER_COUNT_VALGRIND = 100, 1
+PER_COUNT, PER_COUNT_VALGRIND = 100, 2
 """Sequences of each part and level for each of `count`."""
 VALGRIND = ("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full")
 
@@ -25,30 +25,29 @@ def trials(seed: int, count: int) -> Iterator[Row]:
         if shutil.which("valgrind"):
             plain = Path(folder) / "plain"
             yield calls("the same under valgrind", plain, (), VALGRIND, seed, PER_COUNT_VALGRIND * count)
-    yield Row.of(
-        "flags that break arithmetic are refused", map(accepted, ("-ffast-math", "-Ofast", "-ffinite-math-only"))
-    )
+    row = Row("compiler flags that break arithmetic, refused")
+    for flag in ("-ffast-math", "-Ofast", "-ffinite-math-only"):
+        row.add(*accepted(flag))
+    yield row
 
 
 def calls(words: str, folder: Path, flags: Sequence[str], tool: Sequence[str], seed: int, sequences: int) -> Row:
     """Return the row of a fuzzer on every part and level."""
-    tallies: list[Tally] = []
-    faults: list[str] = []
-    every = list(subjects())
+    row, done, every = Row(words), 0, list(subjects())
     for k, subject in enumerate(every):
         file = program(subject.model(), folder / str(k), flags)
         tally = fuzz([*tool, file], seed + k * sequences, sequences)
-        tallies.append(tally)
-        faults += [f"{subject}, {fault}" for fault in tally.faults]
+        row.count += tally.sequences
+        row.faults += [f"{subject}, {fault}" for fault in tally.faults]
+        done += tally.calls
         shutil.rmtree(file.parent)
-    done = sum(tally.sequences for tally in tallies)
-    note = f"{len(every)} parts and levels, {sum(tally.calls for tally in tallies):.2g} calls"
-    return Row(words, done + len(faults), tuple(faults), note)
+    row.note = f"{len(every)} parts and levels, {done:.2g} calls"
+    return row
 
 
-def accepted(flag: str) -> str | None:
+def accepted(flag: str) -> list[str]:
     """Return a sentence where the runtime compiles with a flag."""
     source = RUNTIME / "step.c"
     command = [*compiler(), "-std=c99", flag, "-fsyntax-only", str(source)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return None if done.returncode and "NaN" in done.stderr else f"{flag} compiles"
+    return [] if done.returncode and "NaN" in done.stderr else [f"{flag} compiles"]

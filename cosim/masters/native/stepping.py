@@ -22,6 +22,7 @@ from hfsa.cosim.masters.native.details import watched
 from hfsa.cosim.masters.native.library import Library
 from hfsa.cosim.masters.native.program import Program
 from hfsa.cosim.results.interrupts import deferred_interrupts
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.system import System
 
 _SPELL = 0.05
@@ -61,6 +62,11 @@ class CompiledMaster(Master):
         recording = super().record(names, rows, every)
         self._prepare()
         return recording
+
+    def drive(self, signals: Mapping[str, Signal]) -> None:
+        """Drive inputs as `Master.drive`."""
+        super().drive(signals)
+        self._prepare()
 
     def _prepare(self) -> None:
         """Lay out the cycle for C: to the next point, the exchange at it, what is recorded there."""

@@ -80,6 +80,7 @@ typedef struct {
   double start;
 } One;
 static One ones[INSTANCES];
+static Instance* stepping; /* the one in the present DoStep */
 
 static double sample_time(const One* o) { return M->sample_time < 0 ? INFINITY : o->c->p[M->sample_time]; }
 
@@ -110,9 +111,24 @@ static void begin(One* o) {
   if (rarely(3)) set_some(o, ROLE_PARAMETER, 1);
   called(o->api->initialize(o->c, o->start));
 }
+
+/* An importer of FMI 3 that is told of points inside a step: it reads, tries what it must not, and may end the step. */
+static void told(fmi3InstanceEnvironment e, fmi3Float64 t, fmi3Boolean set, fmi3Boolean get, fmi3Boolean finished,
+                 fmi3Boolean can_end, fmi3Boolean* end, fmi3Float64* end_time) {
+  unsigned references[2] = {any_reference(), reference_of(ROLE_OUTPUT)};
+  double values[2] = {0.0, 1.0};
+  (void)e, (void)set, (void)get, (void)finished, (void)can_end;
+  called(fmi3GetFloat64(stepping, references, 2, values, 2));
+  if (rarely(9)) called(fmi3SetFloat64(stepping, references, 2, values, 2));
+  *end = rarely(4);
+  *end_time = t;
+}
 static void create(One* o) {
   o->api = &apis[pick(2)];
-  o->c = o->api->create((Interface)pick(2), rarely(60) ? "another" : M->token);
+  if (o->api != apis && rarely(4))
+    o->c = fmi3InstantiateCoSimulation("it", M->token, "", 0, 1, 0, rarely(2), NULL, 0, NULL, log3, told);
+  else
+    o->c = o->api->create((Interface)pick(2), rarely(60) ? "another" : M->token);
   if (o->c && !rarely(20)) begin(o);
 }
 static void destroy(One* o) {
@@ -168,13 +184,14 @@ static void step(One* o) {
   char *before = NULL, *after = NULL, *again = NULL;
   double t = rarely(40) ? value() : o->c->state->time, h = step_size(o);
   size_t size = rarely(8) ? bytes_of(o, &before) : 0;
+  stepping = o->c;
   int status = called(o->api->step(o->c, t, h));
   steps++;
   steps_ok += status == OK;
   if (size && o->c->state->time == t && status) {
     bytes_of(o, &after);
     law(memcmp(before, after, size) == 0, "a failed step leaves the state");
-  } else if (size && !status) {
+  } else if (size && !status && !o->c->listener.tell) {
     void* state = NULL;
     bytes_of(o, &after);
     if (o->api->deserialize(o->c, before, size, &state) == OK && o->api->set_state(o->c, state) == OK) {
