@@ -7,6 +7,7 @@ argument types: every argument must be a ctypes object of the C type, so that a 
 
 import ctypes
 import itertools
+import os
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
@@ -75,6 +76,9 @@ class Log:
             log.messages.append(message.decode(errors="replace").strip())
 
 
+_NOEXEC = "failed to map segment"
+"""What the linker of a system says of a library in a folder where nothing may be executed."""
+
 LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
 """Logger of FMI 3 instances."""
 
@@ -87,12 +91,16 @@ class Library(ABC):
     _boolean: type
 
     def __init__(self, description: Description, folder: Path):
+        here = os.getcwd()
         try:
             self._fmu = self._kind(
                 guid=description.token, modelIdentifier=description.identifier, unzipDirectory=str(folder)
             )
         except Exception as error:  # fmpy raises Exception itself, ctypes OSError and AttributeError
-            raise StructureError(f"{description.file} cannot be loaded on {fmpy.platform_tuple}: {error}") from error
+            os.chdir(here)  # where fmpy has left it
+            advice = f"; programs may not run in {folder.parent}, TMPDIR names another" if _NOEXEC in str(error) else ""
+            message = f"{description.file} cannot be loaded on {fmpy.platform_tuple}: {error}{advice}"
+            raise StructureError(message) from error
         self._name, self._token = description.identifier, description.token.encode()
         self._resources = folder.absolute() / "resources"
         self._categories = [name.encode() for name in description.log_categories if name in _LOG_CATEGORIES]
