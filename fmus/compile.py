@@ -149,9 +149,8 @@ def _run(command: Sequence[str], folder: Path, name: str, made: Sequence[Path]) 
         raise ExportError(f"{call} failed with code {code}:\n{words}")
     missing = [file.name for file in made if not (file.is_file() and file.stat().st_size)]
     if missing:
-        raise ExportError(
-            f"{call} ended without an error, but made no file {missing[0]}; expected a C compiler in $CC\n{words}".strip()
-        )
+        made_none = f"{call} ended without an error, but made no file {missing[0]}; expected a C compiler in $CC"
+        raise ExportError(f"{made_none}\n{words}".strip())
 
 
 def _end(process: subprocess.Popen) -> None:
