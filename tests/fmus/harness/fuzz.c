@@ -150,20 +150,23 @@ static size_t bytes_of(const One* o, char** bytes) {
   return size;
 }
 static void damage(const One* o) {
-  char* bytes;
+  char *bytes, *whole;
   void* state = NULL;
-  size_t size = bytes_of(o, &bytes), cut = rarely(8) ? pick((unsigned)size) : size;
+  size_t size = bytes_of(o, &bytes), same = bytes_of(o, &whole), cut = rarely(8) ? pick((unsigned)size) : size;
   unsigned flips = 1 + pick(3), at = pick((unsigned)size);
   for (unsigned k = 0; k < flips; k++) bytes[(at + k * 7) % size] ^= (char)(1 + pick(255));
   if (pick(4) == 0 && size > 8) {
     double forged = value();
     memcpy(bytes + 8 * pick((unsigned)size / 8), &forged, 8);
   }
+  /* a forged number may be the old one */
+  int is_as_before = cut == size && same == size && memcmp(bytes, whole, size) == 0;
   int status = called(o->api->deserialize(o->c, bytes, cut, &state));
-  law(status == ERROR && !state, "damaged bytes of a state are refused");
+  law(is_as_before || (status == ERROR && !state), "damaged bytes of a state are refused");
   if (state) o->api->free_state(o->c, &state);
   damaged++;
   free(bytes);
+  free(whole);
 }
 static void carry(One* from, One* to) {
   char* bytes;
