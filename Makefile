@@ -3,13 +3,15 @@
 # make bench  speed and error of our stepping loop and of other masters, of sweeps;  make published  published numbers
 # make extremes  what was tried at the extremes, and how it ended, into docs/extremes.md (ARGS=--long: 1e9 steps)
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
+# make fuzz-fmus  FMUs under any FMI calls, with sanitizers (COUNT=10000 for a million sequences of each)
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
+# make torture  what is done to hfsa on purpose, and how often it held: docs/torture.md (ARGS="--seed 7 kills")
 # make trades the cheapest way to run each of some scenes: docs/trades.md
 # make elsewhere  our FMUs in tools of others, each in an environment of its own: docs/tools.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz coverage bench published extremes style lint docs pictures trades elsewhere lock clean
+.PHONY: demo test slow fuzz fuzz-fmus torture coverage bench published extremes style lint docs pictures trades elsewhere lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -38,6 +40,11 @@ fuzz: .venv/installed
 		$(BIN)/python -m pytest -m "hypothesis and not slow" --hypothesis-profile=fuzz --timeout=0 -q -n auto --maxprocesses 8 || exit 1; \
 	done
 
+# Each of COUNT is a hundred sequences of each part and level.
+COUNT ?= 100
+fuzz-fmus: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m torture runtime --count $(COUNT) $(ARGS)
+
 coverage: .venv/installed
 	$(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 8 --cov --cov-report=term --cov-report=html
 
@@ -52,6 +59,9 @@ published: .venv/installed
 
 extremes: .venv/installed
 	$(BIN)/python docs/extremes.py $(ARGS)
+
+torture: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m torture $(ARGS)
 
 style: .venv/installed
 	$(BIN)/ruff check

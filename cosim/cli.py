@@ -53,6 +53,8 @@ def main(tokens: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     # matrices are small and jobs are threads or processes: threads of linear algebra would wait for each other
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if tokens is None:
+        _shell.open_streams()
     words = sys.argv[1:] if tokens is None else tokens
     traced = _shell.TRACEBACK in words
 

@@ -53,16 +53,27 @@ _TOLERANCE = Setting(
     "Relative tolerance; the absolute tolerance of a state is this * its nominal value",
 )
 
+
+def _maximum_steps(start: float) -> Setting:
+    """Return the setting that ends a communication step which takes too many steps of the solver, and ticks."""
+    text = "Most steps, ticks too, in a communication step; beyond them it is discarded with the time reached"
+    return Setting("solver.maximum_steps", start, "1", text, 1.0, 1e15)
+
+
 SOLVERS: Mapping[str, Solver] = {
     "exact": Solver("Co-Simulation uses the exact solution of the linear equations: no step size is unstable."),
     "rosenbrock": Solver(
         "Co-Simulation uses RODAS5P, an error-controlled L-stable method, with the analytic Jacobian.",
-        (_TOLERANCE, Setting("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver")),
+        (
+            _TOLERANCE,
+            Setting("solver.maximum_step", 1.0, "s", "Largest step of the Rosenbrock solver"),
+            _maximum_steps(1e5),
+        ),
         COUNTERS,
     ),
     "rk4": Solver(
         "Co-Simulation uses the classical Runge-Kutta method with a maximum step.",
-        (Setting("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"),),
+        (Setting("solver.maximum_step", 1e-4, "s", "Largest step of the Runge-Kutta solver"), _maximum_steps(1e7)),
         COUNTERS[:2],  # it rejects nothing and has no matrix
     ),
     "cvode": Solver(
@@ -78,6 +89,7 @@ SOLVERS: Mapping[str, Solver] = {
                 1.0,
                 5.0,
             ),
+            _maximum_steps(1e5),
         ),
         COUNTERS,
     ),

@@ -1,9 +1,11 @@
 """Compilation of the C sources into one shared library for FMI 2 and FMI 3, Model Exchange and Co-Simulation."""
 
+import contextlib
 import importlib.util
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -22,6 +24,9 @@ FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """No -ffast-math: it would disable the checks for NaN, and gradual underflow in the whole host process."""
 
 _ZIG = [sys.executable, "-m", "ziglang", "cc"]
+
+TIME_LIMIT = 900.0
+"""Longest time of one call of a compiler [s]; the largest part takes seconds."""
 
 CVODE = "cvode.c"
 """File of the runtime that requires SUNDIALS; part of FMUs with the solver CVODE only."""
@@ -93,8 +98,9 @@ def _objects(command: tuple[str, ...], flags: tuple[str, ...], files: tuple[tupl
     Finalize(None, shutil.rmtree, (folder, True), exitpriority=0)  # also at the end of a worker process
     _write(folder, dict(files))
     units = sorted(name for name, _ in files if name.endswith(".c"))
-    _run([*command, *FLAGS, *flags, "-c", *units], folder, "runtime")
-    return tuple(str(folder / f"{Path(unit).stem}.o") for unit in units)
+    made = [folder / f"{Path(unit).stem}.o" for unit in units]
+    _run([*command, *FLAGS, *flags, "-c", *units], folder, "runtime", made)
+    return tuple(map(str, made))
 
 
 def compile_files(
@@ -113,7 +119,7 @@ def compile_files(
         _write(Path(scratch), files)
         units = sorted(name for name in files if name.endswith(".c"))
         output = ["-shared", *units, "-o", str(library.resolve()), *link_flags, "-lm"]
-        _run([*(command or compiler()), *FLAGS, *flags, *output], Path(scratch), library.stem)
+        _run([*(command or compiler()), *FLAGS, *flags, *output], Path(scratch), library.stem, [library])
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:
@@ -122,12 +128,36 @@ def _write(folder: Path, files: Mapping[str, str]) -> None:
         (folder / name).write_text(text, encoding="utf-8", errors="surrogateescape")
 
 
-def _run(command: Sequence[str], folder: Path, name: str) -> None:
-    """Run a compiler in a folder of sources; `ExportError` with its messages where it fails."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        call = shlex.join(command)
-        raise ExportError(f"{name}: {call} failed with code {done.returncode}:\n{done.stderr.strip()}")
+def _run(command: Sequence[str], folder: Path, name: str, made: Sequence[Path]) -> None:
+    """Run a compiler in a folder of sources; `ExportError` with its messages where it fails, hangs or makes nothing."""
+    call = f"{name}: {shlex.join(command)}"
+    with tempfile.TemporaryFile() as said:
+        # a session of its own: what it has started ends with it
+        process = subprocess.Popen(
+            command, cwd=folder, stdin=subprocess.DEVNULL, stdout=said, stderr=said, start_new_session=True
+        )
+        try:
+            code = process.wait(TIME_LIMIT)
+        except BaseException as error:
+            _end(process)
+            if not isinstance(error, subprocess.TimeoutExpired):
+                raise
+            raise ExportError(f"{call} has not ended after {TIME_LIMIT:g} s; set $CC to another compiler") from None
+        said.seek(0)
+        words = said.read().decode(errors="replace").strip()
+    if code:
+        raise ExportError(f"{call} failed with code {code}:\n{words}")
+    missing = [file.name for file in made if not (file.is_file() and file.stat().st_size)]
+    if missing:
+        made_none = f"{call} ended without an error, but made no file {missing[0]}; expected a C compiler in $CC"
+        raise ExportError(f"{made_none}\n{words}".strip())
+
+
+def _end(process: subprocess.Popen) -> None:
+    """Kill a compiler and all that it has started."""
+    with contextlib.suppress(OSError):
+        os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
+    process.wait()
 
 
 def compiler() -> list[str]:

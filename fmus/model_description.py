@@ -161,7 +161,7 @@ def _interfaces(root: etree._Element, sources: Sources, version: Version) -> Non
         exchange = {"needsCompletedIntegratorStep": "false"}
         cosimulation = {
             "hasEventMode": "false",
-            "mightReturnEarlyFromDoStep": "false",
+            "mightReturnEarlyFromDoStep": "true",
             "providesIntermediateUpdate": "true",
             "canReturnEarlyAfterIntermediateUpdate": "true",
         }

@@ -12,9 +12,15 @@ from hfsa.components._modelling.errors import ModelError
 
 
 def cache_folder() -> Path:
-    """Return the folder of the cache; it may not exist yet."""
-    own = os.environ.get("HFSA_CACHE")
-    return Path(own) if own else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hfsa"
+    """Return the folder of the cache, which may not exist yet; `ModelError` where the user has no home folder."""
+    if own := os.environ.get("HFSA_CACHE"):
+        return Path(own)
+    if chosen := os.environ.get("XDG_CACHE_HOME"):
+        return Path(chosen) / "hfsa"
+    try:
+        return Path.home() / ".cache" / "hfsa"
+    except RuntimeError as error:
+        raise ModelError("this user has no home folder; set HFSA_CACHE to a folder to keep FMUs in") from error
 
 
 def cache_subfolder(name: str) -> Path:

@@ -25,6 +25,7 @@ from hfsa.components._modelling.cache import cache_folder, cache_subfolder
 from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
+from hfsa.components._modelling.sealed import finish, is_sound
 from hfsa.cosim.assembly.conventions import following
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
 from hfsa.cosim.assembly.sources import sources
@@ -55,7 +56,7 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     if component.is_foreign:
         return _finished(component)
     folder = cache_folder() / "fmus" / key_of(component, fmi, feedback)
-    if not folder.is_dir():
+    if not is_sound(folder):
         _export(with_linear_feedback(model_of(component), feedback), fmi, folder)
     (file,) = folder.glob("*.fmu")
     return file
@@ -71,7 +72,7 @@ def fmu_with_starts(component: Component, fmi: Literal[2, 3] = FMI, platforms: S
         return fmu_file(component, fmi)
     words = json.dumps([key_of(component, fmi), sorted(start.items()), list(platforms)])
     folder = cache_folder() / "fmus" / hashlib.sha256(words.encode()).hexdigest()[:32]
-    if not folder.is_dir():
+    if not is_sound(folder):
         model = model_of(component)
         for name, value in start.items():
             model.set_start(name, value)
@@ -177,10 +178,7 @@ def _export(model: Model, fmi: Literal[2, 3], folder: Path, platforms: Sequence[
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
     try:
         export(model, unfinished, (fmi,), platforms)
-        unfinished.rename(folder)
-    except OSError:
-        if not folder.is_dir():
-            raise
+        finish(unfinished, folder)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
 

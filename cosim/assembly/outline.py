@@ -8,15 +8,14 @@ in the cache by the same hash as the FMU.
 """
 
 import json
-import os
 import shutil
 import tempfile
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from hfsa.components._modelling.model import Kind
 from hfsa.components._modelling.prune import Dependencies, dependencies
+from hfsa.components._modelling.sealed import finish, is_sound
 from hfsa.cosim.assembly.fmu_cache import FMI, cache_folder, cache_subfolder, fmu_file, key_of
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.models import model_of
@@ -54,7 +53,7 @@ def outline_of(component: Component) -> Outline:
     if component.is_foreign:
         return Outline(describe(fmu_file(component)), None)
     folder = cache_folder() / "outlines" / key_of(component)
-    if not folder.is_dir():
+    if not is_sound(folder):
         _write(component, folder)
     return Outline(describe(folder / _DESCRIPTION), _read(folder / _DEPENDENCIES))
 
@@ -72,8 +71,7 @@ def _write(component: Component, folder: Path) -> None:
     try:
         (unfinished / _DESCRIPTION).write_bytes(text)
         (unfinished / _DEPENDENCIES).write_text(json.dumps(data), encoding="utf-8")
-        with suppress(OSError):  # another process was first
-            os.rename(unfinished, folder)
+        finish(unfinished, folder)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
 

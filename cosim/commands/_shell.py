@@ -11,6 +11,7 @@ import json
 import math
 import os
 import sys
+import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -51,6 +52,11 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         # the reader of stdout has closed it: nothing may be flushed to it at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except OSError as error:
+        if traced:
+            traceback.print_exc()
+        print(f"error: {_disk_words(error)}", file=sys.stderr)
+        return SIMULATION_FAILED if error.errno in _DISK else USAGE
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
         if code is None:
@@ -63,6 +69,36 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         return code
 
 
+def _disk_words(error: OSError) -> str:
+    """Return a sentence on an error of the system: the file, the reason, and what to set where the place is ours."""
+    reason = error.strerror or str(error)
+    what = f"{error.filename}: {reason}" if error.filename else reason
+    try:
+        place = tempfile.gettempdir()
+    except OSError:
+        return f"{what}; set TMPDIR to a folder that can be written"
+    if error.filename and not Path(os.fsdecode(error.filename)).is_relative_to(place):
+        return what
+    return f"{what}; temporary files go to {place}, and TMPDIR names another folder"
+
+
+def open_streams() -> None:
+    """Open what the caller has closed of the standard streams, so that no file of ours takes their numbers.
+
+    A character that the encoding of a stream lacks is written as its escape.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "r" if number == 0 else "w", encoding="utf-8", closefd=False))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def warn(message: str) -> None:
     """Print a line on stderr."""
     print(f"hfsa: {message}", file=sys.stderr)
@@ -70,8 +106,14 @@ def warn(message: str) -> None:
 
 def answer(data: Any, text: str, as_json: bool) -> None:
     """Print the answer of a verb: `data` as JSON, or `text`."""
-    print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
-    sys.stdout.flush()  # raises BrokenPipeError here instead of at exit
+    try:
+        print(json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) if as_json else text)
+        sys.stdout.flush()  # raises here instead of at exit
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing may be flushed to it at exit
+        raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def rendered(*tables: Any) -> str:

@@ -100,11 +100,19 @@ def choose(scene: Scene, library: Path | None) -> dict[str, LevelChoice]:
     if not automatic(scene):
         return {}
     file = cache_folder() / "levels" / f"{_key(scene)}.json"
-    if not file.is_file():
-        ladders = _ladders(scene)
-        choices = choose_among(scene, ladders, library, REST)
+    choices = _kept(file)
+    if choices is None:
+        choices = choose_among(scene, _ladders(scene), library, REST)
         keep(json.dumps({name: dataclasses.asdict(choice) for name, choice in choices.items()}).encode(), file)
-    return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
+    return choices
+
+
+def _kept(file: Path) -> dict[str, LevelChoice] | None:
+    """Return the choices in a file of the cache; `None` where there is none, or a damaged one."""
+    try:
+        return {name: LevelChoice(**kept) for name, kept in json.loads(file.read_text(encoding="utf-8")).items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return None
 
 
 def choose_among(

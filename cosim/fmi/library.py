@@ -7,6 +7,8 @@ argument types: every argument must be a ctypes object of the C type, so that a 
 
 import ctypes
 import itertools
+import os
+import tempfile
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
@@ -79,6 +81,9 @@ class Log:
             log.messages.append(message.decode(errors="replace").strip())
 
 
+_NOEXEC = "failed to map segment"
+"""What the linker of a system says of a library in a folder where nothing may be executed."""
+
 LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
 """Logger of FMI 3 instances."""
 
@@ -94,6 +99,7 @@ class Library(ABC):
 
     def __init__(self, description: Description, folder: Path, isolation: Path | None = None):
         self._file, self._stand_in = description.file, None
+        here = os.getcwd()
         try:
             if isolation is None:
                 self._fmu: Any = self._kind(
@@ -102,6 +108,7 @@ class Library(ABC):
             else:
                 self._fmu = self._stand_in = StandIn(isolation, self._binary(folder, description.identifier))
         except Exception as error:  # fmpy raises Exception itself, ctypes OSError and AttributeError
+            os.chdir(here)  # where fmpy has left it
             raise self._not_loaded(str(error)) from error
         self._name, self._token = description.identifier, description.token.encode()
         self._resources = folder.absolute() / "resources"
@@ -188,7 +195,9 @@ class Library(ABC):
 
     def _not_loaded(self, reason: str) -> StructureError:
         """Return the error for a binary that cannot be loaded."""
-        return StructureError(f"{self._file} cannot be loaded on {fmpy.platform_tuple}: {reason}")
+        place = tempfile.gettempdir()
+        advice = f"; no program may run in {place}, and TMPDIR names another folder" if _NOEXEC in reason else ""
+        return StructureError(f"{self._file} cannot be loaded on {fmpy.platform_tuple}: {reason}{advice}")
 
     def close(self) -> None:
         """Unload the library."""

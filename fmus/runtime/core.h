@@ -60,10 +60,13 @@ Status hfsa_deserialize(const Model* m, Instance* in, const void* bytes, size_t 
 
 /* ticks.c */
 double hfsa_tick_time(const Model* m, const Instance* in);
-double hfsa_tick_tolerance(const Model* m, const Instance* in);
+double hfsa_tick_tolerance(const Model* m, const Instance* in, double t);
+int hfsa_ticks_are_lost(const Model* m, const Instance* in, double t);
 Status hfsa_do_tick(const Model* m, Instance* in, double t, const double* u);
+Status hfsa_do_due_ticks(const Model* m, Instance* in);
 
 /* step.c */
 Status hfsa_do_step(const Model* m, Instance* in, double t, double h);
+Status hfsa_keep_part(Instance* in);
 
 #endif

@@ -28,8 +28,7 @@
 #define get_unsolved_steps CVodeGetNumStepSolveFails
 #endif
 
-enum { LARGEST_COUNT = 1000000 };
-enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER }; /* indices of the settings */
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_ORDER, MAXIMUM_STEPS }; /* indices of the settings */
 
 typedef struct {
   const Model* m;
@@ -97,7 +96,7 @@ static int prepare(const Model* m, Work* work) {
   void* memory = work->memory;
   return CVodeInit(memory, rhs, 0.0, work->x) || CVodeSVtolerances(memory, 1.0, work->tolerance) ||
          CVodeSetUserData(memory, work) || CVodeSetLinearSolver(memory, work->linear, work->matrix) ||
-         CVodeSetLinSysFn(memory, newton_matrix) || CVodeSetMaxNumSteps(memory, LARGEST_COUNT) ||
+         CVodeSetLinSysFn(memory, newton_matrix) ||
          CVodeSetMaxHnilWarns(memory, -1);
 }
 
@@ -134,15 +133,16 @@ static int worst_state(const Work* work) {
   return worst;
 }
 
-/* Add the steps of this call; CVodeReInit has set the counts of CVODE to 0. A trial step is rejected by the test of its
-   error or because Newton's method does not converge. */
-static void count_steps(Work* work) {
+/* Add the steps of this call, and return those that were accepted; CVodeReInit has set the counts of CVODE to 0. A trial
+   step is rejected by the test of its error or because Newton's method does not converge. */
+static double count_steps(Work* work) {
   long accepted = 0, inaccurate = 0, unsolved = 0;
   CVodeGetNumSteps(work->memory, &accepted);
   CVodeGetNumErrTestFails(work->memory, &inaccurate);
   get_unsolved_steps(work->memory, &unsolved);
   work->in->counts[ACCEPTED_STEPS] += (double)accepted;
   work->in->counts[REJECTED_STEPS] += (double)(inaccurate + unsolved);
+  return (double)accepted;
 }
 
 /* The tolerance of a state is the relative tolerance * magnitude + the relative tolerance * nominal value. */
@@ -152,6 +152,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   double tolerance = in->settings[RELATIVE_TOLERANCE], reached = 0.0;
   double *x = N_VGetArrayPointer(work->x), *absolute = N_VGetArrayPointer(work->tolerance);
   size_t bytes = (size_t)m->size[ROLE_STATE] * sizeof(double);
+  if (in->allowed < 1.0) return hfsa_exhausted(m, in, offset, -1);
   work->in = in;
   work->offset = offset;
   memcpy(x, in->x, bytes);
@@ -160,9 +161,14 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   if (!code) code = CVodeSVtolerances(memory, tolerance, work->tolerance);
   if (!code) code = CVodeSetMaxStep(memory, in->settings[MAXIMUM_STEP]);
   if (!code) code = CVodeSetMaxOrd(memory, (int)in->settings[MAXIMUM_ORDER]);
+  if (!code) code = CVodeSetMaxNumSteps(memory, (long)fmin(in->allowed, 1e9));
   if (!code) code = CVodeSetStopTime(memory, h);
   if (!code) code = CVode(memory, h, work->x, &reached, CV_NORMAL);
-  count_steps(work);
+  in->allowed -= count_steps(work);
+  if (code == CV_TOO_MUCH_WORK) {
+    memcpy(in->x, x, bytes);
+    return hfsa_exhausted(m, in, offset + reached, worst_state(work));
+  }
   if (code < 0)
     return hfsa_report(in, DISCARD, "CVODE stopped at time %.15g with its code %d; largest error in state %s",
                        in->state->time + offset + reached, code, hfsa_name(m, ROLE_STATE, worst_state(work)));
@@ -170,4 +176,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_cvode = {create, advance, destroy};
+const Solver hfsa_cvode = {create, advance, destroy, MAXIMUM_STEPS};

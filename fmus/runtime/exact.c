@@ -79,4 +79,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_exact = {create, advance, free};
+const Solver hfsa_exact = {create, advance, free, -1};

@@ -181,9 +181,12 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state
 
 /* Co-Simulation */
 
+/* A discarded step that did a part of its way ends there, at the `fmi2LastSuccessfulTime`. */
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step_size, fmi2Boolean no_set_state) {
   (void)no_set_state;
-  return (fmi2Status)hfsa_do_step(MODEL, c, time, step_size);
+  Status status = hfsa_do_step(MODEL, c, time, step_size);
+  if (status == DISCARD) hfsa_keep_part(c);
+  return (fmi2Status)status;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {

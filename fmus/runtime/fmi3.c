@@ -54,6 +54,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   (void)visible;
   (void)required; /* all variables can be read */
   Instance* in = hfsa_create(MODEL, BY_CO_SIMULATION, name, token, log_of(callback, environment), logging);
+  if (in) in->may_return_early = early_return;
   if (in && update) in->listener = (Listener){tell, (void (*)(void))update, early_return};
   if (!in || (!event_mode && (update || n_required == 0))) return in;
   in->log.categories = ~0u;
@@ -315,14 +316,17 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state,
 
 /* Co-Simulation */
 
+/* A step that did a part of its way returns early where the importer allows it, and else is discarded as a whole. */
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step_size, fmi3Boolean no_set_state,
                       fmi3Boolean* event_needed, fmi3Boolean* terminate, fmi3Boolean* early_return,
                       fmi3Float64* last_time) {
   (void)no_set_state;
-  Status status = hfsa_do_step(MODEL, c, time, step_size);
+  Instance* in = c;
+  Status status = hfsa_do_step(MODEL, in, time, step_size);
+  if (status == DISCARD && in->may_return_early) status = hfsa_keep_part(in);
   *event_needed = *terminate = fmi3False;
-  *early_return = c && !status && isfinite(((Instance*)c)->ended);
-  *last_time = c ? ((Instance*)c)->state->time : time;
+  *early_return = in && !status && isfinite(in->ended);
+  *last_time = in ? in->state->time : time;
   return (fmi3Status)status;
 }
 

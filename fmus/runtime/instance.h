@@ -66,15 +66,17 @@ typedef struct {
 struct Instance {
   char* name;
   Interface interface;
+  int may_return_early; /* 1 if the importer allows DoStep of FMI 3 to do a part of its way */
   Log log;
   Listener listener;
 
   State* state;
   size_t state_size, moving_size;                  /* size of the block, and of its part up to `held` [bytes] */
-  void* before;                                    /* copy of the moving part at the beginning of the step */
+  void* before;                                    /* copy of the moving part, as `hfsa_do_step` says */
   double *u, *rates, *x, *z, *held, *p, *settings; /* columns of the block */
 
   double counts[COUNTERS]; /* since initialization */
+  double allowed;          /* steps of the solver and ticks that are left to the present communication step */
 
   unsigned valid;
   double *der, *out, *next, *next_held; /* last results; `next_held`: sampled outputs of a tick at the present time */
@@ -86,7 +88,7 @@ struct Instance {
   size_t seeds_size, results_size; /* [bytes] */
 
   double length;    /* length of the present communication step [s] */
-  double ended;     /* offset at which the importer has ended it, else infinite [s] */
+  double ended;     /* offset at which the importer or the end of its work has ended it, else infinite [s] */
   int degree;       /* degree of the polynomials of the inputs in the present step */
   double* u_now;    /* inputs inside a step */
   double* nominal;  /* nominal values of the continuous states */
@@ -110,6 +112,10 @@ Status hfsa_permit(const Instance* in, const char* call, int modes);
 Status hfsa_set_logging(Instance* in, int on, size_t n, const char* const categories[]);
 const char* hfsa_mode_name(int mode);
 const char* hfsa_name(const Model* m, Role role, int index);
+
+/* budget.c: work of one communication step */
+void hfsa_allow(const Model* m, Instance* in);
+Status hfsa_exhausted(const Model* m, Instance* in, double offset, int state);
 
 /* equations.c: evaluation of the functions; an `int` result is 0, or nonzero if the evaluation fails */
 int hfsa_rhs(const Model* m, Instance* in, double t, const double* x, const double* u, double* der);

@@ -8,6 +8,10 @@
 
 #include <stddef.h>
 
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
+#error "this FMU looks for NaN and infinity: compile it without -ffast-math, -Ofast and -ffinite-math-only"
+#endif
+
 typedef struct Instance Instance;
 typedef struct Model Model;
 
@@ -43,11 +47,13 @@ typedef struct {
 
 /* A Co-Simulation solver. `create` allocates the work space of an instance and returns a null pointer on failure.
    `advance` integrates the states from `offset` to `offset + h`, seconds from the beginning of the communication step.
-   `destroy` frees the work space; it accepts a null pointer. */
+   `destroy` frees the work space; it accepts a null pointer. `maximum_steps` is the index of that setting, -1 for a
+   solver that takes one step per call. */
 typedef struct {
   void* (*create)(const Model* m);
   int (*advance)(const Model* m, Instance* in, double offset, double h);
   void (*destroy)(void* work);
+  int maximum_steps;
 } Solver;
 
 extern const Solver hfsa_exact, hfsa_rosenbrock, hfsa_rk4, hfsa_cvode;

@@ -48,8 +48,7 @@ Status hfsa_update_discrete_states(const Model* m, Instance* in, NextEvent* next
   next->defined = m->sample_time >= 0;
   next->time = 0.0;
   if (!next->defined) return status;
-  while (!status && hfsa_tick_time(m, in) <= in->state->time + hfsa_tick_tolerance(m, in))
-    status = hfsa_do_tick(m, in, hfsa_tick_time(m, in), in->u);
+  if (!status) status = hfsa_do_due_ticks(m, in);
   if (!status) next->time = hfsa_tick_time(m, in);
   return status;
 }

@@ -57,7 +57,7 @@ int hfsa_phi(int n, const double* a, double h, double* phi, double* scratch) {
   hfsa_balance(n, z, scale);
   double norm = hfsa_norm(n, z);
   if (!isfinite(norm)) return 1;
-  int doublings = norm > 0.5 ? (int)ceil(log2(norm / 0.5)) : 0;
+  int doublings = norm > 0.5 ? (int)ceil(log2(norm)) + 1 : 0;
   for (int k = 0; k < n * n; k++) z[k] = ldexp(z[k], -doublings);
 
   taylor(n, z, phi3, product);

@@ -5,9 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MAXIMUM_STEP }; /* index of the setting */
-
-static const double largest_count = 1e9;
+enum { MAXIMUM_STEP, MAXIMUM_STEPS }; /* indices of the settings */
 
 typedef struct {
   double *k, *sum, *x;
@@ -39,9 +37,13 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   int n = m->size[ROLE_STATE];
   double count = fmax(1.0, ceil(h / in->settings[MAXIMUM_STEP] * (1.0 - 1e-9)));
   double step = h / count;
-  if (count > largest_count)
-    return hfsa_report(in, DISCARD, "a step of %g s is %g steps of the setting %s", h, count,
-                       hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEP));
+  if (count > in->allowed) {
+    in->ended = offset;
+    return hfsa_report(in, DISCARD, "a step of %g s is %g steps of the setting %s, and only %g are left of %s", h, count,
+                       hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEP), in->allowed,
+                       hfsa_name(m, ROLE_SOLVER, MAXIMUM_STEPS));
+  }
+  in->allowed -= count;
   for (double k = 0.0; k < count; k++) {
     double begin = offset + k * step;
     for (int i = 0; i < n; i++) {
@@ -58,4 +60,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_rk4 = {create, advance, free};
+const Solver hfsa_rk4 = {create, advance, free, MAXIMUM_STEPS};

@@ -17,8 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STAGES = 8, LARGEST_COUNT = 1000000 };
-enum { RELATIVE_TOLERANCE, MAXIMUM_STEP }; /* indices of the settings */
+enum { STAGES = 8 };
+enum { RELATIVE_TOLERANCE, MAXIMUM_STEP, MAXIMUM_STEPS }; /* indices of the settings */
 
 static const double gamma_diagonal = 0.21193756319429014;
 
@@ -152,7 +152,7 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   double limit = in->settings[MAXIMUM_STEP], done = 0.0;
   double proposed = in->state->step > 0.0 ? in->state->step : h;
   int worst = 0, fresh = 0;
-  for (int count = 0; done < h; count++) {
+  while (done < h) {
     double rest = h - done, step = fmin(proposed, limit);
     int last = step >= rest * (1.0 - 1e-9);
     if (last)
@@ -163,9 +163,8 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
     if (step < 16.0 * DBL_EPSILON * fmax(fabs(now), h) && !last)
       return hfsa_report(in, DISCARD, "no step from %.15g is small enough for the tolerance of state %s; tried %g s",
                          now, hfsa_name(m, ROLE_STATE, worst), step);
-    if (count == LARGEST_COUNT)
-      return hfsa_report(in, DISCARD, "%d steps reached only time %.15g; state %s requires steps of %g s", count,
-                         now, hfsa_name(m, ROLE_STATE, worst), step);
+    if (in->allowed < 1.0) return hfsa_exhausted(m, in, offset + done, worst);
+    in->allowed -= 1.0;
     if (!fresh && linearize(m, in, offset + done))
       return hfsa_report(in, DISCARD, "the derivatives cannot be evaluated at time %.15g", now);
     fresh = 1;
@@ -186,4 +185,4 @@ static int advance(const Model* m, Instance* in, double offset, double h) {
   return OK;
 }
 
-const Solver hfsa_rosenbrock = {create, advance, free};
+const Solver hfsa_rosenbrock = {create, advance, free, MAXIMUM_STEPS};

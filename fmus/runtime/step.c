@@ -1,4 +1,7 @@
-/* One communication step: solver and ticks in turn. A failed step leaves the instance unchanged. */
+/* One communication step: solver and ticks in turn. A failed step leaves the instance unchanged.
+
+   A step that runs out of work (budget.c) is a failed one too. What it did come to is kept in `before`, and
+   `hfsa_keep_part` makes it the state of the instance: the end of a shorter step. */
 
 #include "core.h"
 
@@ -10,6 +13,12 @@ static Status check_step(const Model* m, const Instance* in, double t, double h)
   const State* s = in->state;
   if (!isfinite(t) || !(h > 0.0) || !isfinite(h))
     return hfsa_report(in, ERROR, "DoStep from %g by %g: expected a finite time and a step above 0", t, h);
+  if (!(t + h > t) || !isfinite(t + h))
+    return hfsa_report(in, ERROR, "DoStep from %.15g by %g: times are %g s apart there, so the step is lost", t, h,
+                       nextafter(fabs(t), HUGE_VAL) - fabs(t));
+  if (hfsa_ticks_are_lost(m, in, t + h))
+    return hfsa_report(in, ERROR, "DoStep to %.15g: times are %g s apart there, too much for the sample time %g s",
+                       t + h, nextafter(fabs(t + h), HUGE_VAL) - fabs(t + h), in->p[m->sample_time]);
   double slack = 1e-3 * h + 8.0 * DBL_EPSILON * fabs(t);
   if (fabs(t - s->time) > slack)
     return hfsa_report(in, ERROR, "DoStep from %.15g, but the last step ended at %.15g", t, s->time);
@@ -63,7 +72,7 @@ static Status advance(const Model* m, Instance* in, double offset, double h) {
    different lengths, which a solver can cache, and the lengths add up to the step exactly. */
 static Status advance_with_ticks(const Model* m, Instance* in, double h) {
   const double part = ldexp(h, -40);
-  double tolerance = fmin(hfsa_tick_tolerance(m, in), 0.5 * h);
+  double tolerance = fmin(hfsa_tick_tolerance(m, in, in->state->time + h), 0.5 * h);
   double done = 0.0;
   Status status = OK;
   while (!status) {
@@ -73,6 +82,8 @@ static Status advance_with_ticks(const Model* m, Instance* in, double h) {
     status = advance(m, in, done * part, (at - done) * part);
     done = at;
     if (isfinite(in->ended)) return status;
+    if (!status && in->allowed < 1.0) status = hfsa_exhausted(m, in, done * part, -1);
+    in->allowed -= 1.0;
     if (!status) status = hfsa_do_tick(m, in, tick, hfsa_inputs(m, in, done * part));
   }
   return status ? status : advance(m, in, done * part, (0x1p40 - done) * part);
@@ -85,29 +96,47 @@ static int degree(const Model* m, const Instance* in) {
   return 0;
 }
 
-/* Step from communication point t to t + h, or to where the importer ends it before, and tell how far. At its end the
-   inputs have the final values of their polynomials. */
-Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
-  Status status = hfsa_permit(in, "DoStep", STEP);
-  if (!status) status = check_step(m, in, t, h);
-  if (status) return status;
-  memcpy(in->before, in->state, in->moving_size);
-  in->state->time = t;
-  in->length = h;
-  in->ended = HUGE_VAL;
-  in->degree = degree(m, in);
-  in->valid = 0;
-  status = m->sample_time >= 0 ? advance_with_ticks(m, in, h) : advance(m, in, 0.0, h);
-  if (status) {
-    memcpy(in->state, in->before, in->moving_size);
-    in->valid = 0;
-    return status;
-  }
-  if (isfinite(in->ended)) h = in->ended;
+/* End a step of h from t, where the inputs have the final values of their polynomials. */
+static void end_at(const Model* m, Instance* in, double t, double h) {
   if (in->degree) memcpy(in->u, hfsa_inputs(m, in, h), (size_t)m->size[ROLE_INPUT] * sizeof(double));
   if (in->state->once) memset(in->rates, 0, (size_t)m->size[ROLE_INPUT_DERIVATIVE] * sizeof(double));
   in->state->once = 0;
   in->state->time = t + h;
+}
+
+/* Return to the state before the step; what has been reached of it goes to `before`. */
+static void take_back(Instance* in) {
+  char *now = (char*)in->state, *before = in->before;
+  for (size_t k = 0; k < in->moving_size; k++) {
+    char byte = now[k];
+    now[k] = before[k];
+    before[k] = byte;
+  }
+}
+
+/* Step from communication point t to t + h, or to where the importer ends it before, and tell how far. */
+Status hfsa_do_step(const Model* m, Instance* in, double t, double h) {
+  Status status = hfsa_permit(in, "DoStep", STEP);
+  if (in) in->ended = HUGE_VAL;
+  if (!status) status = check_step(m, in, t, h);
+  if (status) return status;
+  hfsa_allow(m, in);
+  memcpy(in->before, in->state, in->moving_size);
+  in->state->time = t;
+  in->length = h;
+  in->degree = degree(m, in);
+  in->valid = 0;
+  status = m->sample_time >= 0 ? advance_with_ticks(m, in, h) : advance(m, in, 0.0, h);
+  if (!status || isfinite(in->ended)) end_at(m, in, t, fmin(in->ended, h));
+  if (status) take_back(in);
+  in->valid = 0;
+  return status;
+}
+
+/* Make the part that a step without enough work has come to the state of the instance; DISCARD if there is none. */
+Status hfsa_keep_part(Instance* in) {
+  if (!in || !isfinite(in->ended) || !(in->ended > 0.0)) return DISCARD;
+  memcpy(in->state, in->before, in->moving_size);
   in->valid = 0;
   return OK;
 }
