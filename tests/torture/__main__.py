@@ -20,9 +20,9 @@ NOT_TRIALS = ("__init__", "__main__", "row")
 HEAD = """\
 # Torture
 
-What was done to hfsa on purpose, how often, and how often it held. `make torture` runs every row with the seed it is given
-and writes this page (`ARGS="--seed 7 --count 20 kills"` for one kind, which leaves the page alone); a trial that does not
-hold makes its exit code 1. The trials are in `tests/torture`, one file per kind. A small share of each runs with the tests.
+What was done to hfsa on purpose, how often, and how often it held. `make torture` runs every row and writes this page
+(`ARGS="--seed 7 kills"` for one kind, which leaves the page alone); a trial that does not hold makes its exit
+code 1. The trials are in `tests/torture`, one file per kind. A small share of each runs with the tests.
 
 To hold means: a sentence instead of a traceback, a documented exit code, an end within the time limit, no file lost or
 written elsewhere, no process and no temporary folder left behind.
