@@ -5,7 +5,7 @@
     attach(dataset, [group["time"]])                                    # any number of datasets share a scale
     members(group)["tank.flow/in"]
 
-A key has `%2F` for `/`; the attribute `name` of the dataset is its name then.
+Where the key differs, the attribute `name` of the dataset is its name.
 """
 
 from collections.abc import Sequence
@@ -25,11 +25,9 @@ _REFERENCES, _SCALES = "REFERENCE_LIST", "DIMENSION_LIST"
 
 
 def dataset_key(name: str) -> str:
-    """Return the name of a dataset in its group: the name itself, with `%2F` for `/` where it is no name for HDF5."""
+    """Return the name of a dataset in its group: the name itself, with `%2F` for `/`, and `%25` for `%`."""
     if name == ".":
         return "%2E"
-    if not any(character in name for character in "/\0"):
-        return name
     return "".join(_ESCAPES.get(character, character) for character in name)
 
 
