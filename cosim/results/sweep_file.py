@@ -198,8 +198,8 @@ def _lay_out_points(bode: Node, unit: str, side: str = "") -> None:
     status = hdf5.create_dataset(bode, f"status{side}", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
     status.attrs["flag_meanings"] = " ".join(members)
-    message = hdf5.create_dataset(bode, f"message{side}", points, b"", f"S{LONGEST_MESSAGE}")
-    message.attrs["_Encoding"] = "utf-8"  # attribute by which xarray decodes bytes
+    # netCDF-C takes the encoding from the type, and xarray fails where an attribute gives it as well
+    hdf5.create_dataset(bode, f"message{side}", points, b"", h5py.string_dtype("utf-8", LONGEST_MESSAGE))
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:
