@@ -44,6 +44,7 @@ coverage: .venv/installed
 
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py
+	$(BIN)/python tests/benchmarks/isolation.py
 	$(BIN)/python tests/benchmarks/sweeps.py
 	$(BIN)/python tests/benchmarks/work_precision.py
 

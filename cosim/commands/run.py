@@ -16,6 +16,7 @@ from hfsa.cosim.commands._options import (
     Signals,
     SineOptions,
     SteppingOptions,
+    TimeLimit,
     Tuned,
     Verify,
     given,
@@ -36,6 +37,7 @@ def run(
     stepping: SteppingOptions = SteppingOptions(),
     tuned: Tuned = None,
     verify: Verify = False,
+    time_limit: TimeLimit = None,
     quiet_inputs: bool = False,
     output: Output = None,
     force: Force = False,
@@ -82,7 +84,9 @@ def run(
             **sine.arguments,
             record=signal or (),
             drive=_shell.named_values(drive, "--drive"),
-            **given({"every": every, "interval": interval, "stop_time": stop, "tuned": tuned}),
+            **given(
+                {"every": every, "interval": interval, "stop_time": stop, "tuned": tuned, "time_limit": time_limit}
+            ),
             quiet_inputs=quiet_inputs or None,
             **stepping.arguments,
             verify=verify,

@@ -89,7 +89,7 @@ def package(
     if sentence := remark(platforms_named(platforms), [version]):
         warn(sentence)
     files = {c.name: fmu_with_starts(c, version, platforms) for c in built.system.components}
-    assembly = ready_to_step(Assembly.read(built.system, files), fixed.step_size)
+    assembly = ready_to_step(Assembly.read(built.system, files, built.isolation), fixed.step_size)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         return Package(file, write(file, file.stem, fixed, assembly))

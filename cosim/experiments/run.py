@@ -27,6 +27,7 @@ from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.isolation.waiting import limited
 from hfsa.cosim.measurement import run as measured
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
@@ -112,6 +113,7 @@ def run(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    time_limit: float | None = None,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
     quiet_inputs: bool | None = None,
@@ -136,6 +138,7 @@ def run(
         interval: time from one row of the file to the next [s], in place of `every`.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
+        time_limit: longest time [s] that the steps of the run may take, which fails beyond it (default: none).
         keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
             them.
         quiet_inputs: whether inputs that nothing feeds are not told (default: the scene's).
@@ -167,7 +170,7 @@ def run(
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")
     options = {"thinning": thinning, "backend": backend, "verified": verify, "keep": keep, "force": force}
-    written = run_scene(setup, file, sine, **options, warn=warn, report=show)
+    written = run_scene(setup, file, sine, **options, time_limit=time_limit, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found
@@ -253,13 +256,15 @@ def run_scene(
     verified: bool = False,
     keep: Keep = "needed",
     force: bool = False,
+    time_limit: float | None = None,
     warn: Warn = warnings.warn,
     report: Callable[[float], None] | None = None,
 ) -> Identity:
     """Run a scene in the time domain, write the file `path`, and return its identity.
 
     `thinning` says which points are rows of the file; `backend` is one of `BACKENDS`; `verified` adds error estimates;
-    `keep` is that of `run`; `force` replaces a results file.
+    `keep` is that of `run`; `force` replaces a results file; `time_limit` [s] is that of all steps, without the
+    preparation.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -267,11 +272,12 @@ def run_scene(
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)
-    ended = measured.run(ready, path, first, force)
-    for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
-        warn(message)
-    if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
-        warn(sentence)
+    with limited(time_limit):
+        ended = measured.run(ready, path, first, force)
+        for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
+            warn(message)
+        if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
+            warn(sentence)
     return ended.file
 
 

@@ -27,6 +27,7 @@ from queue import SimpleQueue
 from types import ModuleType
 from typing import TypeVar
 
+from hfsa.cosim.fmi.isolation.waiting import interrupted_by
 from hfsa.cosim.results.scratch import enclosing
 
 Task = TypeVar("Task")
@@ -103,8 +104,9 @@ def streamed(
     def run(task: Task) -> None:
         """Put the results of a task into the queue, then `None`."""
         try:
-            for result in work(task):
-                found.put((task, result))
+            with interrupted_by(is_stopping):
+                for result in work(task):
+                    found.put((task, result))
         finally:
             found.put(None)
 
@@ -248,7 +250,8 @@ def _run_busy(work: Callable[[Task], Result], task: Task) -> Result:
         raise KeyboardInterrupt
     _is_busy = True
     try:
-        return work(task)
+        with interrupted_by(is_stopping):
+            return work(task)
     finally:
         _is_busy = False
 

@@ -22,6 +22,7 @@ from hfsa.cosim.actions.divergence import Scale
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement.kept_rows import KeptRows
@@ -241,6 +242,7 @@ def _blocks(master: Master, steps: int) -> Iterator[int]:
     done, block = 0, 1
     while done < steps:
         begin = time.monotonic()
+        check_time("the run", master.time)
         master.advance(min(block, steps - done))
         fitting = int(block * _BLOCK / max(time.monotonic() - begin, 1e-9))
         done = min(done + block, steps)

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
@@ -137,6 +138,7 @@ def _at_half_the_step(
         try:
             master.initialize(stop_time=max(plan.stop_time, plan.end))
             for done in range(0, steps, _BLOCK):
+                check_time("the run at half the step", master.time)
                 master.advance(min(_BLOCK, steps - done))
                 if report is not None:
                     report(min(done + _BLOCK, steps) / steps)

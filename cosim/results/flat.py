@@ -5,12 +5,12 @@
     found.left_out                                    # names of datasets over other coordinates
 
 Of a run a row is a time; of a sweep it is a frequency, an output and an input. A complex quantity has two columns,
-`response.real` and `response.imag`. The coordinates are those of most datasets of the file; datasets over some of them
-are repeated.
+`response.real` and `response.imag`; a matrix at each row has a column for each entry, `stiffness[1,2]`. The coordinates
+are those of most datasets of the file; datasets over some of them are repeated.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,7 @@ def read_flat(path: str | Path) -> Flat:
     with reading(path) as file:
         name = next((group for group in _GROUPS if group in file), None)
         data = {} if name is None else _datasets(file[name])
-        counted = Counter(tuple(dims) for _, dims in data.values() if dims)
+        counted = Counter(tuple(filter(None, dims)) for _, dims in data.values() if any(dims))
         if name is None or not counted:
             raise ResultsError(f"{path} holds nothing to convert; it has {', '.join(file) or 'nothing'}")
         main = max(counted, key=lambda dims: (counted[dims], len(dims)))
@@ -73,17 +73,28 @@ def _flat(group: Node, data: Mapping[str, tuple[Node, list[str]]], main: Sequenc
     left_out = []
     for name in (*main, *(name for name in data if name not in main)):
         item, dims = data[name]
-        if not dims or not set(dims) <= set(main):
+        own = [dimension for dimension in dims if dimension]
+        if not own or not set(own) <= set(main) or dims[: len(own)] != own:
             left_out.append(name)
             continue
-        places = [main.index(dimension) for dimension in dims]
-        values = np.moveaxis(_values(item), np.argsort(np.argsort(places)), range(len(places)))
-        spread = np.broadcast_to(values.reshape([shape[i] if i in places else 1 for i in range(len(main))]), shape)
+        places = [main.index(dimension) for dimension in own]
         unit = text(item.attrs["units"]) if "units" in item.attrs else ""
-        parts = {".real": np.real(spread), ".imag": np.imag(spread)} if np.iscomplexobj(spread) else {"": spread}
-        for ending, part in parts.items():
-            columns[name + ending], units[name + ending] = part.reshape(-1), unit
+        for entry, values in _entries(_values(item), len(own)):
+            ordered = np.moveaxis(values, np.argsort(np.argsort(places)), range(len(places)))
+            spread = np.broadcast_to(ordered.reshape([n if i in places else 1 for i, n in enumerate(shape)]), shape)
+            parts = {".real": np.real(spread), ".imag": np.imag(spread)} if np.iscomplexobj(spread) else {"": spread}
+            for ending, part in parts.items():
+                columns[name + entry + ending], units[name + entry + ending] = part.reshape(-1), unit
     return Flat(columns, units, left_out)
+
+
+def _entries(values: NDArray[Any], axes: int) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the entries of arrays over the first axes, with their places from 1 in brackets; one entry has none."""
+    if values.ndim == axes:
+        yield "", values
+        return
+    for place in np.ndindex(values.shape[axes:]):
+        yield f"[{','.join(str(i + 1) for i in place)}]", values[(..., *place)]
 
 
 def _values(item: Node) -> NDArray[Any]:

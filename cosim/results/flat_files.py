@@ -75,12 +75,17 @@ def _write_parquet(found: Flat, part: Path) -> None:
         import pyarrow.parquet  # type: ignore[import-not-found]
     except ImportError:
         raise ResultsError("a .parquet file needs the package pyarrow, which is not installed; .csv does not") from None
-    arrays = [pyarrow.array(column.tolist()) for column in found.columns.values()]
+    arrays = [pyarrow.array(_plain(column)) for column in found.columns.values()]
     fields = [
         pyarrow.field(name, array.type, metadata={"units": found.units[name]})
         for name, array in zip(found.columns, arrays, strict=True)
     ]
     pyarrow.parquet.write_table(pyarrow.table(arrays, schema=pyarrow.schema(fields)), part)
+
+
+def _plain(column: np.ndarray) -> Any:
+    """Return a column of numbers as it is, one of texts as a list."""
+    return column if column.dtype.kind in "biuf" else column.tolist()
 
 
 def _variables(names: Iterable[str]) -> Mapping[str, str]:

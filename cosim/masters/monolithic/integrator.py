@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import pushes, rounding_noise
 from hfsa.cosim.systems.errors import StructureError

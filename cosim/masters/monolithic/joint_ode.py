@@ -26,7 +26,8 @@ from hfsa.cosim.actions.action import Group, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.feed import Feed
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.base_instance import Call, Handle
+from hfsa.cosim.fmi.base_instance import Call
+from hfsa.cosim.fmi.handle import Handle
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
 from hfsa.cosim.masters.monolithic.pieces import Pieces
 from hfsa.cosim.systems.system import Connection

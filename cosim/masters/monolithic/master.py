@@ -31,8 +31,8 @@ import numpy as np
 from hfsa.cosim.actions.drive import Feeder
 from hfsa.cosim.actions.feed import Now
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.model_exchange import MOST_UPDATES, ModelExchangeInstance
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.algorithm import Algorithm, Scheme
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.monolithic.cvode import Cvode

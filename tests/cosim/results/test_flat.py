@@ -81,6 +81,49 @@ def test_a_mat_file_has_vectors_and_their_names(made, hfsa):
     assert np.array_equal(found["mass_base_position"][:, 0], read_run(made["run"])[0][INPUT])
 
 
+@pytest.mark.parametrize("kind", ["run", "sweep"])
+def test_a_parquet_file_has_the_columns_with_their_units(made, hfsa, kind):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `analysis` is not installed")
+    assert hfsa("convert", made[kind], "-o", "table.parquet")[0] == 0
+    table, flat = parquet.read_table("table.parquet"), read_flat(made[kind])
+    assert table.column_names == list(flat.columns)
+    for name, column in flat.columns.items():
+        assert table.schema.field(name).metadata[b"units"].decode() == flat.units[name]
+        np.testing.assert_array_equal(table[name].to_numpy(), column)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["stability", "mass_on_spring", "--vary", "damping=0.1:10:3", "--vary", "step_size=1e-4:1e-3:2"],
+        ["analyze", "tba_accelerometer", "--map", "tm=10e-6:40e-6,l"],
+        ["analyze", "sdelta", "--over", "payload.mass=1,2,3"],
+    ],
+    ids=["stability", "map", "over"],
+)
+def test_other_results_become_tables_too(hfsa, tmp_path, words):
+    """Every number of the file that has the axes of the table is a column of it."""
+    assert hfsa(*words, "-o", "made.h5")[0] in (0, 1)
+    assert hfsa("convert", "made.h5")[0] == 0
+    header, rows = rows_of(tmp_path / "made.csv")
+    assert len(rows) > 1
+    assert all(len(row) == len(header) for row in rows)
+    assert len(header) > 2
+
+
+def test_a_matrix_has_a_column_for_each_entry(hfsa, tmp_path):
+    """The stiffness of the robot at three payloads, beside the payload."""
+    from hfsa.components.sdelta import analyze
+
+    assert hfsa("analyze", "sdelta", "--over", "payload.mass=1,2,3", "-o", "made.h5")[0] == 0
+    assert hfsa("convert", "made.h5")[0] == 0
+    header, rows = rows_of(tmp_path / "made.csv")
+    place = next(i for i, name in enumerate(header) if name.startswith("stiffness_S[3,5]"))
+    assert [float(row[place]) for row in rows] == [analyze()["stiffness_S"][2, 4]] * 3
+    frequency = next(i for i, name in enumerate(header) if name.startswith("natural_frequencies_hz[6]"))
+    assert float(rows[2][frequency]) == pytest.approx(analyze()["natural_frequencies_hz"][5], rel=1e-9)
+
+
 def test_only_tables_are_replaced_and_only_with_force(made, hfsa, tmp_path):
     """Of the same format."""
     target = tmp_path / "run.csv"
