@@ -92,10 +92,11 @@ class Store:
             raise
 
     def flush(self) -> None:
-        """Write all buffers to the file; `ResultsError` where that fails."""
+        """Write all buffers to the file; `ResultsError` where that fails, or where the file is gone by now."""
         with deferred_interrupts():
             self.file.flush()
         self._disk.report()
+        self.identity.check(self._real)
 
     def close(self) -> None:
         """Write all buffers and close the file; everything written before stays readable.
