@@ -11,7 +11,6 @@ import json
 import math
 import os
 import sys
-import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -77,9 +76,7 @@ def _failed(message: str, code: int, traced: bool) -> int:
 def _refusal(error: OSError) -> str:
     """Return what the system refused: the file, where it is known, and the reason."""
     reason = error.strerror or str(error)
-    if error.filename is None:
-        return f"the system refused a file: {reason}; the folder for temporary files is {tempfile.gettempdir()}"
-    return f"{error.filename}: {reason}"
+    return f"the system refused {error.filename or 'a file, perhaps a temporary one (TMPDIR)'}: {reason}"
 
 
 def warn(message: str) -> None:

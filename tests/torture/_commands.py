@@ -84,6 +84,7 @@ def living(session: int) -> list[int]:
 
 
 def _limited() -> None:
-    """Bound the memory and the size of files of a command."""
+    """Bound the memory and the size of files of a command, and let it hear Ctrl-C in the background of a shell."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
