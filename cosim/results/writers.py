@@ -67,7 +67,7 @@ class Writer:
 
 def signature() -> bytes:
     """Return the text of this process, of fixed length so that it can be overwritten in place."""
-    words = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]).encode(errors="replace").decode()
+    words = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])[:_LENGTH].encode(errors="replace").decode()
     since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     facts = [os.getpid(), socket.gethostname()[:64], _started(os.getpid()), since]
     text = json.dumps([*facts, words])
