@@ -10,7 +10,7 @@ from typing import ClassVar
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback
 
-from hfsa.cosim.fmi.library import LOGGER3, TERMINATED, Library, Library2, Library3
+from hfsa.cosim.fmi.library import EARLY, LOGGER3, TERMINATED, Library, Library2, Library3
 
 
 class CoSimulationLibrary(Library):
@@ -85,11 +85,14 @@ class CoSimulation3(Library3, CoSimulationLibrary):
         return arguments
 
     def step(self, function, component, time, size, is_final):
-        """Component, time, size, flags; a successful step that requests the end of the run has status `TERMINATED`."""
+        """Component, time, size, flags.
+
+        A successful step that requests the end of the run has status `TERMINATED`, one that returns early `EARLY`.
+        """
         event, terminate, early, last = c_bool(), c_bool(), c_bool(), c_double()
         arguments = (component, time, size, c_bool(is_final), byref(event), byref(terminate), byref(early), byref(last))
         call = partial(function, *arguments)
-        return arguments, lambda: call() or (TERMINATED if terminate.value else 0)
+        return arguments, lambda: call() or (TERMINATED if terminate.value else EARLY if early.value else 0)
 
 
 CO_SIMULATION: dict[int, type[CoSimulationLibrary]] = {2: CoSimulation2, 3: CoSimulation3}

@@ -31,6 +31,9 @@ from hfsa.cosim.systems.errors import StructureError
 TERMINATED = 100
 """Status of a successful call in which the FMU requests the end of the run, beside the statuses 0 to 5 of FMI."""
 
+EARLY = 102
+"""Status of a successful step of FMI 3 that ended before its end, which nobody had allowed."""
+
 WARNING = 1
 """Status of a call that went well, but for a message."""
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from hfsa.cosim.fmi.isolation.waiting import LOST, NOT_LOADED, OVERDUE, is_overdue
-from hfsa.cosim.fmi.library import TERMINATED
+from hfsa.cosim.fmi.library import EARLY, TERMINATED
 
 _STATUS = {
     0: "ok",
@@ -13,6 +13,7 @@ _STATUS = {
     4: "fatal",
     5: "pending",
     TERMINATED: "terminated",
+    EARLY: "returned early",
     LOST: "lost",
     OVERDUE: "overdue",
     NOT_LOADED: "not loaded",
@@ -26,6 +27,7 @@ _ADVICE = {
     "error": "the run cannot continue; check its inputs and parameters",
     "fatal": "the FMU cannot be used in this process any more; check its inputs and parameters",
     "terminated": "the FMU requests the end of the run",
+    "returned early": "it ended the step before its end, which was not allowed; a smaller step may help",
     "lost": "`hfsa check` tries the FMU on its own",
     "overdue": "allow more time or take another step",
     "not finite": _UNSTABLE,
@@ -40,8 +42,8 @@ class StepError(RuntimeError):
     Attributes:
         instance: name of the instance.
         function: the failed FMI function, or the variable with an inadmissible value.
-        status: `discard`, `error`, `fatal`, `terminated`, `lost` (its process ended), `overdue`, or `not finite`,
-            `out of bounds`, `diverged`.
+        status: `discard`, `error`, `fatal`, `terminated`, `returned early`, `lost` (its process ended), `overdue`, or
+            `not finite`, `out of bounds`, `diverged`.
         time: communication point [s] of the failure; `None` before initialization.
         message: log messages of the FMU, or details of the value.
     """

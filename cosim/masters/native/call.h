@@ -17,7 +17,7 @@
 
 /* Statuses of FMI; what cosim/fmi/library.py makes of a step that went well but asks to end the run; and of what needs
    more than is done in C. */
-typedef enum { FMI_OK = 0, FMI_WARNING = 1, TERMINATED = 100, STALE = 101 } Status;
+typedef enum { FMI_OK = 0, FMI_WARNING = 1, TERMINATED = 100, STALE = 101, EARLY = 102 } Status;
 
 typedef void Function(void);
 typedef struct Call Call;

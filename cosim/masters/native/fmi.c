@@ -52,7 +52,8 @@ int hfsa_step_3(const Call* call, double time, double step_size) {
   double last_time = 0.0;
   int status = ((Step3*)call->function)(*call->component, time, step_size, call->is_final, &event_needed, &terminate,
                                         &early_return, &last_time);
-  return status == FMI_OK && terminate ? TERMINATED : status;
+  if (status != FMI_OK) return status;
+  return terminate ? TERMINATED : early_return ? EARLY : FMI_OK;
 }
 
 int hfsa_save(const Call* call, double time, double step_size) {
