@@ -92,7 +92,8 @@ def writer_of(raw: IO[bytes]) -> Writer | None:
     """Return the writer of a file by an open file object, which takes no lock; `None` where the file does not say."""
     import h5py
 
-    with contextlib.suppress(Exception), h5py.File(raw, "r") as file:  # anything is raised where a file is being made
+    with contextlib.suppress(Exception), h5py.File(raw, "r") as opened:
+        file: Any = opened  # anything is raised where a file is being made
         return Writer(*json.loads(bytes(file.attrs[WRITER])))
     return None
 
@@ -101,7 +102,8 @@ def is_unfinished(raw: IO[bytes]) -> bool:
     """Whether the file says that its writer has not closed it."""
     import h5py
 
-    with contextlib.suppress(Exception), h5py.File(raw, "r") as file:
+    with contextlib.suppress(Exception), h5py.File(raw, "r") as opened:
+        file: Any = opened
         return bytes(file.attrs["status"]).rstrip(b"\0") == b"running"
     return False
 
