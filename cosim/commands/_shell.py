@@ -36,8 +36,8 @@ _WIDEST = 10_000
 def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     """Run a verb and return its exit code.
 
-    Errors with an `exit_code` are printed as one line on stderr, with `traced` below their traceback; all others are
-    bugs and raised.
+    Errors with an `exit_code`, refusals of the system and lack of memory are printed as one line on stderr, with
+    `traced` below their traceback; all others are bugs and raised.
     """
     try:
         with handled_signals():
@@ -63,10 +63,26 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
             raise
         if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
             code = SIMULATION_FAILED
-        if traced:
-            traceback.print_exc()
-        print(f"error: {error}", file=sys.stderr)
-        return code
+        return _failed(str(error), code, traced)
+    except OSError as error:
+        code = SIMULATION_FAILED if error.errno in _DISK else USAGE
+        return _failed(_refusal(error), code, traced)
+    except MemoryError as error:
+        return _failed(f"not enough memory: {error or 'none is left'}", SIMULATION_FAILED, traced)
+
+
+def _failed(message: str, code: int, traced: bool) -> int:
+    """Print an error, with `traced` below its traceback, and return its exit code."""
+    if traced:
+        traceback.print_exc()
+    print(f"error: {message}", file=sys.stderr)
+    return code
+
+
+def _refusal(error: OSError) -> str:
+    """Return what the system refused: the file, where it is known, and the reason."""
+    reason = error.strerror or str(error)
+    return f"the system refused {error.filename or 'a file, perhaps a temporary one (TMPDIR)'}: {reason}"
 
 
 def _disk_words(error: OSError) -> str:

@@ -36,7 +36,7 @@ from hfsa.cosim.results.files import DrivenInput, Identity
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.systems.errors import StructureError
-from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.scene import MOST_STEPS, Scene
 from hfsa.cosim.systems.scene_file import scene_text
 
 _MULTIPLE = 1e-6
@@ -78,6 +78,11 @@ class Thinning:
         """
         if self.interval is None:
             return self.every or 1
+        if self.interval / step_size > MOST_STEPS:
+            raise StructureError(
+                f"--interval {self.interval:g} s is more steps of {step_size:g} s than can be counted; expected a "
+                "shorter one"
+            )
         found = round(self.interval / step_size)
         if found < 1 or abs(found * step_size - self.interval) > _MULTIPLE * self.interval:
             below = max(math.floor(self.interval / step_size), 1)

@@ -28,6 +28,7 @@ from types import ModuleType
 from typing import TypeVar
 
 from hfsa.cosim.fmi.isolation.waiting import interrupted_by
+from hfsa.cosim.results.scratch import enclosing
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -275,8 +276,9 @@ def _watch(stop: Event, folder: Path) -> None:
         if is_orphan:
             time.sleep(_POLLING_PERIOD)
     end = time.monotonic() + GRACE
-    while is_orphan and folder.exists() and time.monotonic() < end:  # other workers may still write there
-        shutil.rmtree(folder, ignore_errors=True)
+    left = enclosing(folder)
+    while is_orphan and left.exists() and time.monotonic() < end:  # other workers may still write there
+        shutil.rmtree(left, ignore_errors=True)
     os._exit(1)
 
 

@@ -38,6 +38,14 @@ _ZIP = b"PK\x03\x04"
 _TABLES = {b"MATLAB 5.0 MAT-file": "a MAT file", b"PAR1": "a Parquet file"}
 """First bytes of tables, and their names."""
 
+TABLE_ENDINGS = ("csv", "mat", "parquet")
+"""Endings of tables."""
+
+OTHER_ENDINGS = frozenset(
+    (*PICTURE_SIGNATURES, *TABLE_ENDINGS, "html", "fmu", "ssp", "toml", "py", "txt", "json", "xml")
+)
+"""Endings that promise something else than HDF5."""
+
 _HEAD = 1024
 """Number of bytes read to recognise a file."""
 

@@ -19,9 +19,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hfsa.cosim.results.dimensions import members
 from hfsa.cosim.results.hdf5 import Node, text
 from hfsa.cosim.results.records import ResultsError
-from hfsa.cosim.results.store import open_file, translate_errors
+from hfsa.cosim.results.store import reading
 
 _GROUPS = ("time", "bode", "map", "path", "trade", "analyses", "identification")
 """Groups with the quantities of a file, the first of which counts."""
@@ -42,8 +43,7 @@ def read_flat(path: str | Path) -> Flat:
     Rows that a run has not reached are left out.
     """
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         name = next((group for group in _GROUPS if group in file), None)
         data = {} if name is None else _datasets(file[name])
         counted = Counter(tuple(filter(None, dims)) for _, dims in data.values() if any(dims))
@@ -57,7 +57,7 @@ def read_flat(path: str | Path) -> Flat:
 def _datasets(group: Node) -> dict[str, tuple[Node, list[str]]]:
     """Return the datasets of a group by name, each with the names of its coordinates; those of a scale are its own."""
     found = {}
-    for name, item in group.items():
+    for name, item in members(group).items():
         if isinstance(item, h5py.Dataset):
             scales = [item.dims[axis] for axis in range(item.ndim)]
             dims = [name] if item.is_scale else [str(s[0].name).rpartition("/")[2] if len(s) else "" for s in scales]

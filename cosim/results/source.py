@@ -7,8 +7,9 @@ from pathlib import Path
 import h5py
 
 from hfsa.cosim.results import hdf5
+from hfsa.cosim.results.dimensions import members
 from hfsa.cosim.results.records import InstanceRecord
-from hfsa.cosim.results.store import open_file, translate_errors
+from hfsa.cosim.results.store import reading
 from hfsa.cosim.results.system_group import read_algorithm, read_driven, read_order
 
 
@@ -32,17 +33,16 @@ class Source:
 def read_source(path: str | Path) -> Source:
     """Read the origin of a results file; `ResultsError` where it is none."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         attributes = {name: hdf5.text(value) for name, value in file.attrs.items() if name not in _ELSEWHERE}
         group = file["system"]
-        instances = [_instance(name, node) for name, node in group.items() if isinstance(node, h5py.Group)]
+        instances = [_instance(name, node) for name, node in members(group).items() if isinstance(node, h5py.Group)]
         scene = hdf5.text(group.attrs.get("scene", ""))
         sentences = [*_sentences(group), *hdf5.warnings_of(file)]
         return Source(attributes, [one for one in instances if one.sha256], scene, sentences)
 
 
-_ELSEWHERE = ("tool", "format_version", "warnings")
+_ELSEWHERE = ("tool", "format_version", "warnings", "writer")
 """Attributes of a file that say nothing of its origin, or are sentences."""
 
 
@@ -67,7 +67,6 @@ def groups_of(path: str | Path) -> set[str]:
     """Return the names of groups and datasets of a results file, `bode`, `bode/response`; errors as `read_source`."""
     path = Path(path)
     names: set[str] = set()
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         file.visit(names.add)
     return names

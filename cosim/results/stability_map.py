@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import SystemRecord
-from hfsa.cosim.results.store import Store, open_file, translate_errors
+from hfsa.cosim.results.store import Store, reading
 
 GEOMETRIC = 10.0
 """Ratio of the ends of an axis from which its points are spaced geometrically."""
@@ -71,8 +71,7 @@ def write_stability_map(path: Path, found: StabilityMap, title: str, force: bool
 
 def read_stability_map(path: Path) -> StabilityMap:
     """Read a map, without the reasons why points could not be built; `ResultsError` where the file holds none."""
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         group = file["map"]
         growth = group["growth"]
         names = [str(scale[0].name).rpartition("/")[2] for scale in growth.dims]

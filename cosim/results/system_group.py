@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import h5py
 import numpy as np
 
+from hfsa.cosim.results.dimensions import dataset_key, members, set_name
 from hfsa.cosim.results.hdf5 import Node, create_dataset, create_scale, text, texts
 from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice, SystemRecord
 
@@ -15,9 +16,10 @@ def write_system(group: Node, system: SystemRecord) -> None:
     if system.left_out:
         group.attrs["left_out"] = system.left_out
     for record in system.instances:
-        instance = group.create_group(record.instance)
-        for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):
-            instance.attrs[key] = getattr(record, key)
+        instance = group.create_group(dataset_key(record.instance))
+        set_name(instance, record.instance)
+        for attribute in ("name", "file", "sha256", "fmi_version", "level", "solver"):
+            instance.attrs[attribute] = getattr(record, attribute)
         # texts are in the scene alone, which has them all
         numbers = {name: value for name, value in record.start.items() if not isinstance(value, str)}
         _write_named(instance, "start", numbers)
@@ -64,7 +66,7 @@ def _write_choice(instance: Node, choice: LevelChoice) -> None:
 def read_choices(group: Node) -> dict[str, LevelChoice]:
     """Return the choices of levels by instance from the group `/system`; empty where the scene names all levels."""
     choices = {}
-    for name, instance in group.items():
+    for name, instance in members(group).items():
         if "level_error" in instance.attrs:
             levels = instance["levels"]
             known = texts(levels["level"])

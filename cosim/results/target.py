@@ -20,7 +20,14 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from hfsa.cosim.results.file_kind import PICTURE_SIGNATURES, FileKind, identify, is_picture
+from hfsa.cosim.results.file_kind import (
+    OTHER_ENDINGS,
+    PICTURE_SIGNATURES,
+    TABLE_ENDINGS,
+    FileKind,
+    identify,
+    is_picture,
+)
 from hfsa.cosim.results.locks import check_not_written
 from hfsa.cosim.results.records import ResultsError
 
@@ -68,6 +75,9 @@ def check_new(path: Path, force: bool = False, advice: str = REPLACING) -> Targe
         _check_results(path, target)
         if not force:
             raise ResultsError(f"{path} is {target.description} already: {advice}")
+    elif (ending := path.suffix.removeprefix(".").lower()) in OTHER_ENDINGS:
+        table = "; hfsa convert makes a table of it" if ending in TABLE_ENDINGS else ""
+        raise ResultsError(f"cannot write {path}: a results file is HDF5, expected the ending .h5{table}")
     _check_folder(path, target)
     return target
 

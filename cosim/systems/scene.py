@@ -20,6 +20,10 @@ LINEAR_TRANSFORMATION = "linear_transformation"
 """Name of the part that applies gains, offsets and conversions of units between components."""
 
 
+MOST_STEPS = 9e15
+"""Largest number of steps that doubles count one by one."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """System, and the response to measure: of `outputs` to small sines at `inputs`, or to its own motion.
@@ -101,6 +105,11 @@ class Scene:
                 refuse(label, value, "a number")
             if not is_positive(value):
                 raise StructureError(f"{label} is {value:g}, expected a positive number")
+        if self.stop_time / self.step_size > MOST_STEPS:
+            raise StructureError(
+                f"stop_time of {self.stop_time:g} s at a step_size of {self.step_size:g} s are more steps than can be "
+                f"counted, {MOST_STEPS:.0e}; expected a sooner end or a longer step"
+            )
         for unit, amplitude in table("amplitude", self.amplitude, "a table of numbers by unit").items():
             if not is_number(amplitude):
                 refuse(f"the amplitude in {unit}", amplitude, "a number")
