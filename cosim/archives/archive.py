@@ -118,9 +118,9 @@ class Archive:
                 f"{self.where} unpacks to {size:,} bytes from {packed:,}, expected at most {allowed:,}; "
                 f"{LARGEST.advice}"
             )
-        names = [entry.filename for entry in entries if not entry.is_dir()]
-        self._check_places(names)
-        return names
+        files = [entry for entry in entries if not entry.is_dir()]
+        self._check_places(files)
+        return list(dict.fromkeys(entry.filename for entry in files))
 
     def _check(self, entry: zipfile.ZipInfo) -> None:
         """Raise `StructureError` for an entry that is none of a file or folder within the archive."""
@@ -136,14 +136,13 @@ class Archive:
             shown = repr(name) if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]!r}..."
             raise StructureError(f"{self.where}: the entry {shown} {fault}")
 
-    def _check_places(self, names: list[str]) -> None:
-        """Raise `StructureError` for two files in one place, and for a file where another has a folder."""
-        places = set()
-        for name in names:
-            place = posixpath.normpath(name)
-            if place in places:
-                raise StructureError(f"{self.where} has two entries {place!r}, expected one")
-            places.add(place)
+    def _check_places(self, files: list[zipfile.ZipInfo]) -> None:
+        """Raise `StructureError` for two contents in one place, and for a file where another has a folder."""
+        places: dict[str, tuple[str, int, int]] = {}
+        for entry in files:
+            place, content = posixpath.normpath(entry.filename), (entry.filename, entry.file_size, entry.CRC)
+            if places.setdefault(place, content) != content:
+                raise StructureError(f"{self.where} has two different entries {place!r}, expected one")
         for place in places:
             above = posixpath.dirname(place)
             while above:

@@ -39,13 +39,10 @@ def read_elements(stream: IO[bytes], where: str, handle: Handle) -> None:
         path.append(name)
         handle(path, attributes, parser.CurrentLineNumber)
 
-    def end(_name: str) -> None:
-        path.pop()
-
     def document_type(*_: Any) -> None:
         refuse("a document type may declare entities; expected XML without one")
 
-    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.StartElementHandler, parser.EndElementHandler = begin, lambda _: path.pop()
     parser.StartDoctypeDeclHandler = document_type
     try:
         while piece := stream.read(_PIECE):

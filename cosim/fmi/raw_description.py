@@ -31,11 +31,11 @@ class RawVariable:
     """
 
     line: int
-    name: str | None
-    reference: str | None
-    causality: str | None
-    variability: str | None
-    initial: str | None
+    name: str | None = None
+    reference: str | None = None
+    causality: str | None = None
+    variability: str | None = None
+    initial: str | None = None
     type: str | None = None
     unit: str | None = None
     declared: str | None = None
@@ -47,6 +47,16 @@ class RawVariable:
     derivative: str | None = None
     aliases: tuple[str, ...] = ()
     dimensions: tuple[tuple[str, str], ...] = ()
+
+
+_OWN = {"name": "name", "valueReference": "reference"}
+"""Attributes of a variable that no other shares, by the name of the standards."""
+_SHARED = {
+    **{word: word for word in ("causality", "variability", "initial", "unit", "start", "nominal", "min", "max")},
+    "declaredType": "declared",
+    "relativeQuantity": "relative",
+    "derivative": "derivative",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +110,7 @@ class _Reader:
             "TypeDefinitions": self._type,
             "LogCategories": self._category,
         }
-        self._name = ""
+        self._name, self._version = "", 0
 
     def element(self, path: list[str], attributes: dict[str, str], line: int) -> None:
         """Take an element."""
@@ -120,12 +130,13 @@ class _Reader:
         if name != "fmiModelDescription" or version is None or not version.startswith(("2.", "3.")):
             raise StructureError(f"{self.where} is of FMI version {version}; expected 2.0 or 3.0")
         self.found.attributes = attributes
+        self._version = self.found.version
 
     def _variable(self, path: list[str], attributes: dict[str, str], line: int) -> None:
         depth, name = len(path), path[-1]
         if depth == 3:
             self._new_variable(name, attributes, line)
-        elif depth == 4 and self.found.version == 2:
+        elif depth == 4 and self._version == 2:
             if name in TYPES[2] or (name != "Annotations" and self.found.variables[-1].type is None):
                 self._value(name, attributes)
         elif depth == 4:
@@ -142,34 +153,23 @@ class _Reader:
             raise StructureError(
                 f"{self.where}, line {line}: there are more than {self._most} variables; {MOST_VARIABLES.advice}"
             )
-        get = attributes.get
-        variable = RawVariable(
-            line,
-            get("name"),
-            get("valueReference"),
-            self._same(get("causality")),
-            self._same(get("variability")),
-            self._same(get("initial")),
-        )
+        variable = RawVariable(line)
         self.found.variables.append(variable)
-        if self.found.version == 3:
-            self._value(name, attributes)
+        for word, text in attributes.items():
+            if word in _OWN:
+                setattr(variable, _OWN[word], text)
+        self._value(name if self._version == 3 else None, attributes)
 
-    def _value(self, name: str, attributes: dict[str, str]) -> None:
-        """Take the attributes of the type of the last variable."""
-        variable, get = self.found.variables[-1], attributes.get
-        variable.type = self._same(name)
-        variable.unit, variable.declared = self._same(get("unit")), self._same(get("declaredType"))
-        variable.start, variable.nominal = self._same(get("start")), self._same(get("nominal"))
-        variable.min, variable.max = self._same(get("min")), self._same(get("max"))
-        variable.relative, variable.derivative = self._same(get("relativeQuantity")), get("derivative")
-
-    def _same(self, text: str | None) -> str | None:
-        """Return one object for equal texts: a million variables state the same few."""
-        return None if text is None else self._texts.setdefault(text, text)
+    def _value(self, kind: str | None, attributes: dict[str, str]) -> None:
+        """Take the type of the last variable, and the attributes that many variables have alike, as one object."""
+        variable = self.found.variables[-1]
+        variable.type = kind
+        for word, text in attributes.items():
+            if word in _SHARED:
+                setattr(variable, _SHARED[word], self._texts.setdefault(text, text))
 
     def _unknown(self, path: list[str], attributes: dict[str, str], line: int) -> None:
-        kind, word = path[2], "index" if self.found.version == 2 else "valueReference"
+        kind, word = path[2], "index" if self._version == 2 else "valueReference"
         if kind in _KEPT and len(path) == (4 if word == "index" else 3):
             get = attributes.get
             self.found.unknowns.append(RawUnknown(line, kind, get(word), get("dependencies")))
@@ -185,7 +185,7 @@ class _Reader:
         if len(path) == 3:
             self._name = attributes.get("name", "")
             self.found.types[self._name] = attributes
-        elif len(path) == 4 and path[3] in TYPES[2] and self.found.version == 2:
+        elif len(path) == 4 and path[3] in TYPES[2] and self._version == 2:
             self.found.types[self._name] = attributes
 
     def _category(self, path: list[str], attributes: dict[str, str], _line: int) -> None:
