@@ -13,9 +13,9 @@ class _RefusedError(Exception):
 
 
 def xml_problem(file: Path) -> str:
-    """Return why a document cannot be read without danger, empty where it can.
+    """Return why a document cannot be read without danger; empty where it can, and where there is none.
 
-    Empty also where it is not there. A dangerous one is not well-formed, has a document type, which may declare entities, or is too deep.
+    A dangerous one is not well-formed, has a document type, which may declare entities, or is too deep.
     """
     if not file.exists():
         return ""

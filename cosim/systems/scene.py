@@ -107,8 +107,8 @@ class Scene:
             object.__setattr__(self, label, float(value))
         if not self.stop_time / self.step_size <= MOST_STEPS:
             raise StructureError(
-                f"step_size {self.step_size:g} s and stop_time {self.stop_time:g} s are more than {MOST_STEPS:g} steps, "
-                "expected fewer"
+                f"step_size {self.step_size:g} s and stop_time {self.stop_time:g} s make more than {MOST_STEPS:g} "
+                "steps, expected fewer"
             )
         for unit, amplitude in table("amplitude", self.amplitude, "a table of numbers by unit").items():
             if not is_number(amplitude):
