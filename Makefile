@@ -4,12 +4,13 @@
 # make extremes  what was tried at the extremes, and how it ended, into docs/extremes.md (ARGS=--long: 1e9 steps)
 # make slow   tests that take minutes;  make fuzz  tests with new random examples;  make coverage  code without tests
 # make style  format, rules and floors;  make lint  types as well;  make docs  the site;  make pictures  its pictures
+# make torture  what is done to hfsa on purpose, and how often it held: docs/torture.md (ARGS="--seed 7 kills")
 # make trades the cheapest way to run each of some scenes: docs/trades.md
 # make elsewhere  our FMUs in tools of others, each in an environment of its own: docs/tools.md
 # make lock   new pinned versions
 
 .DELETE_ON_ERROR:
-.PHONY: demo test slow fuzz coverage bench published extremes style lint docs pictures trades elsewhere lock clean
+.PHONY: demo test slow fuzz coverage bench published extremes torture style lint docs pictures trades elsewhere lock clean
 
 PYTHON ?= python3
 # tests run in one process per core: threads of linear algebra would wait for each other
@@ -43,6 +44,7 @@ coverage: .venv/installed
 
 bench: .venv/installed
 	$(BIN)/python tests/benchmarks/masters.py
+	$(BIN)/python tests/benchmarks/isolation.py
 	$(BIN)/python tests/benchmarks/sweeps.py
 	$(BIN)/python tests/benchmarks/work_precision.py
 
@@ -51,6 +53,9 @@ published: .venv/installed
 
 extremes: .venv/installed
 	$(BIN)/python docs/extremes.py $(ARGS)
+
+torture: .venv/installed
+	PYTHONPATH=tests $(BIN)/python -m torture $(ARGS)
 
 style: .venv/installed
 	$(BIN)/ruff check

@@ -7,6 +7,7 @@ is fast; `hfsa --version` needs no parser.
 import ast
 import os
 import sys
+from contextlib import nullcontext
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from hfsa.cosim import commands
 from hfsa.cosim.commands import _shell
+from hfsa.cosim.results.scratch import scratch_folder
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -64,8 +66,13 @@ def main(tokens: list[str] | None = None) -> int:
             return _shell.DONE
         from cyclopts import CycloptsError
 
+        # words are given where another program calls, whose temporary files are its own
+        place = scratch_folder() if tokens is None else nullcontext()
         try:
-            return parser()(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
+            with place:
+                return (
+                    parser()(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
+                )
         except CycloptsError:
             return _shell.USAGE
 

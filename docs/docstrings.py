@@ -7,6 +7,8 @@ indented by four spaces.
 import inspect
 import re
 
+from hfsa.components._modelling.prose import blocks
+
 _SPECIAL = re.compile(r"([\\*_\[\]<>#|$~])")
 _MODULE = re.compile(r"~(?:[A-Za-z_]\w*\.)+")
 _SECTION = re.compile(r"^(Args|Further arguments|Attributes|Raises|Returns|Yields):$")
@@ -20,13 +22,13 @@ def setup(app) -> None:
 
 def markdown(text: str) -> str:
     """Return a docstring as Markdown."""
-    blocks = []
-    for is_code, lines in _blocks(inspect.cleandoc(text).splitlines()):
+    written = []
+    for is_code, lines in blocks(text):
         if is_code:
-            blocks.append("\n".join(["```text", *inspect.cleandoc("\n".join(["", *lines])).splitlines(), "```"]))
+            written.append("\n".join(["```text", *inspect.cleandoc("\n".join(["", *lines])).splitlines(), "```"]))
         else:
-            blocks.append("\n".join(map(_plain, lines)))
-    return "\n\n".join(blocks)
+            written.append("\n".join(map(_plain, lines)))
+    return "\n\n".join(written)
 
 
 def first_sentence(text: str) -> str:
@@ -44,32 +46,6 @@ def _plain(line: str) -> str:
     pieces[0] = pieces[0].removeprefix(start)
     quoted = [f"`{p}`" if i % 2 else _SPECIAL.sub(r"\\\1", p) for i, p in enumerate(pieces)]
     return start + "".join(quoted)
-
-
-def _blocks(lines: list[str]):
-    """Yield (is_code, lines) of a docstring; blank lines between indented lines are part of the code."""
-    block: list[str] = []
-    is_code = False
-    for line in [*lines, None]:
-        indented = line is not None and line.startswith("    ")
-        ends = line is None or (line.strip() == "" and not is_code) or (line.strip() and indented != is_code)
-        if ends and any(map(str.strip, block)):
-            yield is_code, _stripped(block)
-            block = []
-        if line is None:
-            return
-        if line.strip():
-            is_code = indented
-        block.append(line)
-
-
-def _stripped(lines: list[str]) -> list[str]:
-    """Return lines without blank ones at either end."""
-    while not lines[0].strip():
-        lines = lines[1:]
-    while not lines[-1].strip():
-        lines = lines[:-1]
-    return lines
 
 
 def _process(*event) -> None:

@@ -29,6 +29,12 @@ from hfsa.fmus._binary import binary_path, functions
 LABELS = {"ModelExchange": "Model Exchange", "CoSimulation": "Co-Simulation"}
 TIMEOUT = 60.0
 """Time limit of a child process [s]."""
+LEAST_MEMORY, LARGEST_FILE = 1 << 32, 1 << 28
+"""Address space that every child process has, and size of a file that it writes, its messages among them [byte]."""
+_LAST = 1 << 16
+"""Size of the messages of a child process that are looked at [byte]."""
+_PARENT_DEATH_SIGNAL = 1
+"""What Linux calls PR_SET_PDEATHSIG."""
 
 
 def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> list[str]:
@@ -56,10 +62,19 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
         report = Path(scratch) / "report"
         command = [sys.executable, "-m", "hfsa.fmus._trial", str(folder), str(report), *interfaces]
         try:
-            child = subprocess.run(
-                command, capture_output=True, timeout=timeout, cwd=scratch, env=_environment(), check=False
-            )
-            cause = _abnormal_exit(child.returncode, child.stderr)
+            with Path(scratch, "messages").open("w+b") as messages:
+                child = subprocess.run(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=messages,
+                    timeout=timeout,
+                    cwd=scratch,
+                    env=_environment(),
+                    check=False,
+                )
+                messages.seek(max(messages.seek(0, os.SEEK_END) - _LAST, 0))
+                cause = _abnormal_exit(child.returncode, messages.read())
         except subprocess.TimeoutExpired:
             cause = f"did not return within {timeout:g} s"
         lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
@@ -127,6 +142,9 @@ class _Run:
         self.logged = ""
         try:
             yield
+        except MemoryError:
+            self.problem(f"{name}: takes more memory than half of this machine's")
+            raise _StageError from None
         except Exception as error:
             self.problem(f"{name}: {error}" + (f" Message of the FMU: {self.logged}" if self.logged else ""))
             raise _StageError from None
@@ -167,6 +185,7 @@ def _run_instance(run: _Run, folder: Path, description: ModelDescription, interf
 
 def _main(folder: Path, report: Path, interfaces: Sequence[str]) -> None:
     """Run all interfaces in the child process and write the report."""
+    _limit()
     description = read_model_description(folder, validate=False)
     with report.open("w", encoding="utf-8") as file:
         for interface in interfaces:
@@ -174,6 +193,21 @@ def _main(folder: Path, report: Path, interfaces: Sequence[str]) -> None:
             with contextlib.suppress(_StageError):
                 _run_instance(run, folder, description, interface)
             run.done()
+
+
+def _limit() -> None:
+    """Limit memory and files of this process, and let it end with its parent, where the system can."""
+    if os.name != "posix":
+        return
+    import resource
+
+    memory = max(LEAST_MEMORY, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2)
+    for kind, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, LARGEST_FILE), (resource.RLIMIT_CORE, 0)):
+        _, hard = resource.getrlimit(kind)
+        resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)  # Python ignores it, and the FMU would go on
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGKILL)
 
 
 def _step(run: _Run, fmu: Any, description: ModelDescription, start: float) -> None:

@@ -1,16 +1,18 @@
 """The variables of an exported FMU: one list for the C table and both model descriptions.
 
-Value references count from 0 (time) in this order and are the same in FMI 2 and FMI 3. In addition to the quantities of
-the model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the
-settings and counters of the Co-Simulation solver, the structural arguments of the model and constants computed from
-them. The last variables, in FMI 3 only, are the derivatives of the inputs within a communication step; FMI 2 has a
-function for them.
+Value references count from 1 (time) in this order and are the same in FMI 2 and FMI 3. That of a number is its position
+in either description, as some tools take dependencies of FMI 3 for positions. In addition to the quantities of the
+model an FMU has the derivatives `der(x)`, the value `next.z` of each sampled state after the next tick, the settings
+and counters of the Co-Simulation solver, the structural arguments of the model and constants computed from them. The
+last variables are, in FMI 3 only, the derivatives of the inputs within a communication step, for which FMI 2 has a
+function, and, in FMI 2 only, the structural arguments that are texts, for which FMI 3 has annotations.
 """
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 from hfsa.components import Model
+from hfsa.components._modelling.argument_docs import explanation_of
 from hfsa.components._modelling.functions import Functions
 from hfsa.components._modelling.model import Kind, Quantity
 from hfsa.components._modelling.units import rate_unit
@@ -41,7 +43,7 @@ class Variable:
     """One variable of an FMU.
 
     `index` counts within the role. `start` is a number, a string for `Role.TEXT`, or `None` for a calculated variable.
-    Structural arguments have no `unit`.
+    `unit` is empty for texts and for structural arguments that have none.
     """
 
     reference: int
@@ -81,18 +83,29 @@ def variables(model: Model, functions: Functions) -> list[Variable]:
             for s in solver.settings
         ]
         rows += [(c.name, Role.COUNTER, "1", c.description, None, {}) for c in solver.counters]
-    for name, value in model.information.items():
-        role = Role.TEXT if isinstance(value, str) else Role.CONSTANT
-        rows.append((name, role, "", f"Structural argument {name}", value, {}))
+    told = [(name, value, *_explained(name, model)) for name, value in model.information.items()]
+    rows += [(name, Role.CONSTANT, unit, text, value, {}) for name, value, text, unit in told if _is_number(value)]
     rows += [_row(q, Role.CONSTANT) for q in model.of(Kind.CONSTANT)]
     rows += _input_derivatives(model.of(Kind.INPUT))
+    rows += [(name, Role.TEXT, "", text, value, {}) for name, value, text, _ in told if not _is_number(value)]
     counts: dict[Role, int] = {}
     result = []
-    for reference, (name, role, unit, description, start, more) in enumerate(rows):
+    for reference, (name, role, unit, description, start, more) in enumerate(rows, 1):
         index = counts.get(role, 0)
         counts[role] = index + 1
         result.append(Variable(reference, name, role, index, unit, description, start, **more))
     return result
+
+
+def _is_number(value: float | str) -> bool:
+    """Whether a structural argument is a number, not a text."""
+    return not isinstance(value, str)
+
+
+def _explained(name: str, model: Model) -> tuple[str, str]:
+    """Return a sentence on a structural argument, and its unit."""
+    said = explanation_of(name, model.origin.explained)
+    return (f"Structural argument {name}", "") if said is None else (said.sentence, said.unit)
 
 
 def _input_derivatives(inputs: list[Quantity]) -> list[tuple]:

@@ -20,6 +20,9 @@ from hfsa.fmus.errors import ExportError
 
 RUNTIME = Path(__file__).parent / "runtime"
 
+_UNLISTED = {2: Role.INPUT_DERIVATIVE, 3: Role.TEXT}
+"""Role of the variables that the description of an FMI version leaves out."""
+
 _PROLOGUE = """\
 /* Equations of {name}, generated; the table of its variables follows behind them. */
 
@@ -60,10 +63,10 @@ class Sources:
     def listed(self, version: int) -> list[Variable]:
         """Return the variables in the model description of an FMI version.
 
-        FMI 2 has a function to set derivatives of inputs. FMI 3 has none, so they are parameters after all other
-        variables.
+        FMI 2 has a function to set derivatives of inputs. FMI 3 has none, so they are parameters. Texts are variables
+        of FMI 2 and annotations of FMI 3, because some tools that import FMI 3 know no variable of type String.
         """
-        return [v for v in self.variables if version == 3 or v.role is not Role.INPUT_DERIVATIVE]
+        return [v for v in self.variables if v.role is not _UNLISTED[version]]
 
 
 def generate(model: Model) -> Sources:
@@ -81,11 +84,13 @@ def generate(model: Model) -> Sources:
         raise ExportError(f"{model.name}: solver 'exact' is for linear models; this one needs {needs}")
     listed = variables(model, model_functions)
     equations = (
-        _PROLOGUE.format(name=model.name) + _casadi_code(model.name, model_functions) + '\n#include "model_table.h"\n'
+        _PROLOGUE.format(name=model.identifier)
+        + _casadi_code(model.name, model_functions)
+        + '\n#include "model_table.h"\n'
     )
     token = _token(equations, listed)
     files = {"model.c": equations, "model_table.h": _table(model.name, token, model_functions, listed, solver)}
-    return Sources(model.name, files, token, listed, solver, model_functions)
+    return Sources(model.identifier, files, token, listed, solver, model_functions)
 
 
 def _casadi_code(name: str, model_functions: Functions) -> str:

@@ -21,7 +21,9 @@ from fmpy.model_description import (
 from lxml import etree
 
 from hfsa.fmus._archive import XML, archive_problems
-from hfsa.fmus._binary import INTERFACES, all_functions, binary_path, exported
+from hfsa.fmus._binary import INTERFACES, binary_path
+from hfsa.fmus._libraries import libraries, misplaced, own_rules, platforms, stray
+from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus._rules import RULES, broken_references, is_ours
 from hfsa.fmus._trial import identifier, trial
 from hfsa.fmus._xml import xml_problem
@@ -37,10 +39,17 @@ LONGEST = 32 * 1024**2
 
 @dataclass(frozen=True)
 class Report:
-    """Result of a check: `problems` violate a rule, `warnings` are valid but may cause difficulties in an importer."""
+    """Result of a check.
+
+    Attributes:
+        problems: violations of rules.
+        warnings: what is valid but may cause difficulties in an importer.
+        platforms: folders of the platforms that the FMU has a library for, and `sources`.
+    """
 
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    platforms: list[str] = field(default_factory=list)
 
 
 def check(file: Path) -> list[str]:
@@ -67,7 +76,8 @@ def examine(file: Path) -> Report:
 
 
 def _folder(folder: Path, report: Report) -> None:
-    """Add the problems and warnings of the unpacked FMU to the report."""
+    """Add the platforms, problems and warnings of the unpacked FMU to the report."""
+    report.platforms.extend(platforms(folder))
     document = folder / XML
     problems = [f"{name}: {xml_problem(folder / name)}" for name in (XML, _BUILD) if xml_problem(folder / name)]
     if problems:
@@ -95,6 +105,7 @@ def _folder(folder: Path, report: Report) -> None:
         return
     report.problems.extend(f"{XML}: {problem}" for problem in _validation(folder, description))
     report.problems.extend(_sources(folder, root))
+    _library_rules(folder, description, report)
     _binaries(folder, description, report)
 
 
@@ -154,7 +165,10 @@ def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
 
 
 def _binaries(folder: Path, description: ModelDescription, report: Report) -> None:
-    """Check presence and symbols of this platform's binary of each interface, and run it."""
+    """Check the presence of this platform's binary of each interface, and run it.
+
+    An FMU of ours may be for other platforms alone.
+    """
     version = description.fmiMajorVersion
     seen: set[Path] = set()
     runnable: list[str] = []
@@ -163,11 +177,10 @@ def _binaries(folder: Path, description: ModelDescription, report: Report) -> No
         if element is None:
             continue
         library = binary_path(folder, version, identifier(description, interface))
-        if not library.is_file():
-            if library not in seen:
-                report.problems.append(_no_binary(folder, library))
-        elif library not in seen:
-            _symbols(library, description, report)
+        if not library.is_file() and library not in seen:
+            paths = (platform.path(version, library.stem) for platform in PLATFORMS.values())
+            is_for_others = is_ours(description) and any(path and (folder / path).is_file() for path in paths)
+            (report.warnings if is_for_others else report.problems).append(_no_binary(folder, library))
         seen.add(library)
         if library.is_file():
             if element.needsExecutionTool:
@@ -189,14 +202,13 @@ def _no_binary(folder: Path, library: Path) -> str:
     return f"binaries: {place} is missing{hint}"
 
 
-def _symbols(library: Path, description: ModelDescription, report: Report) -> None:
-    """Report exported names that are not functions of FMI: a problem in our own binaries, a warning in others."""
-    names = exported(library)
-    if names is None:
-        return
-    stray = sorted(names - all_functions())
-    if not stray:
-        return
-    text = f"binaries: {library.name} exports {len(stray)} names that are not in FMI: {', '.join(stray[:5])}"
-    text += ", ..." if len(stray) > 5 else ""
-    (report.problems if is_ours(description) else report.warnings).append(text)
+def _library_rules(folder: Path, description: ModelDescription, report: Report) -> None:
+    """Check the libraries of all platforms: ours by all rules, others by their place and, here, exported names."""
+    version = description.fmiMajorVersion
+    report.problems.extend(f"binaries: {problem}" for problem in misplaced(folder, version))
+    for library in libraries(folder):
+        label = f"binaries: {library.parent.name}/{library.name}"
+        if is_ours(description):
+            report.problems.extend(f"{label} {problem}" for problem in own_rules(library))
+        elif library == binary_path(folder, version, library.stem) and (text := stray(library)):
+            report.warnings.append(f"{label} {text}")

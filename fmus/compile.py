@@ -13,12 +13,15 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 
 from hfsa.fmus._binary import HEADERS
+from hfsa.fmus._platforms import HERE, Platform
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import RUNTIME, Sources
 from hfsa.fmus.errors import ExportError
 
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """No -ffast-math: it would disable the checks for NaN, and gradual underflow in the whole host process."""
+
+_ZIG = [sys.executable, "-m", "ziglang", "cc"]
 
 CVODE = "cvode.c"
 """File of the runtime that requires SUNDIALS; part of FMUs with the solver CVODE only."""
@@ -35,28 +38,52 @@ def source_files(sources: Sources) -> dict[str, str]:
     return dict(sorted({**files, **sources.files}.items()))
 
 
-def compile_library(sources: Sources, folder: Path) -> Path:
-    """Compile the sources into `folder` and return the path of the shared library, `<name>.so` on Linux.
+def compile_library(sources: Sources, folder: Path, platform: Platform = HERE) -> Path:
+    """Compile the sources for a platform into `folder` and return the path of the library, `<name>.so` on Linux.
 
-    The compiler is `$CC`, else the first of cc, gcc, clang and the one of PyPI's ziglang.
+    The compiler is that of PyPI's ziglang for a platform with a target; otherwise `$CC`, else the first of cc, gcc,
+    clang and ziglang.
 
     Raises:
         ExportError: a failed compilation, with the messages of the compiler; no compiler, with the commands tried; a
-            missing installation of SUNDIALS.
+            missing installation of SUNDIALS, or SUNDIALS for a target.
     """
-    library = folder / f"{sources.name}{SUFFIX}"
+    library = folder / f"{sources.name}{platform.suffix}"
     files = source_files(sources)
+    if sources.needs_cvode and platform.target:
+        raise ExportError(
+            f"{sources.name}: solver 'cvode' is compiled with the SUNDIALS of this machine, for platform here alone; "
+            f"choose another solver for {platform.name}"
+        )
     found = sundials() if sources.needs_cvode else None
     flags, link_flags = (tuple(found.compile_flags), found.link_flags) if found else ((), ())
+    if platform.target:
+        link_flags = _target_flags(platform, library.name)
+    command = tuple(_zig(platform) if platform.target else compiler())
+    if command[: len(_ZIG)] == tuple(_ZIG):  # it keeps compiled files itself, and writes no objects of several
+        compile_files(files, library, flags, link_flags, command)
+        return library
     handwritten = tuple((name, text) for name, text in files.items() if name not in sources.files)
     headers = {name: text for name, text in handwritten if name.endswith(".h")}
-    command = tuple(compiler())
     try:
         objects = _objects(command, flags, handwritten)
     except ExportError as error:
         raise ExportError(f"{sources.name}: {error}") from error
-    compile_files({**headers, **sources.files}, library, flags, (*objects, *link_flags))
+    compile_files({**headers, **sources.files}, library, flags, (*objects, *link_flags), command)
     return library
+
+
+def _zig(platform: Platform) -> list[str]:
+    """Return the command of ziglang for a platform; `ExportError` where ziglang is not installed."""
+    if importlib.util.find_spec("ziglang") is None:
+        raise ExportError(f"platform {platform.name} needs the compiler ziglang: pip install hfsa[zig]")
+    return [*_ZIG, "-target", platform.target]
+
+
+def _target_flags(platform: Platform, name: str) -> tuple[str, ...]:
+    """Return linker flags for a platform that is not this one: no symbols but the exported, no path of this machine."""
+    install = (f"-Wl,-install_name,@rpath/{name}",) if platform.suffix == ".dylib" else ()
+    return ("-s", *install)
 
 
 @cache
@@ -71,15 +98,22 @@ def _objects(command: tuple[str, ...], flags: tuple[str, ...], files: tuple[tupl
 
 
 def compile_files(
-    files: Mapping[str, str], library: Path, flags: Sequence[str] = (), link_flags: Sequence[str] = ()
+    files: Mapping[str, str],
+    library: Path,
+    flags: Sequence[str] = (),
+    link_flags: Sequence[str] = (),
+    command: Sequence[str] = (),
 ) -> None:
-    """Compile C files, text by name, into a shared library; errors as in `compile_library`."""
+    """Compile C files, text by name, into a shared library; errors as in `compile_library`.
+
+    The compiler is `command`, by default that of `compiler`.
+    """
     library.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         _write(Path(scratch), files)
         units = sorted(name for name in files if name.endswith(".c"))
-        command = [*compiler(), *FLAGS, *flags, "-shared", *units, "-o", str(library.resolve()), *link_flags, "-lm"]
-        _run(command, Path(scratch), library.stem)
+        output = ["-shared", *units, "-o", str(library.resolve()), *link_flags, "-lm"]
+        _run([*(command or compiler()), *FLAGS, *flags, *output], Path(scratch), library.stem)
 
 
 def _write(folder: Path, files: Mapping[str, str]) -> None:
@@ -107,10 +141,9 @@ def compiler() -> list[str]:
     for command in candidates:
         if shutil.which(command[0]):
             return command
-    zig = [sys.executable, "-m", "ziglang", "cc"]
     if importlib.util.find_spec("ziglang") is not None:
-        return zig
-    tried = ", ".join(shlex.join(command) for command in [*candidates, zig])
+        return _ZIG
+    tried = ", ".join(shlex.join(command) for command in [*candidates, _ZIG])
     raise ExportError(f"no C compiler: tried {tried}; set $CC, or pip install hfsa[zig]")
 
 

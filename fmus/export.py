@@ -13,9 +13,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from hfsa.components import Model
-from hfsa.fmus._binary import binary_path
 from hfsa.fmus._documentation import documentation
+from hfsa.fmus._icons import ICON, icons
+from hfsa.fmus._platforms import Platform, platforms_for
 from hfsa.fmus._sundials import sundials
+from hfsa.fmus._terminals import FOLDER, terminals, terminals_and_icons
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import check
 from hfsa.fmus.compile import compile_library, source_files
@@ -25,22 +27,27 @@ from hfsa.fmus.model_description import Version, build_description, model_descri
 _LICENSE = Path(__file__).parent / "runtime" / "LICENSE"
 
 
-def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> list[Path]:
+def export(
+    model: Model, folder: Path, versions: Sequence[Version] = (2, 3), platforms: Sequence[str] = ("here",)
+) -> list[Path]:
     """Write `Name.fmi2.fmu` and `Name.fmi3.fmu` of the model into `folder` and return their paths.
+
+    `platforms` are names of `_platforms.PLATFORMS`, `here` or `all`. A version of FMI that has no name for a platform
+    leaves it out.
 
     Raises:
         ModelError: an incomplete model.
         ExportError: code that cannot be generated or compiled; a file that cannot be written; an FMU that violates a
-            rule of FMI.
+            rule of FMI; an unknown platform; no platform that a version has a name for.
     """
+    chosen = platforms_for(platforms, versions)
     sources = generate(model)
     files = []
-    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
-        library = compile_library(sources, Path(scratch)).read_bytes()
+    libraries = _libraries(sources, chosen)
     for version in versions:
         file = file_of(model, folder, version)
-        with _appearing(file) as unfinished:
-            pack(unfinished, members(model, sources, library, version))
+        with appearing(file) as unfinished:
+            pack(unfinished, members(model, sources, libraries, version))
             problems = check(unfinished)
             if problems:
                 raise ExportError("\n  ".join([f"{file.name} breaks {len(problems)} rules:", *problems]))
@@ -50,21 +57,32 @@ def export(model: Model, folder: Path, versions: Sequence[Version] = (2, 3)) -> 
 
 def file_of(model: Model, folder: Path, version: Version) -> Path:
     """Return the path of a model's FMU in a folder."""
-    return Path(folder) / f"{model.name}.fmi{version}.fmu"
+    return Path(folder) / f"{model.identifier}.fmi{version}.fmu"
 
 
-def members(model: Model, sources: Sources, library: bytes, version: Version) -> dict[str, bytes]:
+def _libraries(sources: Sources, platforms: Sequence[Platform]) -> dict[Platform, bytes]:
+    """Return the shared library for each platform."""
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
+        return {p: compile_library(sources, Path(scratch, p.name), p).read_bytes() for p in platforms}
+
+
+def members(model: Model, sources: Sources, libraries: Mapping[Platform, bytes], version: Version) -> dict[str, bytes]:
     """Return the files of the FMU by their path in the archive."""
+    paths = {platform: platform.path(version, sources.name) for platform in libraries}
     files = {
         "modelDescription.xml": model_description(model, sources, version),
-        binary_path(Path(), version, sources.name).as_posix(): library,
+        **{path.as_posix(): libraries[platform] for platform, path in paths.items() if path},
         "documentation/index.html": documentation(model, sources, version),
+        f"{FOLDER}/terminalsAndIcons.xml": terminals_and_icons(sources.variables),
+        **icons(sources.name, terminals(sources.variables)),
         "documentation/licenses/license.txt": _LICENSE.read_bytes(),
         **{f"sources/{name}": text.encode(errors="surrogateescape") for name, text in source_files(sources).items()},
     }
     if sources.needs_cvode:
         files["documentation/licenses/sundials.txt"] = sundials().license.encode()
-    if version == 3:
+    if version == 2:
+        files["model.png"] = files[ICON]
+    else:
         files["sources/buildDescription.xml"] = build_description(sources)
     return files
 
@@ -81,7 +99,7 @@ def pack(file: Path, files: Mapping[str, bytes]) -> None:
 
 
 @contextlib.contextmanager
-def _appearing(file: Path) -> Iterator[Path]:
+def appearing(file: Path) -> Iterator[Path]:
     """Yield a temporary path beside `file`, which replaces `file` at the end; an exception deletes it.
 
     A symbolic link is kept, and its target is replaced. Raises `ExportError` if the file cannot be written.

@@ -1,24 +1,32 @@
 """modelDescription.xml of an exported model, for FMI 2 and FMI 3, from one list of variables.
 
-The versions differ in format: in `derivative` and ModelStructure FMI 2 has indices of variables from 1, FMI 3 value
-references; FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 has `<Float64>`. Only FMI 3 lists the derivatives of
-inputs, after all other variables. The file has no date: the same model and version of this package give the same bytes.
+The versions differ in format: FMI 2 nests `<Real>` in `<ScalarVariable>`, FMI 3 has `<Float64>`. In `derivative` and
+ModelStructure FMI 2 has indices of variables from 1, FMI 3 value references, the same numbers here. Only FMI 3 lists
+the derivatives of inputs; texts are variables of FMI 2 and annotations of FMI 3. A date is told only by
+`$SOURCE_DATE_EPOCH`: the same model and version of this package give the same bytes.
 """
 
+import math
+import os
+from dataclasses import asdict
+from datetime import UTC, datetime
 from importlib.metadata import version as package_version
 from typing import Literal
 
 from lxml import etree
 
 from hfsa.components import Model
+from hfsa.components._modelling.argument_docs import DEGREE
 from hfsa.components._modelling.units import BASE
 from hfsa.components._modelling.units import unit as parse_unit
 from hfsa.fmus._dependencies import Dependency, dependencies
 from hfsa.fmus._experiment import default_experiment
+from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus._sundials import LIBRARIES
 from hfsa.fmus._variables import Role, Variable
 from hfsa.fmus.c_code import Sources
 from hfsa.fmus.compile import source_files
+from hfsa.fmus.errors import ExportError
 
 Version = Literal[2, 3]
 
@@ -40,6 +48,9 @@ _ATTRIBUTES = {
 }
 """Causality, variability and `initial` by role; `None` if the standard defines `initial`."""
 
+TEXTS = "org.hfsa.texts"
+"""Type of the annotation of FMI 3 that has the structural arguments which are texts."""
+
 _STRUCTURE = {
     2: {"outputs": "Outputs", "derivatives": "Derivatives", "initial": "InitialUnknowns"},
     3: {"outputs": "Output", "derivatives": "ContinuousStateDerivative", "initial": "InitialUnknown"},
@@ -57,21 +68,33 @@ def model_description(model: Model, sources: Sources, version: Version) -> bytes
     etree.SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stopTime": stop, "stepSize": step})
     _model_variables(root, sources.listed(version), version)
     _model_structure(root, sources, version)
+    if version == 3:
+        _annotations(root, sources.variables)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def build_description(sources: Sources) -> bytes:
-    """Return sources/buildDescription.xml of FMI 3: the files and libraries to rebuild the binary."""
+    """Return sources/buildDescription.xml of FMI 3: the files and libraries to rebuild the binary on each platform.
+
+    A platform has one configuration. C compilers for Windows have no library of mathematics to name.
+    """
     root = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
-    build = etree.SubElement(root, "BuildConfiguration", {"modelIdentifier": sources.name})
-    files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
-    for name in translation_units(sources):
-        etree.SubElement(files, "SourceFile", {"name": name})
-    for name in LIBRARIES if sources.needs_cvode else ():
-        more = {"name": f"sundials_{name}", "external": "true", "description": "SUNDIALS 6 or later"}
-        etree.SubElement(build, "Library", more)
-    etree.SubElement(build, "Library", {"name": "m", "external": "true", "description": "C mathematics library"})
+    for platform in PLATFORMS.values():
+        more = {"modelIdentifier": sources.name, "platform": platform.name}
+        build = etree.SubElement(root, "BuildConfiguration", more)
+        files = etree.SubElement(build, "SourceFileSet", {"language": "C99"})
+        for name in translation_units(sources):
+            etree.SubElement(files, "SourceFile", {"name": name})
+        for name in LIBRARIES if sources.needs_cvode else ():
+            _library(build, f"sundials_{name}", "SUNDIALS 6 or later")
+        if platform.has_libm:
+            _library(build, "m", "C mathematics library")
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _library(build: etree._Element, name: str, description: str) -> None:
+    """Add a library that the system has."""
+    etree.SubElement(build, "Library", {"name": name, "external": "true", "description": description})
 
 
 def translation_units(sources: Sources) -> list[str]:
@@ -86,10 +109,28 @@ def _head(model: Model, token: str, version: Version) -> dict[str, str]:
         "modelName": model.name,
         "guid" if version == 2 else "instantiationToken": token,
         "description": model.description,
+        **_credits(model),
         "generationTool": f"hfsa {package_version('hfsa')}",
         "variableNamingConvention": "structured",
         **({"numberOfEventIndicators": "0"} if version == 2 else {}),
     }
+
+
+def _credits(model: Model) -> dict[str, str]:
+    """Return author, version, licence and copyright, as far as the model's part tells them, and the date."""
+    told = {**asdict(model.origin.credits), "generationDateAndTime": _date()}
+    return {name: text for name, text in told.items() if text}
+
+
+def _date() -> str:
+    """Return the date that `$SOURCE_DATE_EPOCH` gives, seconds since 1970, else none: equal models give equal files."""
+    text = os.environ.get("SOURCE_DATE_EPOCH", "").strip()
+    if not text:
+        return ""
+    try:
+        return datetime.fromtimestamp(int(text), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    except (ValueError, OverflowError, OSError):
+        raise ExportError(f"$SOURCE_DATE_EPOCH is {text!r}, expected whole seconds since 1970") from None
 
 
 def _interfaces(root: etree._Element, sources: Sources, version: Version) -> None:
@@ -137,8 +178,11 @@ def _units(root: etree._Element, variables: list[Variable]) -> None:
     """Add the definitions of the units of the variables."""
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if v.unit}):
-        unit = parse_unit(name)
         element = etree.SubElement(definitions, "Unit", {"name": name})
+        if name == DEGREE:
+            etree.SubElement(element, "BaseUnit", {"rad": "1", "factor": _number(math.pi / 180)})
+            continue
+        unit = parse_unit(name)
         if unit.exponents is None:
             continue
         powers = {base: str(power) for base, power in zip(BASE, unit.exponents, strict=True) if power}
@@ -163,7 +207,7 @@ def _model_variables(root: etree._Element, variables: list[Variable], version: V
     states = [v for v in variables if v.role is Role.STATE]
     for variable in variables:
         state = states[variable.index] if variable.role is Role.DERIVATIVE else None
-        _variable(element, variable, None if state is None else _address(state, version), version)
+        _variable(element, variable, None if state is None else str(state.reference), version)
 
 
 def _variable(parent: etree._Element, variable: Variable, derivative: str | None, version: Version) -> None:
@@ -181,7 +225,7 @@ def _variable(parent: etree._Element, variable: Variable, derivative: str | None
     if initial is not None:
         common["initial"] = initial
     if variable.role is Role.TEXT:
-        _text(parent, common, str(variable.start), version)
+        etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "String", {"start": str(variable.start)})
         return
     real = _real(variable)
     if derivative is not None:
@@ -190,14 +234,6 @@ def _variable(parent: etree._Element, variable: Variable, derivative: str | None
         etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "Real", real)
     else:
         etree.SubElement(parent, "Float64", common | real)
-
-
-def _text(parent: etree._Element, common: dict[str, str], start: str, version: Version) -> None:
-    """Add a string variable."""
-    if version == 2:
-        etree.SubElement(etree.SubElement(parent, "ScalarVariable", common), "String", {"start": start})
-    else:
-        etree.SubElement(etree.SubElement(parent, "String", common), "Start", {"value": start})
 
 
 def _real(variable: Variable) -> dict[str, str]:
@@ -238,16 +274,22 @@ def _model_structure(root: etree._Element, sources: Sources, version: Version) -
             else:
                 row = [d for d in row if d.known.role in running]
             attributes = {
-                "index" if version == 2 else "valueReference": _address(member, version),
-                "dependencies": " ".join(_address(d.known, version) for d in row),
+                "index" if version == 2 else "valueReference": str(member.reference),
+                "dependencies": " ".join(str(d.known.reference) for d in row),
                 "dependenciesKind": " ".join(d.kind for d in row),
             }
             etree.SubElement(parent, "Unknown" if version == 2 else name, attributes)
 
 
-def _address(variable: Variable, version: Version) -> str:
-    """Return the reference to a variable in the XML: its index from 1 in FMI 2, its value reference in FMI 3."""
-    return str(variable.reference + 1 if version == 2 else variable.reference)
+def _annotations(root: etree._Element, variables: list[Variable]) -> None:
+    """Add the texts of the model as annotations of FMI 3."""
+    texts = [v for v in variables if v.role is Role.TEXT]
+    if not texts:
+        return
+    annotation = etree.SubElement(etree.SubElement(root, "Annotations"), "Annotation", {"type": TEXTS})
+    for text in texts:
+        more = {"name": text.name, "value": str(text.start), "description": text.description}
+        etree.SubElement(annotation, "Constant", more)
 
 
 def _number(value: float) -> str:

@@ -22,7 +22,8 @@ import hfsa.controllers
 from hfsa.components import Model
 from hfsa.components._modelling.catalogue import find
 from hfsa.fmus.c_code import generate
-from hfsa.fmus.export import export
+from hfsa.fmus.export import export, file_of
+from hfsa.fmus.model_description import Version
 
 PARTS = {name: part for name, part in find([hfsa.components, hfsa.controllers]).items() if part.build}
 # of what can be built here: an extra may be missing
@@ -31,6 +32,7 @@ VARIANTS = [
 ]
 
 Files = dict[int, Path]
+VERSIONS: tuple[Version, ...] = (2, 3)
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("fuzz", max_examples=500, derandomize=False, deadline=None, print_blob=True)
@@ -76,7 +78,7 @@ def exported(tmp_path_factory) -> Callable[[Model], Files]:
                 unfinished = folder.with_suffix(".unfinished")
                 export(model, unfinished)
                 unfinished.rename(folder)
-        return {version: folder / f"{model.name}.fmi{version}.fmu" for version in (2, 3)}
+        return {version: file_of(model, folder, version) for version in VERSIONS}
 
     return files
 

@@ -7,7 +7,6 @@ Tubes stand still in a mode, and limb j ends at the displaced joint S_j + theta 
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hfsa.components._mechanics.cartesian_numbers import modal_numbers, static_numbers
 from hfsa.components._mechanics.sdelta_geometry import C_AXES
@@ -50,6 +49,8 @@ def robot_in_motion(robot: Robot, reference_point: str) -> Moving:
     """Return the robot as its platform moves, with a pose of `reference_point` from the posture; tubes stand still."""
     words = ("limbs", "platform")
     layers = [*_base(robot, "base, C axes", "tubes"), *_limbs(robot, joints(robot), "body", words)]
+    from scipy.spatial.transform import Rotation  # loaded where a run is drawn
+
     S = robot.kinematics.position
     pivot = S if reference_point == "S" else S + robot.offset
     arms = joints(robot) - pivot

@@ -21,7 +21,9 @@ from graphlib import CycleError, TopologicalSorter
 import casadi as ca
 
 from hfsa.components._modelling.model import Kind, Model, ModelError, Motion, Quantity, expand, nearest
+from hfsa.components._modelling.origin import Origin, shared
 from hfsa.components._modelling.units import are_alike
+from hfsa.components._modelling.variants import hashed
 
 _SAMPLE_TIME = "sample_time"
 _TICKING = (Kind.SAMPLED_STATE, Kind.SAMPLED_OUTPUT)
@@ -41,7 +43,20 @@ def compose(name: str, parts: Mapping[str, Model], connections: Sequence[tuple[s
     """
     for part in parts.values():
         part.check()
-    return _Composition(name, dict(parts), _feeders(parts, connections)).model()
+    whole = _Composition(name, dict(parts), _feeders(parts, connections)).model()
+    whole.origin = _origin(parts, connections)
+    return whole
+
+
+def _origin(parts: Mapping[str, Model], connections: Sequence[tuple[str, str]]) -> Origin:
+    """Return the origin of a composition; its variant depends on all members and connections."""
+    members = [[name, part.identifier] for name, part in parts.items()]
+    return Origin(
+        hashed([members, [[start, end] for start, end in connections]]),
+        {title: text for part in parts.values() for title, text in part.origin.documents.items()},
+        shared(part.origin.credits for part in parts.values()),
+        {f"{name}.{key}": said for name, part in parts.items() for key, said in part.origin.explained.items()},
+    )
 
 
 @dataclass(frozen=True)

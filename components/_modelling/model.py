@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from hfsa.components._modelling.errors import ModelError, nearest, one_of
+from hfsa.components._modelling.origin import Origin
 from hfsa.components._modelling.quantity import Kind, Quantity, expand
 from hfsa.components._modelling.units import unit as parse_unit
 
@@ -55,6 +56,7 @@ class Model:
         solver: solver of the exported Co-Simulation FMU, one of `SOLVERS`; `None` chooses `exact` for a linear
             time-invariant model and `rosenbrock` for any other.
         information: structural arguments of the model, numbers or strings; constants of the FMU.
+        origin: the part and variant that the model is, as its FMU tells it.
     """
 
     def __init__(self, name: str, description: str):
@@ -68,6 +70,7 @@ class Model:
         self.motions: list[Motion] = []
         self.solver: str | None = None
         self.information: dict[str, float | str] = {}
+        self.origin = Origin()
         self._quantities: dict[str, Quantity] = {}
 
     # Declarations ---------------------------------------------------------------------------------------------------
@@ -216,6 +219,11 @@ class Model:
     def symbols(self, *kinds: Kind) -> ca.SX:
         """Return the symbols of the quantities of these kinds as one column, shape (n, 1)."""
         return ca.vertcat(ca.SX(0, 1), *[q.expression for q in self.of(*kinds)])
+
+    @property
+    def identifier(self) -> str:
+        """Name with that of the variant, where it is not the default: the name of its FMU."""
+        return "_".join(word for word in (self.name, self.origin.variant) if word)
 
     @property
     def is_sampled(self) -> bool:

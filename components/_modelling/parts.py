@@ -24,6 +24,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, TypeVar
 
+from hfsa.components._modelling.argument_docs import explanations
 from hfsa.components._modelling.arguments import (
     Argument,
     argument_values,
@@ -50,7 +51,9 @@ from hfsa.components._modelling.loading import (
     shown,
 )
 from hfsa.components._modelling.model import SOLVERS, Kind, Model, ModelError, nearest, one_of
+from hfsa.components._modelling.origin import Origin, credits_of, house_credits
 from hfsa.components._modelling.study import Study
+from hfsa.components._modelling.variants import variant
 
 SOLVER = "solver"
 """The argument of every part that names the Co-Simulation solver of its FMU, one of `SOLVERS`."""
@@ -147,6 +150,7 @@ class Part:
         structural = {name: value for name, value in arguments.items() if self.has_argument(name)}
         model = returned(self.build, Model, self.build(**read_arguments(self.name, self.build, structural)))
         parameters = {q.name: q for q in model.of(Kind.PARAMETER)}
+        usual = {SOLVER: model.solver, **{name: q.start for name, q in parameters.items()}}
         for name, value in arguments.items():
             if name in structural:
                 continue
@@ -158,6 +162,9 @@ class Part:
                 raise ModelError(f"{self.name} has no argument {name!r}{nearest(name, known)}")
             model.set_start(name, read_value(f"{self.name}: {name}", float, value))
         model.information = _information(self, structural, taken={quantity.name for quantity in model})
+        set_here = {SOLVER: model.solver, **{q.name: q.start for q in model.of(Kind.PARAMETER)}}
+        tuned = {name: value for name, value in set_here.items() if value is not None and value != usual[name]}
+        model.origin = _origin(self, structural, tuned)
         return model
 
     def analysis(self, level: str | None = None, /, **arguments: Any) -> dict[str, Any]:
@@ -336,13 +343,34 @@ def _of_study(function: Callable[..., Any], owner: str, arguments: dict[str, Any
     return arguments
 
 
+def _origin(part: Part, structural: Mapping[str, Any], tuned: Mapping[str, float | str]) -> Origin:
+    """Return the origin of a model with structural arguments, and with other start values and solver."""
+    assert part.build is not None
+    usual = _flat(argument_values(part.name, part.build, {}))
+    values = _flat(argument_values(part.name, part.build, structural))
+    changed = {name: value for name, value in values.items() if value != usual[name]}
+    level = "".join(map(str, changed.pop("level", {}).values()))
+    if all(name in usual for name in structural):  # what follows from these is left out
+        changed = {name: value for name, value in changed.items() if name in structural}
+    return Origin(
+        variant(level, changed | {name: {name: value} for name, value in tuned.items()}),
+        {part.name: inspect.cleandoc(part.module.__doc__ or "")},
+        credits_of(part.module) if part.is_own else house_credits(),
+        explanations(part.build),
+    )
+
+
+def _flat(values: Mapping[str, Any]) -> dict[str, dict[str, float | str]]:
+    """Return the values of arguments as constants, by the names of the arguments."""
+    whole = {name: value.information if isinstance(value, Document) else value for name, value in values.items()}
+    return {name: _constants(name, value) for name, value in whole.items()}
+
+
 def _information(part: Part, given: Mapping[str, Any], taken: set[str]) -> dict[str, float | str]:
     """Return the structural arguments as flat constants: numbers, texts, and members of lists and tables."""
     assert part.build is not None
-    flat: dict[str, float | str] = {}
-    for name, value in argument_values(part.name, part.build, given).items():
-        flat |= _constants(name, value.information if isinstance(value, Document) else value)
-    return {name: value for name, value in flat.items() if name not in taken}
+    flat = _flat(argument_values(part.name, part.build, given))
+    return {name: value for found in flat.values() for name, value in found.items() if name not in taken}
 
 
 def _constants(name: str, value: Any) -> dict[str, float | str]:

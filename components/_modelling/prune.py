@@ -108,7 +108,7 @@ def pruned(model: Model, kept: Collection[str]) -> Model:
     """
     left_out = [q for q in model.of(Kind.INPUT, *STATES) if q.name not in kept]
     small = Model(model.name, model.description)
-    small.time, small.information = model.time, dict(model.information)
+    small.time, small.information, small.origin = model.time, dict(model.information), model.origin
     small.solver = model.solver or (None if is_linear(model) else "rosenbrock")
     staying = (Kind.PARAMETER, Kind.CONSTANT)
     small._quantities = {q.name: q for q in model if q.kind in staying or q.name in kept}

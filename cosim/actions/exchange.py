@@ -12,6 +12,7 @@ import numpy as np
 
 from hfsa.cosim.actions.action import failing_call
 from hfsa.cosim.actions.algebraic_loop import STALE, AlgebraicLoop
+from hfsa.cosim.actions.feed import Ahead
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
 from hfsa.cosim.actions.schedule import Action, Runnable
@@ -114,9 +115,9 @@ class Exchange:
         """Handle a status that is not ok.
 
         An error raises `StepError`, the first warning of an instance is kept, and `STALE` solves the loop or the
-        iterated step with a new inverse.
+        iterated step with a new inverse, or computes what is fed next.
         """
-        if status == STALE and isinstance(call, AlgebraicLoop | IteratedStep):
+        if status == STALE and isinstance(call, AlgebraicLoop | IteratedStep | Ahead):
             status = call.solve(self.time)
             if not status:
                 return

@@ -6,8 +6,9 @@ inputs: towards the newest output of a source that has stepped already, else the
 the plant applies itself. The law is that of `masters/linearized_feedback.py`.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -71,18 +72,23 @@ class Gains(CompositeAction):
 
 @dataclass(eq=False)
 class Rates(CompositeAction):
-    """Rates of one group's outputs, by directional derivatives along time, states and connected inputs.
+    """Rates of one group's outputs, by directional derivatives along time, states and fed inputs.
 
     Attributes:
+        group: the group; `again` returns the same with some inputs of its instance driven by signals.
         rates: rates of all connected outputs; the group's are at `places`, those that feed the instance at `feeding`.
-        seed: 1 for time, then the states' derivatives, then the rates of the connected inputs.
+        seed: 1 for time, then the states' derivatives, the rates of driven inputs, and those of connected ones.
+        driven: the part of the seed for driven inputs.
         result: rates of the group's outputs.
     """
 
+    group: Group
+    again: Callable[[Sequence[str]], "Rates"]
     rates: np.ndarray
     places: np.ndarray
     feeding: np.ndarray
     seed: np.ndarray
+    driven: np.ndarray
     result: np.ndarray
     calls: Sequence[Call] = field(repr=False)
 
@@ -146,7 +152,7 @@ class Feedback:
         self._history = History(wiring.bus)
         plants = dict.fromkeys(loop.plant for loop in loops)
         self.gains = {plant: Gains(wiring, [o for o in loops if o.plant == plant]) for plant in plants}
-        rates = (found for group in wiring.groups for found in _rates(wiring, group, self._rates))
+        rates = [_rates(wiring, group, self._rates) for group in wiring.groups if _has_rates(wiring, group)]
         self.point = [self._history, *self.gains.values(), *rates]
 
     def lines(self, instance: str, stepped: Collection[str]) -> Iterator[Lines]:
@@ -190,29 +196,34 @@ class Feedback:
         return np.array(list(found.values()))
 
 
-def _rates(wiring: Wiring, group: Group, rates: np.ndarray) -> Iterator[Rates]:
-    """Yield the action that computes the rates of a group's outputs.
+def _has_rates(wiring: Wiring, group: Group) -> bool:
+    """Whether a group's outputs have rates: they move, are on no algebraic loop, and the FMU differentiates them."""
+    fmu = wiring.instances[group.instance].fmu
+    is_moving = not all(_is_held(fmu.variables[name]) for name in group.outputs)
+    return is_moving and fmu.description.has_derivatives and group.loop is None
 
-    Nothing where the outputs are held, on an algebraic loop, or the FMU has no directional derivatives.
-    """
+
+def _rates(wiring: Wiring, group: Group, rates: np.ndarray, driven: Sequence[str] = ()) -> Rates:
+    """Return the action that computes the rates of a group's outputs; `driven` are inputs that signals drive."""
     it = wiring.instances[group.instance]
     variables, description = it.fmu.variables, it.fmu.description
     moving = [(i, n) for i, n in zip(wiring.places(group), group.outputs, strict=True) if not _is_held(variables[n])]
-    if not moving or not description.has_derivatives or group.loop is not None:
-        return
     ends = [(i, wiring.split(connection.end)) for i, connection in enumerate(wiring.connections)]
     fed = [(i, name) for i, (target, name) in ends if target == group.instance]
     # not every foreign FMU differentiates with respect to time
     is_finished = wiring.system[group.instance].is_foreign
     time = [] if is_finished else [name for name, v in variables.items() if v.causality == "independent"]
     states = [state for state, _ in description.states]
-    seed, result = np.zeros(len(time) + len(states) + len(fed)), np.zeros(len(moving))
+    first, second = len(time) + len(states), len(time) + len(states) + len(driven)
+    seed, result = np.zeros(second + len(fed)), np.zeros(len(moving))
     seed[: len(time)] = 1.0
-    derivatives = it.handle([d for _, d in description.states], seed[len(time) : len(time) + len(states)])
-    knowns = it.handle([*time, *states, *(name for _, name in fed)], seed)
+    derivatives = it.handle([d for _, d in description.states], seed[len(time) : first])
+    knowns = it.handle([*time, *states, *driven, *(name for _, name in fed)], seed)
     unknowns = it.handle([name for _, name in moving], result)
     calls = [*([it.getter(derivatives)] if states else []), it.directional(unknowns, knowns)]
-    yield Rates(rates, np.array([i for i, _ in moving]), np.array([i for i, _ in fed], int), seed, result, calls)
+    places, feeding = np.array([i for i, _ in moving]), np.array([i for i, _ in fed], int)
+    again = partial(_rates, wiring, group, rates)
+    return Rates(group, again, rates, places, feeding, seed, seed[first:second], result, calls)
 
 
 def _is_held(variable: Connector) -> bool:

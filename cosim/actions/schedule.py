@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 from hfsa.cosim.actions.action import CompositeAction, Group, Stepper, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.feed import Feed
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Call
@@ -49,6 +50,8 @@ def without_repetition(cycle: Iterable[Action]) -> list[Action]:
     for action in cycle:
         if isinstance(action, Stepper | IteratedStep):
             touch(action.groups)
+        elif isinstance(action, Feed):
+            touch(action.affected)
         elif isinstance(action, Group):
             if action not in stale_groups:
                 continue

@@ -5,7 +5,7 @@ of a group, and a `Stepper` steps one instance. An `AlgebraicLoop` replaces the 
 other through direct feedthrough.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import groupby
 
@@ -54,7 +54,7 @@ class Wiring:
             self.groups.append(self._group(system, instances, system.components[source].name, list(members)))
         for group in self.groups:
             for transfer in group.transfers:
-                transfer.affected = [other for other in self.groups if self._is_affected(other, transfer)]
+                transfer.affected = self.following({f"{transfer.target}.{name}" for name in transfer.inputs})
         self.loops = [self._loop(number, loop) for number, loop in enumerate(found.loops)]
         self.discrete: list[Stepper] = []
         self.continuous: list[Stepper] = []
@@ -107,6 +107,10 @@ class Wiring:
                 break
             before += len(other.outputs)
         return list(range(before, before + len(group.outputs)))
+
+    def following(self, ends: Collection[str]) -> list[Group]:
+        """Return the groups with direct feedthrough from some inputs (full names)."""
+        return [g for g in self.groups if any(self._has_feedthrough(g, name, ends) for name in g.outputs)]
 
     def split(self, name: str) -> tuple[str, str]:
         """Return (component, variable) of a full name."""
@@ -174,11 +178,6 @@ class Wiring:
             group.transfers.append(Transfer(target, inputs, instances[target].setter(handle(target, inputs))))
             first += len(inputs)
         return group
-
-    def _is_affected(self, group: Group, transfer: Transfer) -> bool:
-        """Whether an output of the group has direct feedthrough from an input of the transfer."""
-        ends = [f"{transfer.target}.{name}" for name in transfer.inputs]
-        return any(self._has_feedthrough(group, name, ends) for name in group.outputs)
 
 
 def _variables(component: Component, variables: Mapping[str, Connector]) -> Mapping[str, Connector]:

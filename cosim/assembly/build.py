@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from hfsa.cosim.assembly.fmu_cache import FMI, fmu_file
+from hfsa.cosim.assembly.isolation import isolation_library
 from hfsa.cosim.assembly.level_rules import check_levels
 from hfsa.cosim.assembly.transformations import with_transformations
 from hfsa.cosim.fmi.assembly import Assembly
@@ -46,7 +47,8 @@ def _found(system: System, fmi: Literal[2, 3], known: Assembly | None) -> Assemb
         if component.name not in files:
             files[component.name] = fmu_file(component, fmi)
             descriptions[component.name] = describe(files[component.name])
-    return Assembly(system, files, descriptions)
+    is_foreign = any(component.is_foreign for component in system.components)
+    return Assembly(system, files, descriptions, isolation_library() if is_foreign else None)
 
 
 def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> Assembly:
@@ -58,7 +60,7 @@ def with_ports(assembly: Assembly, algorithm: str, fmi: Literal[2, 3] = FMI) -> 
     for name, pairs in row.ports(system, assembly.connectors).items():
         if not system[name].is_foreign:
             files[name] = fmu_file(system[name], fmi, tuple(pairs))
-    return Assembly.read(system, files)
+    return Assembly.read(system, files, assembly.isolation)
 
 
 def instrument(

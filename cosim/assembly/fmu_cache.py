@@ -44,6 +44,8 @@ FMI: Literal[2, 3] = 2
 _MOST_TRIED = 100_000
 """Most variables of an FMU that is tried before it is run: reading more takes the trial minutes and gigabytes."""
 
+_HERE = ("here",)
+
 _ABANDONED = 86400.0
 """Age [s] at which an unfinished folder in the cache is taken for one that nobody finishes."""
 
@@ -63,21 +65,21 @@ def fmu_file(component: Component, fmi: Literal[2, 3] = FMI, feedback: Sequence[
     return file
 
 
-def fmu_with_starts(component: Component, fmi: Literal[2, 3] = FMI) -> Path:
-    """Return the FMU of a component with the component's start values in it, for tools that set none.
+def fmu_with_starts(component: Component, fmi: Literal[2, 3] = FMI, platforms: Sequence[str] = _HERE) -> Path:
+    """Return the FMU of a component with the component's start values in it, for tools that set none, on platforms.
 
     The settings of a solver are no start values of a model, and a foreign `.fmu` is as it is. Errors as of `fmu_file`.
     """
     start = {name: value for name, value in component.start.items() if not name.startswith("solver.")}
-    if not start or component.is_foreign:
+    if component.is_foreign or (not start and tuple(platforms) == _HERE):
         return fmu_file(component, fmi)
-    words = json.dumps([key_of(component, fmi), sorted(start.items())])
+    words = json.dumps([key_of(component, fmi), sorted(start.items()), list(platforms)])
     folder = cache_folder() / "fmus" / hashlib.sha256(words.encode()).hexdigest()[:32]
     if not folder.is_dir():
         model = model_of(component)
         for name, value in start.items():
             model.set_start(name, value)
-        _export(model, fmi, folder)
+        _export(model, fmi, folder, platforms)
     (file,) = folder.glob("*.fmu")
     return file
 
@@ -101,7 +103,7 @@ def _text(part: Part, level: str | None, arguments: Mapping[str, Any], fmi: Lite
     except ModelError as error:
         return str(error)
     digest = hashlib.sha256()
-    for name, text in sorted(members(model, generate(model), b"", fmi).items()):
+    for name, text in sorted(members(model, generate(model), {}, fmi).items()):
         digest.update(name.encode() + b"\0" + text + b"\0")
     return digest.hexdigest()
 
@@ -169,7 +171,7 @@ def _ingredients(component: Component, fmi: Literal[2, 3]) -> list:
     return [part.name, repr(sorted(read.items())), repr(sorted(rest.items()))]
 
 
-def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
+def _export(model: Model, fmi: Literal[2, 3], folder: Path, platforms: Sequence[str] = _HERE) -> None:
     """Export into a folder of its own and rename that: another process's result, if it came first, is as good."""
     cache_subfolder(folder.parent.name)
     for left in folder.parent.glob(".unfinished-*"):
@@ -178,7 +180,7 @@ def _export(model: Model, fmi: Literal[2, 3], folder: Path) -> None:
                 shutil.rmtree(left, ignore_errors=True)
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder.parent))
     try:
-        export(model, unfinished, (fmi,))
+        export(model, unfinished, (fmi,), platforms)
         unfinished.rename(folder)
     except OSError:
         if not folder.is_dir():

@@ -20,6 +20,7 @@ from typing import Any
 from hfsa.components import Model
 from hfsa.components._modelling.catalogue import part_named
 from hfsa.components._modelling.model import Kind
+from hfsa.components._modelling.variants import hashed
 from hfsa.cosim.assembly.load_scene import load_scene
 from hfsa.cosim.assembly.models import available_parts, model_of
 from hfsa.cosim.fmi.description import describe
@@ -110,6 +111,8 @@ def _with_starts(component: Component) -> Model:
         if name.startswith("solver."):
             raise StructureError(f"{name} = {value:g} is set in the FMU when it is run; leave it out of the scene")
         model.set_start(name, value)
+    variant = hashed([model.origin.variant, sorted(component.start.items())])
+    model.origin = dataclasses.replace(model.origin, variant=variant)
     return model
 
 

@@ -1,20 +1,15 @@
 """Where the stepping loop in C comes from: compiled at install, else at first use, by the compiler that FMUs get.
 
 It stands on the roof, as `assembly/fmu_cache.py` does: only there is the exporter's compiler in
-sight. The library appears in the cache complete or not at all, so that several processes may compile at once and any
-may be killed.
+sight.
 """
 
-import os
-import sysconfig
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from hfsa.components._modelling.cache import cache_folder, cache_subfolder
+from hfsa.cosim.assembly.compiled import compiled
 from hfsa.cosim.masters.native.headers import library_name, sources
 from hfsa.cosim.masters.native.library import installed_library
-from hfsa.fmus.compile import SUFFIX, compile_files
 from hfsa.fmus.errors import ExportError
 
 BACKENDS = ("c", "python")
@@ -26,13 +21,7 @@ def stepping_library() -> Path:
     installed = installed_library()
     if installed is not None:
         return installed
-    library = cache_folder() / "loop" / f"{library_name()}-{sysconfig.get_platform()}{SUFFIX}"
-    if not library.is_file():
-        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=cache_subfolder("loop")) as folder:
-            unfinished = Path(folder, library.name)
-            compile_files(sources(), unfinished)
-            os.replace(unfinished, library)
-    return library
+    return compiled("loop", library_name(), sources())
 
 
 def chosen_loop(backend: str, warn: Callable[[str], None]) -> Path | None:

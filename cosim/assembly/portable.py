@@ -21,12 +21,14 @@ from pathlib import Path
 from typing import Any
 
 from hfsa.components._modelling.cache import cache_folder, cache_subfolder
+from hfsa.cosim.assembly.isolation import isolation_library
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
+from hfsa.cosim.fmi.isolation import sources as isolation
 from hfsa.cosim.masters.native.headers import library_name
 from hfsa.cosim.systems.errors import StructureError
 
 _FOLDER = "received"
-_LOOP = "loop"
+_LOOP, _ISOLATION = "loop", "isolation"
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Packed:
 
 
 class _Packer(pickle.Pickler):
-    """Pickler of paths: an FMU by its hash, the stepping loop in C by a word."""
+    """Pickler of paths: an FMU by its hash, libraries of ours by a word."""
 
     def __init__(self, buffer: io.BytesIO):
         super().__init__(buffer, pickle.HIGHEST_PROTOCOL)
@@ -56,8 +58,9 @@ class _Packer(pickle.Pickler):
         """Return what stands for a path; `None` for all else."""
         if not isinstance(obj, Path):
             return None
-        if obj.name.startswith(_loop_name()):
-            return _LOOP
+        for word, name in ((_LOOP, _loop_name()), (_ISOLATION, _isolation_name())):
+            if obj.name.startswith(name):
+                return word
         if obj.suffix != ".fmu":
             return None
         name = FileName(_hash_of(obj), obj.name)
@@ -70,7 +73,8 @@ class _Unpacker(pickle.Unpickler):
 
     def persistent_load(self, pid: Any) -> Any:
         """Return this machine's path for what stands for one."""
-        return _own_loop() if pid == _LOOP else _place(pid)
+        own = {_LOOP: _own_loop, _ISOLATION: isolation_library}
+        return own[pid]() if pid in own else _place(pid)
 
 
 def pack(work: Callable[[Any], Any], task: Any) -> tuple[Packed, dict[FileName, Path]]:
@@ -138,7 +142,7 @@ def _computed_hash(file: Path, _version: tuple[int, ...]) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-_loop_name = cache(library_name)
+_loop_name, _isolation_name = cache(library_name), cache(isolation.library_name)
 
 
 @cache

@@ -57,8 +57,18 @@ Scheduler = Annotated[
 ]
 Names = Annotated[list[str] | None, Parameter(negative=())]
 Signals = Annotated[list[str] | None, Parameter("--signal", negative=())]
+Drives = Annotated[list[str] | None, Parameter("--drive", negative=())]
 Output = Annotated[Path | None, Parameter(("-o", "--output"))]
 Positive = Annotated[float | None, Parameter(validator=Number(gt=0))]
+TimeLimit = Annotated[
+    float | None,
+    Parameter(
+        "--time-limit",
+        validator=Number(gt=0),
+        help="Longest time [s] that a run, or a point of a sweep, may take: beyond it, it has failed, and what is "
+        "recorded stays (default: none).",
+    ),
+]
 if TYPE_CHECKING:
     Choice = str
 else:

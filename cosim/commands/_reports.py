@@ -18,6 +18,7 @@ from hfsa.cosim.results.files import (
     Status,
     read_algorithm,
     read_choices,
+    read_driven,
     read_errors,
     read_order,
     read_run,
@@ -125,6 +126,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         "levels": _levels(path),
         "order": order_data(read_order(path)),
         "choice": algorithm_data(choice := read_algorithm(path)),
+        "driven": list(map(asdict, driven := read_driven(path))),
     }
     kept = f" of which {rows} points are kept," if rows < steps else ""
     found = f"{stop_time:g} s in {steps} steps,{kept} {_bytes(data['size'])}"
@@ -138,6 +140,7 @@ def run_report(path: Path) -> tuple[dict[str, Any], str]:
         often = f"{100 * found.share:.3g} % of the time"
         lasting = "" if found.lasting_since is None else f", to the end from {found.lasting_since:.6g} s on"
         lines.append(f"  {found.signal}: {found.limit.word}, first at {found.first_time:.6g} s, {often}{lasting}")
+    lines += [f"  {one.name} is driven by {one.signal}" for one in driven]
     lines += [f"  {choice.sentence}"] if choice else []
     return data, "\n".join(lines)
 

@@ -102,17 +102,17 @@ def table(*headings: str) -> Any:
     return empty
 
 
-def named_values(words: list[str] | None) -> dict[str, str]:
-    """Return NAME=VALUE words as a mapping; `StructureError` for a word without `=` and for a name given twice."""
+def named_values(words: list[str] | None, option: str = "-p") -> dict[str, str]:
+    """Return the NAME=VALUE words of an option by name; `StructureError` for one without `=` or a name given twice."""
     from hfsa.cosim.systems.errors import StructureError
 
     values: dict[str, str] = {}
     for word in words or ():
         name, equals, value = word.partition("=")
         if not (name and equals):
-            raise StructureError(f"-p {word!r} is not of the form NAME=VALUE")
+            raise StructureError(f"{option} {word!r} is not of the form NAME=VALUE")
         if name in values:
-            raise StructureError(f"-p {name} is given twice: {values[name]} and {value}")
+            raise StructureError(f"{option} {name} is given twice: {values[name]} and {value}")
         values[name] = value
     return values
 

@@ -1,5 +1,6 @@
 """Verb `check`: all rules on FMUs and packages (SSP), exported by hfsa or foreign."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -28,9 +29,10 @@ def check(files: Annotated[list[Path], Parameter(negative=())], /, *, json: Json
     reports = {file: (examine_package if file.suffix == PACKAGE else examine)(file) for file in files}
     lines = []
     for file, report in reports.items():
-        lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found"]
+        holds = f", holds {', '.join(report.platforms)}" if report.platforms else ""
+        lines += [f"{file}: {problem}" for problem in report.problems] or [f"{file}: no problem found{holds}"]
         for warning in report.warnings:
             _shell.warn(f"{file}: {warning}")
-    data = [{"file": f, "problems": r.problems, "warnings": r.warnings} for f, r in reports.items()]
+    data = [{"file": file, **asdict(report)} for file, report in reports.items()]
     _shell.answer(data, "\n".join(lines), json)
     return _shell.PROBLEMS if any(report.problems for report in reports.values()) else _shell.DONE

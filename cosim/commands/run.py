@@ -9,12 +9,14 @@ from hfsa.cosim.commands import _shell
 from hfsa.cosim.commands._json import Json
 from hfsa.cosim.commands._options import (
     Arguments,
+    Drives,
     Force,
     Output,
     Positive,
     Signals,
     SineOptions,
     SteppingOptions,
+    TimeLimit,
     Tuned,
     Verify,
     given,
@@ -28,20 +30,22 @@ def run(
     parameter: Arguments = None,
     sine: SineOptions = SineOptions(),
     signal: Signals = None,
+    drive: Drives = None,
     every: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     interval: Positive = None,
     stop: Annotated[float | None, Parameter(validator=Number(gt=0))] = None,
     stepping: SteppingOptions = SteppingOptions(),
     tuned: Tuned = None,
     verify: Verify = False,
+    time_limit: TimeLimit = None,
     quiet_inputs: bool = False,
     output: Output = None,
     force: Force = False,
     json: Json = False,
 ) -> int:
-    """Run a scene in the time domain with a sine at one input; record that input, the scene's outputs, and more.
+    """Run a scene in the time domain with a sine at one input, or signals of your own at any; record these and more.
 
-    A scene without inputs generates its own motion.
+    A scene without inputs generates its own motion. The scene's outputs are recorded.
 
     Parameters
     ----------
@@ -50,6 +54,11 @@ def run(
     signal
         Variable to record in addition to the scene's outputs, repeatable: an output, input or local variable of any
         component. `controller.axis[1..6].command` is a range.
+    drive
+        INPUT=SIGNAL, repeatable: a signal that feeds an input of any component, in place of what feeds it in the scene.
+        SIGNAL is `step`, `ramp`, `sine`, `chirp`, `multisine` or `noise` with options, such as
+        `chirp,amplitude=1e-6,from=1,to=200,duration=2`, or a table: `FILE.csv`, `FILE.csv:COLUMN` or
+        `FILE.h5:VARIABLE`, joined by `interpolation=held`, `linear` (default) or `smooth`.
     every
         Communication steps from one row of the file to the next (default: 1). The last point is kept, and limits are
         watched at every step.
@@ -74,7 +83,10 @@ def run(
             _shell.named_values(parameter),
             **sine.arguments,
             record=signal or (),
-            **given({"every": every, "interval": interval, "stop_time": stop, "tuned": tuned}),
+            drive=_shell.named_values(drive, "--drive"),
+            **given(
+                {"every": every, "interval": interval, "stop_time": stop, "tuned": tuned, "time_limit": time_limit}
+            ),
             quiet_inputs=quiet_inputs or None,
             **stepping.arguments,
             verify=verify,

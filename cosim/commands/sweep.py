@@ -18,6 +18,7 @@ from hfsa.cosim.commands._options import (
     Scheduler,
     Signals,
     SteppingOptions,
+    TimeLimit,
     Tuned,
     given,
     refuse,
@@ -126,6 +127,7 @@ def sweep(
     multisine: MultisineOptions = MultisineOptions(),
     jobs: Jobs = None,
     scheduler: Scheduler = None,
+    time_limit: TimeLimit = None,
     resume: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
@@ -179,6 +181,7 @@ def sweep(
         "--tuned": tuned,
         "--jobs": jobs,
         "--scheduler": scheduler,
+        "--time-limit": time_limit,
         **{f"--{name.replace('_', '-')}": value for name, value in asdict(settling).items()},
     }
     lines = {f"--{name}": value for name, value in asdict(multisine).items()}
@@ -203,7 +206,9 @@ def sweep(
             **band,
             inputs=input or (),
             outputs=signal or (),
-            **given({"amplitude": amplitude, "jobs": jobs, "scheduler": scheduler, "tuned": tuned}),
+            **given(
+                {"amplitude": amplitude, "jobs": jobs, "scheduler": scheduler, "tuned": tuned, "time_limit": time_limit}
+            ),
             **stepping.arguments,
             **given(asdict(settling)),
             **multisine.arguments,

@@ -24,7 +24,7 @@ from hfsa.cosim.results.files import Bode, ResultsError, Status
 from hfsa.cosim.results.inertia import Residuals
 from hfsa.cosim.results.read import read
 from hfsa.cosim.results.run import Run
-from hfsa.cosim.results.store import open_file
+from hfsa.cosim.results.store import reading
 from hfsa.cosim.signals.differentiation import REACH, derivatives
 from hfsa.cosim.signals.rigid_body import rates, turned
 from hfsa.cosim.systems.errors import StructureError
@@ -143,7 +143,7 @@ def read_recording(path: Path, low: float | None = None, high: float | None = No
     `low` and `high` bound the time of a run [s] or the frequency of a sweep [Hz].
     """
     found = read(path)
-    with open_file(path) as file:
+    with reading(path) as file:
         title, text = hdf5.text(file.attrs["title"]), hdf5.text(file["system"].attrs.get("scene", ""))
     scene = None
     with contextlib.suppress(StructureError):  # files of other makers have a text of their own

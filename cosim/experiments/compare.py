@@ -87,6 +87,7 @@ def compare(
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
     keep: Literal["needed", "all"] = "needed",
+    time_limit: float | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
     folder: str | Path = "results",
@@ -99,6 +100,7 @@ def compare(
 
     Args:
         over: values of each compared argument, `{"law": ["pd", "ctc"]}`; the same names as in `parameters`.
+        time_limit: longest time [s] of each run, which has failed beyond it (default: none).
         jobs: processes (default: one per processor).
         scheduler: address of a scheduler of dask.distributed, whose workers run instead; files are written here.
         folder: folder of the results files, which are named by the scene and the values.
@@ -141,7 +143,8 @@ def compare(
         ready = prepare(setup, sine, library, warn_of, keep)
         if verify:
             check_verifiable(ready)
-        trials.append(Trial(ready, path, tuple(setup.scene.outputs), tuple(setup.signals), verify, force))
+        names = tuple(setup.scene.outputs), tuple(setup.signals)
+        trials.append(Trial(ready, path, *names, verify, force, time_limit))
     with cluster.on(scheduler) as executor:
         outcomes = _perform(trials, jobs or os.cpu_count() or 1, executor, warn, show)
     runs = tuple(

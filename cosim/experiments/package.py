@@ -22,6 +22,7 @@ from hfsa.cosim.results.target import check_package, os_refusal
 from hfsa.cosim.ssp.write import write
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
+from hfsa.fmus._platforms import platforms_named, remark
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ def package(
     algorithm: str | None = None,
     fuse: Sequence[str] = (),
     fmi: int = 2,
+    platforms: Sequence[str] = ("here",),
     path: str | Path | None = None,
     warn: Warn = warnings.warn,
 ) -> Package:
@@ -58,6 +60,8 @@ def package(
             scene's).
         step_size, algorithm: communication step size [s] and algorithm that the package names (default: the scene's).
         fmi: version of FMI, 2 or 3.
+        platforms: platforms of the binaries, `here`, `all` or names, as of the verb `export`; foreign FMUs are as they
+            are.
         path: file of the package (default: `SCENE.ssp` in the working folder); an SSP of that name is replaced.
 
     Raises:
@@ -82,8 +86,10 @@ def package(
     is_driven = excited is not None and amplitude != 0
     built = variants.driven(excited, frequency) if excited and is_driven else variants.plain
     version = cast(Literal[2, 3], fmi)
-    files = {c.name: fmu_with_starts(c, version) for c in built.system.components}
-    assembly = ready_to_step(Assembly.read(built.system, files), fixed.step_size)
+    if sentence := remark(platforms_named(platforms), [version]):
+        warn(sentence)
+    files = {c.name: fmu_with_starts(c, version, platforms) for c in built.system.components}
+    assembly = ready_to_step(Assembly.read(built.system, files, built.isolation), fixed.step_size)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         return Package(file, write(file, file.stem, fixed, assembly))

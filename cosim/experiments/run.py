@@ -20,17 +20,19 @@ from hfsa.cosim.assembly.build import with_ports
 from hfsa.cosim.assembly.native_loop import BACKENDS, chosen_loop
 from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.experiments.arguments import checked
+from hfsa.cosim.experiments.drive import driven_sentences, with_amplitudes, with_companions
 from hfsa.cosim.experiments.orders import candidates, with_computed_order
 from hfsa.cosim.experiments.selection import find_signals, with_amplitude
 from hfsa.cosim.experiments.setup import Setup, Warn, default_path, set_up, with_levels
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fidelity.step_judge import judge
 from hfsa.cosim.fmi.assembly import Assembly
+from hfsa.cosim.fmi.isolation.waiting import limited
 from hfsa.cosim.measurement import run as measured
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.measurement.sweep import system_record
 from hfsa.cosim.measurement.verification import check_verifiable, shares, verify
-from hfsa.cosim.results.files import Identity
+from hfsa.cosim.results.files import DrivenInput, Identity
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.systems.errors import StructureError
@@ -99,6 +101,7 @@ def run(
     frequency: float | None = None,
     amplitude: float | None = None,
     record: Sequence[str] = (),
+    drive: Mapping[str, Any] | None = None,
     every: int | None = None,
     interval: float | None = None,
     step_size: float | None = None,
@@ -110,6 +113,7 @@ def run(
     algebraic_loops: Literal["solve", "refuse"] = "solve",
     backend: Literal["c", "python"] = "c",
     verify: bool = False,
+    time_limit: float | None = None,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
     quiet_inputs: bool | None = None,
@@ -127,10 +131,14 @@ def run(
         frequency: frequency of the sine [Hz] (default: lower end of the scene's band).
         amplitude: amplitude of the sine in the unit of its input, 0 for no excitation (default: the scene's).
         record: variables recorded in addition to the scene's outputs, also with ranges.
+        drive: signals that feed inputs, by full or short name of the input, in place of what feeds it in the scene: a
+            function of the time [s] that returns the value, or the value and up to three derivatives; a table (rows, 2)
+            of times and values; a signal of `hfsa.cosim.signals`; or a text as `--drive` takes it.
         every: communication steps from one row of the file to the next (default: 1); the last point is kept.
         interval: time from one row of the file to the next [s], in place of `every`.
         stop_time: end of the run [s] (default: the scene's).
         verify: whether to estimate the error of each recorded variable by a second run at half the step.
+        time_limit: longest time [s] that the steps of the run may take, which fails beyond it (default: none).
         keep: `needed` leaves out states and outputs that reach no recorded variable and no limit flag; `all` keeps
             them.
         quiet_inputs: whether inputs that nothing feeds are not told (default: the scene's).
@@ -151,6 +159,7 @@ def run(
         order,
         file=None if path is None else file,
         record=record,
+        drive=drive,
         step_size=step_size,
         stop_time=stop_time,
         algorithm=algorithm,
@@ -161,7 +170,7 @@ def run(
     sine = SineInput(input, frequency, amplitude)
     show = None if report is None else lambda part: report(part, "")
     options = {"thinning": thinning, "backend": backend, "verified": verify, "keep": keep, "force": force}
-    written = run_scene(setup, file, sine, **options, warn=warn, report=show)
+    written = run_scene(setup, file, sine, **options, time_limit=time_limit, warn=warn, report=show)
     found = Run.read(file)
     written.check(file)
     return found
@@ -182,22 +191,31 @@ def prepare(
     warnings about the result.
     """
     scene, excited = with_sine(setup, sine)
+    scene, judged = (
+        with_amplitudes(scene, setup.driven, setup.highest),
+        [name for name in (excited, *setup.driven) if name],
+    )
     frequency, band = None, scene.band
     every = thinning.steps(scene.step_size)
     if excited:
         frequency = sine.frequency or scene.band[0]
-        band = min(scene.band[0], frequency), max(scene.band[1], frequency)
-    override = {"inputs": [excited], "band": band} if excited else {}
+    highest = [signal.highest for signal in setup.driven.values() if signal.highest]
+    band = min(band[0], *highest, frequency or band[0]), max(band[1], *highest, frequency or band[1])
+    override = {"inputs": judged, "band": band} if judged else {}
     scene, choices = with_levels(scene, library, **override)
     scene, order = with_computed_order(scene, setup.order, **override)
-    names = (*([excited] if excited else []), *scene.outputs, *setup.signals)
-    needed = {"keep": keep, "observed": names, "excited": [excited] if excited else []}
+    names = tuple(dict.fromkeys((*judged, *scene.outputs, *setup.signals)))
+    needed = {"keep": keep, "observed": names, "excited": judged}
     variants = Variants(scene, setup.highest, **needed)
     plain, left_out = variants.plain, variants.left_out.sentence
-    moved = {excited: variants.driven(excited, sine.frequency)} if excited else {}
-    checked = ready_to_step(moved[excited] if excited else plain, scene.step_size)
+    continuous = [name for name in judged if plain.connector(name).is_real]
+    moved = {name: variants.driven(name, sine.frequency if name == excited else None) for name in continuous}
+    checked = ready_to_step(moved.get(excited or "", plain), scene.step_size)
     with judge(scene, plain, moved, scene.outputs, band) as known:
-        scene, algorithm, sentences = known.decided(scene, candidates(setup.order), frequency)
+        scene, algorithm, sentences = known.decided(scene, candidates(setup.order), None if setup.driven else frequency)
+    # of these the error of the response is in the judgement
+    told = [name for name, signal in setup.driven.items() if name in moved and known.analysis and signal.highest]
+    sentences = [*sentences, *driven_sentences(setup.driven, plain, scene, told)]
     if excited and sine.amplitude == 0:
         scene = dataclasses.replace(scene, amplitude=dict.fromkeys(scene.amplitude, 0.0))
         checked = Variants(scene, plain, **needed).driven(excited, sine.frequency)
@@ -207,6 +225,8 @@ def prepare(
         warn(sentence)
     choice = {"order": order, "algorithm": algorithm, "left_out": left_out}
     record = system_record(setup.title, scene_text(scene), assembly, **choice)
+    driven = [DrivenInput(name, signal.text, signal.fingerprint) for name, signal in setup.driven.items()]
+    record = dataclasses.replace(record, driven=driven)
     whole = outlined(scene.system)
     ready = RunPlan(
         assembly,
@@ -219,6 +239,7 @@ def prepare(
         scene.tolerance,
         recorded_scales(scene, whole.system, whole.connectors, names),
         every,
+        setup.driven,
     )
     for sentence in filter(None, (ready.end_sentence, ready.size_sentence)):
         warn(sentence)
@@ -235,13 +256,15 @@ def run_scene(
     verified: bool = False,
     keep: Keep = "needed",
     force: bool = False,
+    time_limit: float | None = None,
     warn: Warn = warnings.warn,
     report: Callable[[float], None] | None = None,
 ) -> Identity:
     """Run a scene in the time domain, write the file `path`, and return its identity.
 
     `thinning` says which points are rows of the file; `backend` is one of `BACKENDS`; `verified` adds error estimates;
-    `keep` is that of `run`; `force` replaces a results file.
+    `keep` is that of `run`; `force` replaces a results file; `time_limit` [s] is that of all steps, without the
+    preparation.
     """
     for sentence in setup.disagreements:
         warn(sentence)
@@ -249,11 +272,12 @@ def run_scene(
     if verified:
         check_verifiable(ready)
     first, second = shares(report) if verified else (report, None)
-    ended = measured.run(ready, path, first, force)
-    for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
-        warn(message)
-    if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
-        warn(sentence)
+    with limited(time_limit):
+        ended = measured.run(ready, path, first, force)
+        for message in (*ended.warnings.values(), *(found.message for found in ended.limits)):
+            warn(message)
+        if verified and (sentence := verify(ready, path, second).excess(ready.tolerance)):
+            warn(sentence)
     return ended.file
 
 
@@ -264,9 +288,14 @@ def with_sine(setup: Setup, sine: SineInput) -> tuple[Scene, str | None]:
     levels, orders and algorithms are judged.
     """
     scene = setup.scene
+    if setup.driven and sine == SineInput():
+        return scene, None
     if sine.input or scene.inputs:
         wanted = [sine.input] if sine.input else scene.inputs[:1]
         excited = find_signals(wanted, scene.inputs, setup.highest.connectors, "input")[0]
+        if excited in with_companions(setup.driven, setup.highest):
+            raise StructureError(f"{excited} is driven, and has no sine as well; expected another --input")
+
         return with_amplitude(scene, sine.amplitude or None, [excited], setup.highest), excited
     if sine.frequency is not None or sine.amplitude is not None:
         raise StructureError(

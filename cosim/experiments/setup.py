@@ -6,7 +6,7 @@ setup.scene, setup.title
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from hfsa.cosim.assembly.load_scene import DOCUMENT, available_scenes, load_scen
 from hfsa.cosim.assembly.outline import outlined
 from hfsa.cosim.assembly.outside import outside
 from hfsa.cosim.assembly.packages import PACKAGE, package_of
+from hfsa.cosim.experiments.drive import released, requested, with_companions
 from hfsa.cosim.experiments.orders import with_order
 from hfsa.cosim.experiments.selection import find_signals, signals
 from hfsa.cosim.experiments.tuning import tuned_options
@@ -26,6 +27,7 @@ from hfsa.cosim.fidelity import levels
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.masters.algorithms import check_algorithm
 from hfsa.cosim.results.files import LevelChoice
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import refuse_loops
 from hfsa.cosim.systems.loose_ends import loose_ends
@@ -49,6 +51,7 @@ class Setup:
     Attributes:
         order: order of steps as typed (`orders.py`).
         signals: full names of variables recorded in addition to the scene's outputs.
+        driven: signals by the full name of the input that each feeds.
         disagreements: a sentence for each fact on which parts of the scene disagree, for the loose ends of a scene that
             does not come with hfsa, and for what is ignored of a package.
     """
@@ -57,6 +60,7 @@ class Setup:
     title: str
     order: str | None = None
     signals: Sequence[str] = ()
+    driven: Mapping[str, Signal] = field(default_factory=dict)
     disagreements: Sequence[str] = ()
 
     @cached_property
@@ -74,6 +78,7 @@ def set_up(
     *,
     file: Path | None = None,
     record: Sequence[str] = (),
+    drive: Mapping[str, Any] | None = None,
     tuned: str | Path | None = None,
     **changes: Any,
 ) -> Setup:
@@ -106,13 +111,15 @@ def set_up(
     known = available_scenes().get(name)
     title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem or "A scene"
     setup = Setup(loaded, title, order)
+    if drive:
+        setup = _driven(setup, drive, record)
     if file is not None and file.suffix not in _FORMATS:
         refuse_signal(file, signals(setup.highest.connectors))
     named = find_signals(record, (), setup.highest.connectors, "signal") if record else ()
-    further = tuple(s for s in dict.fromkeys((*loaded.recorded, *named)) if s not in loaded.outputs)
-    sentences = [*_remarks(name, loaded), *disagreements(name, parameters or {}, loaded)]
+    further = tuple(s for s in dict.fromkeys((*setup.scene.recorded, *named)) if s not in loaded.outputs)
+    sentences = [*_remarks(name, loaded), *disagreements(name, parameters or {}, setup.scene)]
     if known is None:
-        sentences += _loose_ends(setup, further)
+        sentences += _loose_ends(setup, [*further, *with_companions(setup.driven, setup.highest)])
     return dataclasses.replace(setup, signals=further, disagreements=sentences)
 
 
@@ -122,6 +129,15 @@ def _remarks(name: str, scene: Scene) -> Sequence[str]:
         return package_of(name).remarks
     file = Path(name)
     return [*default_experiment.remarks(file, scene), *outside(file, scene)] if name.endswith(DOCUMENT) else ()
+
+
+def _driven(setup: Setup, drive: Mapping[str, Any], record: Sequence[str]) -> Setup:
+    """Return the setup with inputs driven by signals, which nothing else feeds then; errors as of `drive.requested`."""
+    scene, known = setup.scene, setup.highest
+    driven = requested(drive, scene, known)
+    named = find_signals(record, (), known.connectors, "signal") if record else ()
+    used = [*scene.outputs, *scene.recorded, *named]
+    return Setup(released(scene, with_companions(driven, known), used), setup.title, setup.order, driven=driven)
 
 
 def _loose_ends(setup: Setup, further: Sequence[str]) -> list[str]:

@@ -76,6 +76,7 @@ def sweep(
     together: bool = False,
     backend: Literal["c", "python"] = "c",
     jobs: int | None = None,
+    time_limit: float | None = None,
     tuned: str | Path | None = None,
     keep: Literal["needed", "all"] = "needed",
     scheduler: str | None = None,
@@ -117,6 +118,7 @@ def sweep(
         together: whether a multisine excites all inputs in one run, on interleaved lines.
         backend: stepping loop, in C or in Python.
         jobs: threads or processes (default: one per processor).
+        time_limit: longest time [s] of a point, or of a run of a multisine, which has failed beyond it (default: none).
         tuned: results file of `trade`, whose answer determines levels, groups, algorithm and step.
         keep: `needed` leaves out states and outputs that reach no measured output and no limit flag; `all` keeps them.
         scheduler: address of a scheduler of dask.distributed, whose workers measure the points instead.
@@ -165,6 +167,7 @@ def sweep(
         phases,
         seed,
         together,
+        time_limit,
     )
     if scheduler is not None and (method != "stepped" or start == PREVIOUS):
         raise StructureError("--scheduler takes --method stepped, and no --start previous: its points are independent")

@@ -58,6 +58,7 @@ def many_lines(
     if exact is not None:
         runs = with_expectations(runs, plan, expectations(plan, exact, {}, subject.scene, request.settling_tolerance))
     plan = dataclasses.replace(plan, settings=dataclasses.asdict(settings))
+    runs = [dataclasses.replace(run, time_limit=request.time_limit) for run in runs]
     return Measurement(
         plan, subject.record(*(run.assembly for run in runs)), partial(multisine, runs=runs, jobs=_jobs(request))
     )
@@ -97,6 +98,7 @@ def single_sines(
         expected=expected,
         jobs=_jobs(request),
         executor=executor,
+        time_limit=request.time_limit,
     )
     return Measurement(plan, subject.record(*ready.values()), run)
 

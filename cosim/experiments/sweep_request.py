@@ -27,7 +27,7 @@ class SweepRequest:
 
     `inputs` and `outputs` are full or short names; `low` and `high` in Hz; `amplitude` in the unit of each input;
     `jobs` is the number of threads or processes (default: one per processor); `backend` is one of `BACKENDS`. `phases`,
-    `seed` and `together` are those of a multisine.
+    `seed` and `together` are those of a multisine. `time_limit` is that of a point [s].
     """
 
     method: Literal["stepped", "multisine", "linear"] = "stepped"
@@ -50,6 +50,7 @@ class SweepRequest:
     phases: str | None = None
     seed: int | None = None
     together: bool = False
+    time_limit: float | None = None
 
     def __post_init__(self):
         given = {"phases": self.phases, "seed": self.seed, "inputs together": self.together or None}

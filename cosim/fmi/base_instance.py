@@ -4,130 +4,27 @@ An `Fmu` is loaded for one of the two interface types; `co_simulation.py` and `m
 """
 
 import ctypes
-import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from ctypes import byref, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing.util import Finalize
-from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 
-from hfsa.cosim.archives.archive import Archive
 from hfsa.cosim.fmi.access import Access, set_texts, thunk
-from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
-from hfsa.cosim.fmi.description import Interface, describe
-from hfsa.cosim.fmi.library import TERMINATED, Library, Log, fails
-from hfsa.cosim.fmi.model_exchange_library import MODEL_EXCHANGE
+from hfsa.cosim.fmi.description import Interface
+from hfsa.cosim.fmi.fmu import Fmu
+from hfsa.cosim.fmi.handle import Handle, State
+from hfsa.cosim.fmi.isolation.waiting import INTERRUPTED, LOST, OVERDUE, interruption
+from hfsa.cosim.fmi.library import Log, fails
+from hfsa.cosim.fmi.step_error import FATAL, StepError, label_of
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import nearest
 
 Starts = Mapping[str, float | bool | str]
 """Start values by name of the variable."""
-
-_LIBRARIES: dict[Interface, Mapping[int, type[Library]]] = {
-    "co_simulation": CO_SIMULATION,
-    "model_exchange": MODEL_EXCHANGE,
-}
-
-_STATUS = {0: "ok", 1: "warning", 2: "discard", 3: "error", 4: "fatal", 5: "pending", TERMINATED: "terminated"}
-_FATAL = 4
-_UNSTABLE = "where the loop is unstable at this step, a smaller one helps"
-_ADVICE = {
-    "discard": "the FMU refuses a step of this size from here; try a smaller one",
-    "error": "the run cannot continue; check its inputs and parameters",
-    "fatal": "the FMU cannot be used in this process any more; check its inputs and parameters",
-    "terminated": "the FMU requests the end of the run",
-    "not finite": _UNSTABLE,
-    "out of bounds": _UNSTABLE,
-    "diverged": _UNSTABLE,
-}
-
-
-class StepError(RuntimeError):
-    """Error of a run that cannot continue: a failed FMI call, or a response outside its bounds.
-
-    Attributes:
-        instance: name of the instance.
-        function: the failed FMI function, or the variable with an inadmissible value.
-        status: `discard`, `error`, `fatal`, `terminated`, or `not finite`, `out of bounds`, `diverged`.
-        time: communication point [s] of the failure; `None` before initialization.
-        message: log messages of the FMU, or details of the value.
-    """
-
-    exit_code = 4
-
-    def __init__(self, instance: str, function: str, status: str, time: float | None, message: str = ""):
-        at = "" if time is None else f" at t = {time:.9g} s"
-        advice = f"; {_ADVICE[status]}" if status in _ADVICE else ""
-        super().__init__(f"{instance}: {function}: {status}{at}{': ' + message if message else ''}{advice}")
-        self.instance, self.function, self.status, self.time = instance, function, status, time
-        self.message = message
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.instance, self.function, self.status, self.time, self.message)
-
-
-class Fmu:
-    """FMU loaded for one interface type: its description, its library, and the folder of its unzipped files.
-
-    `Fmu.load` returns the same object for the same file and interface; `close` or the end of the process removes the
-    folder.
-
-    Attributes:
-        holder: name of the last instance of it that is not freed, `None` where there is none.
-        description: description of the FMU; `name`, `version` and `variables` (by name) are taken from it.
-    """
-
-    _loaded: ClassVar[dict[tuple, "Fmu"]] = {}
-
-    def __init__(self, file: Path, interface: Interface = "co_simulation"):
-        self.description = describe(file, interface)
-        self.holder: str | None = None
-        self.name, self.version = self.description.name, self.description.version
-        self.variables = self.description.variables
-        folder = tempfile.mkdtemp(prefix="hfsa-")
-        # worker processes of a pool run finalizers, but not atexit
-        self._remove = Finalize(self, shutil.rmtree, (folder, True), exitpriority=0)
-        with Archive(file, str(file), "FMU") as archive:
-            archive.unpack(Path(folder), lambda name: not name.startswith(("sources/", "documentation/")))
-        self.library = _LIBRARIES[interface][self.version](self.description, Path(folder))
-
-    @classmethod
-    def load(cls, file: str | Path, interface: Interface = "co_simulation") -> "Fmu":
-        """Load a `.fmu` file once per process; `StructureError` where it lacks the interface or the binary."""
-        path = Path(file).resolve()
-        if not path.is_file():
-            raise StructureError(f"there is no file {path}")
-        key = (path, interface, path.stat().st_mtime_ns, path.stat().st_size)
-        if key not in cls._loaded:
-            cls._loaded[key] = cls(path, interface)
-        return cls._loaded[key]
-
-    def close(self) -> None:
-        """Unload the library and remove the folder; all instances must be closed before."""
-        self.library.close()
-        self._remove()
-        for key in [key for key, fmu in self._loaded.items() if fmu is self]:
-            del self._loaded[key]
-
-
-@dataclass(frozen=True, eq=False)
-class Handle:
-    """Variables of one instance: value references, and the array (n,) that `get` writes and `set` reads.
-
-    `access` is how they are read and set where one function for real numbers does not do.
-    """
-
-    names: tuple[str, ...]
-    references: ctypes.Array
-    values: np.ndarray
-    arguments: tuple = field(repr=False)
-    access: Access | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,13 +36,6 @@ class Call:
     function: Callable[..., int] = field(repr=False)
     arguments: tuple = field(repr=False)
     run: Callable[[], int] = field(repr=False)
-
-
-@dataclass(eq=False)
-class State:
-    """Saved FMU state of one instance; `Instance.restore` restores it, `Instance.release` frees it."""
-
-    pointer: c_void_p
 
 
 class BaseInstance:
@@ -372,13 +262,20 @@ class BaseInstance:
         """Raise `StepError` with the log messages for a status worse than a warning, or what interrupted the call."""
         if not fails(status):
             return
+        if status == INTERRUPTED:
+            raise interruption()
         if self.interruption is not None:
-            interruption, self.interruption = self.interruption, None
-            raise interruption
-        if status == _FATAL:
+            interrupted, self.interruption = self.interruption, None
+            raise interrupted
+        messages = [self._log.take()]
+        if status in (LOST, OVERDUE):
+            messages.insert(0, self._library.ending(self._component))
+        if status == FATAL:
+            self._library.abandon(self._component)
             self._component.value = None  # the standards allow no further call, not even to free it
-        label = _STATUS.get(status, f"status {status}")
-        raise StepError(self.name, self._function_of(role), label, self.time, self._log.take())
+        raise StepError(
+            self.name, self._function_of(role), label_of(status), self.time, "; ".join(filter(None, messages))
+        )
 
     def _function_of(self, role: str) -> str:
         """Return the FMI function of a role, or that which failed among those of an access."""
@@ -446,11 +343,12 @@ class BaseInstance:
     def _instantiate(self) -> None:
         """Instantiate the FMU; `StepError` where it returns no instance."""
         demands = self.fmu.description.demands
-        if demands.is_once_per_process and self.fmu.holder is not None:
+        if demands.is_once_per_process and self.fmu.holder is not None and not self._library.is_isolated:
             raise demands.second_instance(self.name, self.fmu.holder)
-        self._component.value = self._library.instantiate(self.name, self._log)
+        self._component.value = self._library.open(self.name, self._log)
         if not self._component.value:
-            message = "; ".join(filter(None, (self._log.take(), demands.absent_tool)))
+            reasons = self._library.ending(self._component), self._log.take(), demands.absent_tool
+            message = "; ".join(filter(None, reasons))
             raise StepError(self.name, "instantiation", "no instance", None, message)
         self.fmu.holder = self.name
         self._is_fresh = True

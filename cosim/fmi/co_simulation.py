@@ -14,16 +14,19 @@ runs them in every step: all arguments of a `Call` are ctypes objects, so that a
 pointers, value references and arrays.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from ctypes import c_double, c_int, c_void_p
 from pathlib import Path
 from typing import ClassVar, Self, TypeVar
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import BaseInstance, Call, Fmu, Handle, State, StepError
+from hfsa.cosim.fmi.base_instance import BaseInstance, Call
 from hfsa.cosim.fmi.co_simulation_library import CoSimulationLibrary
 from hfsa.cosim.fmi.description import SAMPLE_TIME, Interface
+from hfsa.cosim.fmi.fmu import Fmu
+from hfsa.cosim.fmi.handle import Handle, State
+from hfsa.cosim.fmi.step_error import StepError
 
 __all__ = ["Call", "Fmu", "Handle", "Instance", "Instances", "Number", "State", "StepError", "open_instances"]
 
@@ -113,12 +116,21 @@ class Instances(dict[str, InstanceType]):
         self.close()
 
 
-def open_instances(files: Mapping[str, str | Path], kind: type[InstanceType] = Instance) -> Instances[InstanceType]:
-    """Load FMUs and return one instance of each; where one fails, the others are closed."""
+def open_instances(
+    files: Mapping[str, str | Path],
+    kind: type[InstanceType] = Instance,
+    isolated: Collection[str] = (),
+    isolation: Path | None = None,
+) -> Instances[InstanceType]:
+    """Load FMUs and return one instance of each; where one fails, the others are closed.
+
+    The instances of the `isolated` components have processes of their own, by the library `isolation`.
+    """
     instances: Instances[InstanceType] = Instances()
     try:
         for name, file in files.items():
-            instances[name] = kind(Fmu.load(file, kind.interface), name)
+            library = isolation if name in isolated else None
+            instances[name] = kind(Fmu.load(file, kind.interface, library), name)
     except BaseException:
         instances.close()
         raise

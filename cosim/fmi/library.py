@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_void_p
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import fmpy
 from fmpy.fmi2 import (
@@ -25,6 +25,7 @@ from fmpy.fmi3 import fmi3LogMessageCallback
 from fmpy.logging import addLoggerProxy
 
 from hfsa.cosim.fmi.description import Description
+from hfsa.cosim.fmi.isolation.stand_in import StandIn
 from hfsa.cosim.systems.errors import StructureError
 
 TERMINATED = 100
@@ -85,14 +86,20 @@ class Library(ABC):
     names: ClassVar[dict[str, str]]
     _kind: type
     _boolean: type
+    _platform: ClassVar[str]
+    """Name of this platform in the paths of binaries."""
 
-    def __init__(self, description: Description, folder: Path):
+    def __init__(self, description: Description, folder: Path, isolation: Path | None = None):
+        self._file, self._stand_in = description.file, None
         try:
-            self._fmu = self._kind(
-                guid=description.token, modelIdentifier=description.identifier, unzipDirectory=str(folder)
-            )
+            if isolation is None:
+                self._fmu: Any = self._kind(
+                    guid=description.token, modelIdentifier=description.identifier, unzipDirectory=str(folder)
+                )
+            else:
+                self._fmu = self._stand_in = StandIn(isolation, self._binary(folder, description.identifier))
         except Exception as error:  # fmpy raises Exception itself, ctypes OSError and AttributeError
-            raise StructureError(f"{description.file} cannot be loaded on {fmpy.platform_tuple}: {error}") from error
+            raise self._not_loaded(str(error)) from error
         self._name, self._token = description.identifier, description.token.encode()
         self._resources = folder.absolute() / "resources"
         self._categories = [name.encode() for name in description.log_categories if name in _LOG_CATEGORIES]
@@ -107,6 +114,13 @@ class Library(ABC):
             return self._fmu.dll[name]
         except AttributeError:
             raise StructureError(f"the binary of {self._name} lacks {name}, a function of the standard") from None
+
+    def open(self, name: str, log: Log) -> int | None:
+        """Return the address of a new instance, `None` where there is none; `StructureError` as at loading."""
+        address = self.instantiate(name, log)
+        if self._stand_in is not None and address is None and self._stand_in.is_not_loaded:
+            raise self._not_loaded(log.take())
+        return address
 
     @abstractmethod
     def instantiate(self, name: str, log: Log) -> int | None:
@@ -144,10 +158,41 @@ class Library(ABC):
         free = self.function("free")
         free.restype = None  # type: ignore[attr-defined]
         free(component)
+        self.abandon(component)
+
+    def abandon(self, component: c_void_p) -> None:
+        """End the process of an instance in one of its own, which nothing may call any more."""
+        if self._stand_in is not None and component.value:
+            self._stand_in.end(component.value)
+
+    @property
+    def is_isolated(self) -> bool:
+        """Whether each instance is in a process of its own."""
+        return self._stand_in is not None
+
+    def ending(self, component: c_void_p) -> str:
+        """Return how the process of an instance has ended, or that of the last one that failed; empty without one."""
+        if self._stand_in is None:
+            return ""
+        return self._stand_in.ending(component.value) if component.value else self._stand_in.failure
+
+    def _binary(self, folder: Path, identifier: str) -> Path:
+        """Return the binary of this platform; `FileNotFoundError` where there is none."""
+        binary = folder.absolute() / "binaries" / self._platform / f"{identifier}{fmpy.sharedLibraryExtension}"
+        if not binary.is_file():
+            raise FileNotFoundError(f"Cannot find shared library {binary}.")
+        return binary
+
+    def _not_loaded(self, reason: str) -> StructureError:
+        """Return the error for a binary that cannot be loaded."""
+        return StructureError(f"{self._file} cannot be loaded on {fmpy.platform_tuple}: {reason}")
 
     def close(self) -> None:
         """Unload the library."""
-        self._fmu.freeLibrary()
+        if self._stand_in is not None:
+            self._stand_in.close()
+        else:
+            self._fmu.freeLibrary()
 
 
 class Library2(Library):
@@ -172,6 +217,7 @@ class Library2(Library):
     }
     _type: int
     _boolean = c_int
+    _platform = fmpy.platform
 
     def instantiate(self, name, log):
         """Instantiate with the project's logger and the C library's memory functions."""
@@ -218,6 +264,7 @@ class Library3(Library):
         "directional": "fmi3GetDirectionalDerivative",
     }
     _boolean = c_bool
+    _platform = fmpy.platform_tuple
 
     def set_up(self, component, start_time, stop_time, tolerance=None):  # noqa: ARG002 (FMI 2 takes them here)
         """Do nothing: FMI 3 has no such call."""

@@ -20,9 +20,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import BaseInstance, Call, Fmu, StepError
+from hfsa.cosim.fmi.base_instance import BaseInstance, Call
 from hfsa.cosim.fmi.description import Interface
+from hfsa.cosim.fmi.fmu import Fmu
 from hfsa.cosim.fmi.model_exchange_library import ModelExchangeLibrary
+from hfsa.cosim.fmi.step_error import StepError
 
 MOST_UPDATES = 100
 """Largest number of updates of the discrete states in one event."""

@@ -17,7 +17,7 @@ from typing import Any
 
 import hfsa.cosim.masters
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.fmi.co_simulation import Instance, open_instances
+from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.master import Master
@@ -105,7 +105,7 @@ def open_master(
     algorithm requires; all FMUs are freed then.
     """
     row = algorithm_named(algorithm)
-    instances = open_instances(assembly.files, ModelExchangeInstance if row.is_model_exchange else Instance)
+    instances = assembly.open(ModelExchangeInstance if row.is_model_exchange else Instance)
     try:
         return row.make(instances, assembly.system, row, step_size, library, tolerance)
     except BaseException:

@@ -19,11 +19,14 @@ there does not shorten the next one.
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from hfsa.cosim.actions.action import Stepper
+from hfsa.cosim.actions.drive import Feeder
+from hfsa.cosim.actions.feed import Feed, Now
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.actions.schedule import Action
@@ -33,6 +36,7 @@ from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.iterated import QUASI_NEWTON
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.stepping import step_in_c
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import System
@@ -92,12 +96,29 @@ class ErrorControlled(Master):
         if library is not None:
             for iterated in (self._half, self._whole):
                 step_in_c(iterated, library)
-        self._ticks = [self._revocable(action) for action in self.cycle[: self.cycle.index(self._half)]]
-        self._after = self.cycle[self.cycle.index(self._half) + 1 :]
+        self._lay_out()
         self._clocked = [instances[stepper.instance] for stepper in self.wiring.discrete]
         self._stepped = [instances[stepper.instance] for stepper in (*self.wiring.discrete, *self.wiring.continuous)]
         self._saved: list[State] = []
         self._observe(())
+
+    def drive(self, signals: Mapping[str, Signal]) -> None:
+        """Drive inputs as `Master.drive`; steps end at every jump of a signal."""
+        super().drive(signals)
+        self._lay_out()
+
+    @property
+    def _feeder(self) -> Feeder:
+        """Function that returns the action which feeds the row of the present time."""
+        return partial(Now, time=self.wiring.time)
+
+    def _lay_out(self) -> None:
+        """Divide the cycle: what each part of a step begins with, and what follows an accepted step."""
+        place = self.cycle.index(self._half)
+        self._after = self.cycle[place + 1 :]
+        # the second half of a step begins at other values
+        values = [action for action in self.point if isinstance(action, Feed)]
+        self._ticks = [*values, *(self._revocable(action) for action in self.cycle[:place])]
 
     def record(self, names: Iterable[str], rows: int, every: int = 1) -> Recording:
         """Record as `Master.record`; what is recorded of an FMU without visible states determines the steps as well."""
@@ -169,6 +190,8 @@ class ErrorControlled(Master):
     def _stop(self, time: float, end: float) -> tuple[float, bool]:
         """Return the next time [s] at which a step must end, and whether that is a tick."""
         stop, is_tick = end, False
+        if self._drive is not None:
+            stop = min(stop, self._drive.next_break(time))
         for sample_time in self._sample_times:
             passed = np.floor((time - self._start_time) / sample_time + 1e-6)
             tick = self._start_time + (passed + 1) * sample_time

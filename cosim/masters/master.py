@@ -15,25 +15,30 @@ exchanged in feedthrough order, so that an output is fetched after the inputs it
 2. The continuous instances step in the order of the algorithm: `gauss_seidel.py`, `jacobi.py`, ... Algebraic loops are
    solved at every point (`actions/algebraic_loop.py`).
 
-`initialize` and `advance` end with the exchange at the current point, so that all values are consistent.
+`initialize` and `advance` end with the exchange at the current point, so that all values are consistent. `drive` feeds
+inputs by signals of the user's own: their values at each point, and their derivatives for the step from it.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from hfsa.cosim.actions.action import Group
+from hfsa.cosim.actions.drive import Drive, Feeder
 from hfsa.cosim.actions.exchange import Exchange
 from hfsa.cosim.actions.extrapolation import Extrapolation
+from hfsa.cosim.actions.feed import Ahead, Clock, Feed
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recorded_calls import recorded_calls, with_early
 from hfsa.cosim.actions.recording import Recording, Watch
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import Call
 from hfsa.cosim.fmi.solver_counts import solver_counts, total
-from hfsa.cosim.masters.algorithm import Algorithm
+from hfsa.cosim.masters.algorithm import Algorithm, Scheme
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.connectors import Connector, connector
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import System
@@ -60,6 +65,8 @@ class Master(ABC):
         self.wiring, self.system = scheme.wiring, scheme.wiring.system
         self.wiring.step_size.value = step_size
         self.point, self.cycle = list(scheme.point), scheme.cycle
+        self._drive: Drive | None = None
+        self._clock = Clock(0.0, step_size, 0)
         self._exchange = Exchange(self.wiring, scheme.warnings)
         self.warnings, self.told = self._exchange.warnings, self._exchange.told
         self._watch = self._exchange.watch
@@ -82,8 +89,11 @@ class Master(ABC):
 
     @property
     def order(self) -> int | None:
-        """Order of the error in the communication step: that of the algorithm, or less where inputs are held."""
+        """Order of the error in the communication step: that of the algorithm, less where inputs are held or jump."""
         order, moving = self.algorithm.order, self._scheme.moving
+        end = self._start_time + self._clock.last * self.step_size
+        if order and self._drive is not None and self._drive.is_rough(self._start_time, end):
+            return 1
         return min(order, 1 + moving.degree) if order and isinstance(moving, Extrapolation) else order
 
     @property
@@ -113,11 +123,14 @@ class Master(ABC):
         for name, instance in self.instances.items():
             instance.fmu.description.demands.check_step(name, self.step_size)
         self._start_time, self._count, self._is_ready = start_time, 0, False
-        self._exchange.enter(start_time, stop_time, starts)
+        self._begin_feeds(stop_time)
+        fed = {} if self._drive is None else self._drive.starts(start_time)
+        self._exchange.enter(start_time, stop_time, {**fed, **(starts or {})})
         self._exchange.leave()
         self._exchange.run([*self._early.values(), *self.point])
         self._watch.check(self.time)
         if self._scheme.moving is not None:
+            self._give_slopes()
             self._scheme.moving.begin()
         self._is_ready = True
         if self._recording is not None:
@@ -169,7 +182,8 @@ class Master(ABC):
             (self.instances[component], variables, values)
             for component, variables, values in self._by_component(recording)
         ]
-        self._early, self._record_calls = recorded_calls(self.wiring, self._scheme.cycle, fetched)
+        held = {} if self._drive is None else {name: self._drive.present(name) for name in self._drive.names}
+        self._early, self._record_calls = recorded_calls(self.wiring, self._scheme.cycle, fetched, held)
         self.cycle = with_early(self._scheme.cycle, self._early)
         recording.watch = Watch(recording.names, [self._connector(n) for n in recording.names], recording.point)
         self._recording = recording
@@ -191,15 +205,63 @@ class Master(ABC):
             self._connector(name)
             if name in fed:
                 raise StructureError(f"{name} is fed by a connection and cannot be set")
+            if self._drive is not None and name in self._drive.names:
+                raise StructureError(f"{name} is driven by a signal and cannot be set")
             component, variable = self.system.split(name)
             instance = self.instances[component]
             instance.set(instance.handle([variable]), [value])
-        self._exchange.run(self.point)
+        self._exchange.run(action for action in self.point if not isinstance(action, Feed))
 
     def close(self) -> None:
         """Free the instances."""
         for instance in self.instances.values():
             instance.close()
+
+    # Driven inputs ----------------------------------------------------------------------------------------------------
+
+    def drive(self, signals: Mapping[str, Signal]) -> None:
+        """Feed unconnected inputs (full names) by signals from the next `initialize` on; call it before `record`.
+
+        Raises `StructureError` for a name that is no input, or is fed by a connection.
+        """
+        scheme, self._drive = self._scheme, Drive(self.wiring, signals)
+        slopes = [] if self.algorithm.inputs in ("held", "exact") else self._drive.slopes(self._feeder)
+        point = [self._drive.values(self._feeder), *scheme.point]
+        warnings = {**scheme.warnings, **self._drive.warnings}
+        step = [*slopes, *self._drive.with_rates(scheme.step, self._feeder)]
+        self._scheme = Scheme(self.wiring, step, point, scheme.moving, warnings)
+        self.point, self.cycle = point, self._scheme.cycle
+        self.warnings.update(warnings)
+
+    @property
+    def driven(self) -> Drive | None:
+        """The driven inputs, `None` where there are none."""
+        return self._drive
+
+    @property
+    def _feeder(self) -> Feeder:
+        """Function that returns the action which feeds rows at the communication points."""
+        return partial(Ahead, clock=self._clock)
+
+    @property
+    def _feeds(self) -> list[Feed]:
+        """Actions that feed inputs."""
+        return [action for action in (*self._scheme.step, *self.point) if isinstance(action, Feed)]
+
+    def _begin_feeds(self, stop_time: float | None) -> None:
+        """Prepare what feeds inputs, before a start."""
+        self._clock.start = self._start_time
+        duration = np.inf if stop_time is None else stop_time - self._start_time
+        self._clock.last = int(min(np.ceil(duration / self.step_size + 1e-6), 2.0**53))
+        for feed in self._feeds:
+            feed.begin()
+
+    def _give_slopes(self) -> None:
+        """Give the driven inputs their slopes at the start, on which the rates of outputs depend."""
+        slopes = [action for action in self._scheme.step if isinstance(action, Feed)]
+        self._exchange.run(slopes)
+        for slope in slopes:
+            slope.begin()
 
     # Recording --------------------------------------------------------------------------------------------------------
 

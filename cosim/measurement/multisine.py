@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.isolation.waiting import is_overdue, limited
+from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import ALGORITHMS, DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement import pool
@@ -108,7 +110,8 @@ class Run:
     """One run of a multisine sweep, plain data for any thread or process.
 
     `assembly` is the system with a source at each of the `driven` inputs and a sampler at the `outputs` (full names);
-    `library` is the stepping loop in C, `None` for the one in Python; `start` is the predicted steady state.
+    `library` is the stepping loop in C, `None` for the one in Python; `start` is the predicted steady state,
+    `time_limit` the longest time [s] that the run may take.
     """
 
     assembly: Assembly
@@ -118,6 +121,7 @@ class Run:
     grid: Grid
     driven: tuple[Driven, ...]
     start: SteadyStart | None = None
+    time_limit: float | None = None
 
     @property
     def lines(self) -> NDArray[np.int64]:
@@ -126,6 +130,12 @@ class Run:
 
 
 def measure(run: Run) -> list[Point]:
+    """Measure one run within its time limit as `_points`."""
+    with limited(run.time_limit):
+        return _points(run)
+
+
+def _points(run: Run) -> list[Point]:
     """Measure one run; a failure becomes the status and message of its points.
 
     The `wall_time` of a point is its share of the run, as are its `steps`, whole numbers whose sum is that of the run.
@@ -136,7 +146,7 @@ def measure(run: Run) -> list[Point]:
         try:
             points = _measured(run)
         except (StepError, StructureError) as error:
-            if run.start is None:
+            if run.start is None or is_overdue():
                 raise
             points = _measured(replace(run, start=None))
             points = [replace(p, message=p.message or f"started at rest: {error}") for p in points]
@@ -250,6 +260,7 @@ class _Measurement:
         for first in range(0, points, _SPELL):
             if pool.is_stopping():
                 raise KeyboardInterrupt
+            check_time("the run", self.master.time)
             self._recording.clear()
             self.master.advance(min(_SPELL, points - first))
             if spectrum is None:

@@ -27,6 +27,9 @@ from queue import SimpleQueue
 from types import ModuleType
 from typing import TypeVar
 
+from hfsa.cosim.fmi.isolation.waiting import interrupted_by
+from hfsa.cosim.results.scratch import enclosing
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
@@ -101,8 +104,9 @@ def streamed(
     def run(task: Task) -> None:
         """Put the results of a task into the queue, then `None`."""
         try:
-            for result in work(task):
-                found.put((task, result))
+            with interrupted_by(is_stopping):
+                for result in work(task):
+                    found.put((task, result))
         finally:
             found.put(None)
 
@@ -246,7 +250,8 @@ def _run_busy(work: Callable[[Task], Result], task: Task) -> Result:
         raise KeyboardInterrupt
     _is_busy = True
     try:
-        return work(task)
+        with interrupted_by(is_stopping):
+            return work(task)
     finally:
         _is_busy = False
 
@@ -271,8 +276,9 @@ def _watch(stop: Event, folder: Path) -> None:
         if is_orphan:
             time.sleep(_POLLING_PERIOD)
     end = time.monotonic() + GRACE
-    while is_orphan and folder.exists() and time.monotonic() < end:  # other workers may still write there
-        shutil.rmtree(folder, ignore_errors=True)
+    left = enclosing(folder)
+    while is_orphan and left.exists() and time.monotonic() < end:  # other workers may still write there
+        shutil.rmtree(left, ignore_errors=True)
     os._exit(1)
 
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from hfsa.cosim.analysis.steady_start import SteadyStart
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.isolation.waiting import is_overdue, limited
+from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import open_master
 from hfsa.cosim.measurement.expectation import relative, unsettled
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, limit_signals
@@ -51,7 +53,8 @@ def measure(task: Task) -> Point:
     """Measure one point; a failure becomes its status and message."""
     begin = time.perf_counter()
     try:
-        point = _rig(task.bench, task.settings).measure(task)
+        with limited(task.time_limit):
+            point = _rig(task.bench, task.settings).measure(task)
     except Exception as error:  # a failed point must not end the sweep
         point = Point(task.input, task.place, Status.FAILED, message=_message(error))
     return replace(point, wall_time=time.perf_counter() - begin)
@@ -61,8 +64,9 @@ def measure_on(task: Task) -> tuple[Point, SteadyStart | None]:
     """Measure one point as `measure`, and return the state at its end, `None` where it has none to go on from."""
     try:
         rig = _rig(task.bench, task.settings)
-        point = rig.measure(task)
-        state = rig.closing_state(task)
+        with limited(task.time_limit):
+            point = rig.measure(task)
+            state = rig.closing_state(task)
         return replace(point, steps=rig.steps), state
     except Exception as error:  # as in `measure`
         return Point(task.input, task.place, Status.FAILED, message=_message(error)), None
@@ -96,7 +100,7 @@ class Rig:
         try:
             point = self._measure(task)
         except (StepError, StructureError) as error:
-            if task.start is None:
+            if task.start is None or is_overdue():
                 raise
             point = self._measure(replace(task, start=None))
             point = replace(point, message=point.message or f"started at rest: {error}")
@@ -227,6 +231,7 @@ class Rig:
         for first in range(0, steps, _SPELL):
             if is_stopping():
                 raise KeyboardInterrupt
+            check_time("the point", self.master.time)
             spell = min(_SPELL, steps - first)
             self.master.advance(spell)
             self.steps += spell

@@ -22,12 +22,14 @@ from hfsa.cosim.actions.divergence import Scale
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.step_error import check_time
 from hfsa.cosim.masters.algorithms import DEFAULT, open_master
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.measurement.kept_rows import KeptRows
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, limit_signals
 from hfsa.cosim.measurement.told import sentences
 from hfsa.cosim.results.files import Identity, RunFile, SystemRecord
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.connectors import connector
 from hfsa.cosim.systems.errors import StructureError
 
@@ -62,6 +64,7 @@ class RunPlan:
         tolerance: relative tolerance of the response, for algorithms that choose their steps.
         scales: scales of variables (full names); the run ends beyond a thousand times one.
         every: communication points from one row of the file to the next.
+        drive: signals by the full name of the unconnected input that each feeds.
     """
 
     assembly: Assembly
@@ -74,6 +77,18 @@ class RunPlan:
     tolerance: float = 1e-3
     scales: Mapping[str, Scale] = field(default_factory=dict)
     every: int = 1
+    drive: Mapping[str, Signal] = field(default_factory=dict)
+
+    def open(self, step_size: float) -> Master:
+        """Load the FMUs and return the master with steps of `step_size` [s], inputs driven; as `open_master`."""
+        master = open_master(self.assembly, self.algorithm, step_size, self.library, self.tolerance)
+        try:
+            if self.drive:
+                master.drive(self.drive)
+        except BaseException:
+            master.close()
+            raise
+        return master
 
     @property
     def steps(self) -> int:
@@ -161,7 +176,7 @@ def run(plan: RunPlan, path: Path, report: Callable[[float], None] | None = None
     """
     steps, system = plan.steps, plan.assembly.system
     with contextlib.ExitStack() as stack:
-        master = open_master(plan.assembly, plan.algorithm, plan.step_size, plan.library, plan.tolerance)
+        master = plan.open(plan.step_size)
         stack.callback(master.close)
         connectors = master.wiring.connectors
         check_sample_times(system, connectors, {}, plan.step_size)
@@ -227,6 +242,7 @@ def _blocks(master: Master, steps: int) -> Iterator[int]:
     done, block = 0, 1
     while done < steps:
         begin = time.monotonic()
+        check_time("the run", master.time)
         master.advance(min(block, steps - done))
         fitting = int(block * _BLOCK / max(time.monotonic() - begin, 1e-9))
         done = min(done + block, steps)

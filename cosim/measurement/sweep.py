@@ -218,6 +218,7 @@ def stepped(
     expected: Mapping[str, Sequence[Expectation]] = {},
     jobs: int = 1,
     executor: Executor | None = None,
+    time_limit: float | None = None,
     report: Callable[[Progress], None] | None = None,
 ) -> None:
     """Measure all unfinished points of the file, and write each when it is finished.
@@ -225,8 +226,8 @@ def stepped(
     `benches` holds the bench of each input by name, `starts` the known steady states at the frequencies of the plan,
     `expected` the known responses there. Points run on `executor`, else in `jobs` threads or processes, with 1 in this
     process; where each starts on the one before, the inputs run in `jobs` threads, and an unfinished input is measured
-    as a whole. Raises `StructureError` for wrong wiring, before a run, and `ResultsError` where the file cannot be
-    written.
+    as a whole. A point that takes longer than `time_limit` [s] has failed. Raises `StructureError` for wrong wiring,
+    before a run, and `ResultsError` where the file cannot be written.
     """
     for bench in benches.values():
         bench.assembly.check()
@@ -243,6 +244,7 @@ def stepped(
             plan.inputs[i].amplitude,
             starts[plan.inputs[i].name][k] if plan.inputs[i].name in starts else None,
             expected[plan.inputs[i].name][k] if plan.inputs[i].name in expected else None,
+            time_limit,
         )
         for i, k in unfinished
     ]

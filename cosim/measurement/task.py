@@ -74,6 +74,7 @@ class Task:
     """One point of a sweep: its indices in the file (input, frequency), its measurement, and what is predicted.
 
     `start` is the steady state, `expected` the response; `None` where they are not known.
+    `time_limit` is the longest time [s] that it may take, `None` for any.
     """
 
     input: int
@@ -84,3 +85,4 @@ class Task:
     amplitude: float
     start: SteadyStart | None = None
     expected: Expectation | None = None
+    time_limit: float | None = None

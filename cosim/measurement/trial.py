@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.fmi.co_simulation import StepError
+from hfsa.cosim.fmi.isolation.waiting import limited
 from hfsa.cosim.measurement.limit_flags import ActiveLimit, active_limits, recorded_flags
 from hfsa.cosim.measurement.pool import is_stopping
 from hfsa.cosim.measurement.run import RunPlan, run
@@ -45,6 +46,7 @@ class Trial:
     """A planned run into the file `path`, with `force` as in `run`.
 
     The `outputs` and further `signals` (full names) are evaluated, and with `verified` their errors as well.
+    `time_limit` is the longest time [s] that the run may take, `None` for any.
     """
 
     plan: RunPlan
@@ -53,6 +55,7 @@ class Trial:
     signals: Sequence[str] = ()
     verified: bool = False
     force: bool = False
+    time_limit: float | None = None
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,12 @@ class Outcome:
 
 
 def perform(trial: Trial, report: Callable[[float], None] | None = None) -> Outcome:
+    """Run a trial within its time limit and evaluate it, as `_perform`."""
+    with limited(trial.time_limit):
+        return _perform(trial, report)
+
+
+def _perform(trial: Trial, report: Callable[[float], None] | None) -> Outcome:
     """Run a trial and evaluate it; the outcome contains the failure of a step or of writing the file.
 
     `report` receives the completed fraction, 0 to 1.

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.actions.wiring import check_sample_times
 from hfsa.cosim.fmi.co_simulation import StepError
-from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named, open_master
+from hfsa.cosim.fmi.step_error import check_time
+from hfsa.cosim.masters.algorithms import ALGORITHMS, algorithm_named
 from hfsa.cosim.measurement.run import RunPlan
 from hfsa.cosim.results.files import ErrorEstimate, read_run, write_errors
 from hfsa.cosim.signals.prefixes import readable
@@ -131,13 +132,13 @@ def _at_half_the_step(
 ) -> tuple[dict[str, NDArray[np.float64]], int]:
     """Run at half the step; return the values at the points of the first run, and the order of the error."""
     steps, step_size = 2 * plan.steps, plan.step_size / 2
-    master = open_master(plan.assembly, plan.algorithm, step_size, plan.library, plan.tolerance)
-    with closing(master):
+    with closing(plan.open(step_size)) as master:
         recording = master.record(names, rows=plan.steps + 1, every=2)
         recording.watch.limit(plan.scales)
         try:
             master.initialize(stop_time=max(plan.stop_time, plan.end))
             for done in range(0, steps, _BLOCK):
+                check_time("the run at half the step", master.time)
                 master.advance(min(_BLOCK, steps - done))
                 if report is not None:
                     report(min(done + _BLOCK, steps) / steps)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, Signal, Theory
-from hfsa.cosim.results.store import open_file, translate_errors
+from hfsa.cosim.results.store import reading
 from hfsa.cosim.results.sweep_file import COMPUTED, DOWN, HARMONICS, is_downward
 from hfsa.cosim.systems.names import nearest
 
@@ -119,8 +119,7 @@ class Bode:
 def read_sweep(path: str | Path) -> Bode:
     """Read a sweep, finished or not; `ResultsError` where the file holds none."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         if "bode" not in file:
             raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
         group = file["bode"]

@@ -37,6 +37,9 @@ PAGE_SIGNATURE = "<!doctype html><!-- page of hfsa -->"
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"
+_TABLES = {b"MATLAB 5.0 MAT-file": "a MAT file", b"PAR1": "a Parquet file"}
+"""First bytes of tables, and their names."""
+
 _HEAD = 1024
 """Number of bytes read to recognise a file."""
 
@@ -49,6 +52,7 @@ class FileKind(enum.Enum):
     FMU = enum.auto()
     PACKAGE = enum.auto()
     PARAMETERS = enum.auto()
+    TABLE = enum.auto()
     PAGE = enum.auto()
     OTHER = enum.auto()
 
@@ -74,6 +78,10 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return _archive_kind(real)
     if head.startswith(PARAMETER_SET.encode()):
         return FileKind.PARAMETERS, "a parameter set"
+    if table := next((words for signature, words in _TABLES.items() if head.startswith(signature)), ""):
+        return FileKind.TABLE, table
+    if real.suffix.lower() == ".csv" and _text_or_binary(head) == "a text file":
+        return FileKind.TABLE, "a CSV file"
     if head.startswith(PAGE_SIGNATURE.encode()):
         return FileKind.PAGE, "a page"
     for ending in PICTURE_SIGNATURES:

@@ -7,7 +7,8 @@
     bode.entry("robot.platform.position[3]", "reference.command.position[3]")    # complex, shape (frequencies,)
 
     /            title created tool tool_version git_commit command python platform format_version status
-    /system      the scene as text, components in the order in which they step; one group per FMU; operating_point
+    /system      the scene as text, components in the order in which they step; one group per FMU; operating_point;
+                 driven_name, driven_signal, driven_sha256: inputs driven by signals, each as text and hash of its data
     /sweep       settings of the measurement, as attributes
     /bode        frequency [Hz], output, input: dimension scales; output_unit, input_unit, amplitude
                  response (complex, output per input), magnitude, phase [rad], harmonic_distortion, harmonics of a sine:
@@ -24,10 +25,11 @@ An existing file is not overwritten unless `force` allows it (`results/target.py
 """
 
 from hfsa.cosim.results.bode import Bode, read_sweep
-from hfsa.cosim.results.choices import read_algorithm, read_choices, read_order
+from hfsa.cosim.results.choices import read_algorithm, read_choices, read_driven, read_order
 from hfsa.cosim.results.locks import Identity
 from hfsa.cosim.results.records import (
     AlgorithmChoice,
+    DrivenInput,
     ErrorEstimate,
     InstanceRecord,
     LevelChoice,
@@ -56,6 +58,7 @@ from hfsa.cosim.results.sweep_file import SweepFile
 __all__ = [
     "AlgorithmChoice",
     "Bode",
+    "DrivenInput",
     "ErrorEstimate",
     "Identity",
     "InstanceRecord",
@@ -73,6 +76,7 @@ __all__ = [
     "Theory",
     "read_algorithm",
     "read_choices",
+    "read_driven",
     "read_errors",
     "read_limit_flags",
     "read_order",

@@ -6,6 +6,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from hfsa.cosim.results.dimensions import attach, dataset_key, set_name
+
 RUNNING, COMPLETE, INTERRUPTED, FAILED = b"running", b"complete", b"interrupted", b"failed"
 LONGEST_STATUS = 16
 """Length [bytes] of the status attribute, so that it can be overwritten in place."""
@@ -53,11 +55,15 @@ def create_scale(group: Node, name: str, values: Any, unit: str | None = None) -
 
 
 def create_dataset(group: Node, name: str, dimensions: Sequence[str], fill: Any, dtype: Any, unit: str | None = None):
-    """Create a dataset over dimension scales of its group, filled on disk; a complex fill value is `np.complex128`."""
+    """Create a dataset over dimension scales of its group, filled on disk; a complex fill value is `np.complex128`.
+
+    Bytes have no fill value: netCDF-C 4.9 reads beyond that of a text of fixed length, and aborts.
+    """
     shape = tuple(len(group[d]) for d in dimensions)
-    dataset = group.create_dataset(name, shape, dtype, data=np.full(shape, fill), fillvalue=fill)
-    for axis, dimension in enumerate(dimensions):
-        dataset.dims[axis].attach_scale(group[dimension])
+    filled = {} if isinstance(fill, bytes) else {"fillvalue": fill}
+    dataset = group.create_dataset(dataset_key(name), shape, dtype, data=np.full(shape, fill, dtype), **filled)
+    set_name(dataset, name)
+    attach(dataset, [group[d] for d in dimensions])
     if unit is not None:
         set_unit(dataset, unit)
     return dataset
@@ -66,8 +72,7 @@ def create_dataset(group: Node, name: str, dimensions: Sequence[str], fill: Any,
 def create_texts(group: Node, name: str, dimensions: Sequence[str], values: Sequence[str]) -> Node:
     """Create a dataset of texts over dimension scales of its group."""
     dataset = group.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
-    for axis, dimension in enumerate(dimensions):
-        dataset.dims[axis].attach_scale(group[dimension])
+    attach(dataset, [group[d] for d in dimensions])
     return dataset
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, SystemRecord
-from hfsa.cosim.results.store import Store, open_file
+from hfsa.cosim.results.store import Store, reading
 
 COMPONENTS = ("torque[1]", "torque[2]", "torque[3]", "force[1]", "force[2]", "force[3]")
 """Components of a wrench."""
@@ -121,7 +121,7 @@ class Identification:
     def read(cls, path: str | Path) -> "Identification":
         """Read an identification; `ResultsError` where the file holds none."""
         path = Path(path)
-        with open_file(path) as file:
+        with reading(path) as file:
             if "identification" not in file:
                 raise ResultsError(f"{path} holds no identification; hfsa identify writes one")
             group = file["identification"]

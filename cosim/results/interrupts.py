@@ -68,6 +68,11 @@ def handled_signals() -> Iterator[None]:
         _handled.clear()
 
 
+def is_pending() -> bool:
+    """Whether a signal waits for the end of a block of `deferred_interrupts`."""
+    return _pending is not None
+
+
 @contextlib.contextmanager
 def deferred_interrupts() -> Iterator[None]:
     """Raise `Interrupted` at the end of the block instead of within it.

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.results import hdf5
+from hfsa.cosim.results.dimensions import members
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError
-from hfsa.cosim.results.store import open_file, translate_errors
+from hfsa.cosim.results.store import reading
 
 TIME, ROW = "time", "row"
 
@@ -62,7 +63,7 @@ class Recorded:
 def read_recorded(path: str | Path) -> Recorded:
     """Read the signals of a run or a path, finished or not; `ResultsError` where the file holds neither."""
     path = Path(path)
-    with open_file(path) as file, translate_errors(path, "read"):
+    with reading(path) as file:
         kind = next((name for name in _KINDS if name in file), None)
         if kind is None:
             other = next((words for name, words in _OTHERS.items() if name in file), f"{', '.join(file) or 'nothing'}")
@@ -72,8 +73,9 @@ def read_recorded(path: str | Path) -> Recorded:
 
 def _read(path: Path, title: str, axis: str, group: Node) -> Recorded:
     """Return the signals of a group; rows of a run that were not reached are left out."""
-    values = {name: np.asarray(group[name][:], dtype=float) for name in group}
-    units = {name: hdf5.text(group[name].attrs.get("units", "1")) for name in group}
+    found = members(group)
+    values = {name: np.asarray(dataset[:], dtype=float) for name, dataset in found.items()}
+    units = {name: hdf5.text(dataset.attrs.get("units", "1")) for name, dataset in found.items()}
     rows = values.pop(axis)
     if axis == ROW:
         axis, at = (TIME, values.pop(TIME)) if TIME in values else (ROW, rows)

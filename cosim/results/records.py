@@ -146,6 +146,15 @@ class InstanceRecord:
 
 
 @dataclass(frozen=True)
+class DrivenInput:
+    """Input, by full name, that a signal drives: its text for the command line, and a hash of the data behind it."""
+
+    name: str
+    signal: str
+    sha256: str = ""
+
+
+@dataclass(frozen=True)
 class SystemRecord:
     """System of a result: the scene as text and its FMU instances.
 
@@ -154,6 +163,7 @@ class SystemRecord:
         order: computed order of steps; `None` where the order is the scene's.
         algorithm: choice of `auto`; `None` where the scene names the algorithm.
         left_out: sentence on the states and outputs of the scene that the FMUs do not have; empty where they have all.
+        driven: inputs that signals of the user's drive.
     """
 
     title: str
@@ -163,6 +173,7 @@ class SystemRecord:
     order: OrderChoice | None = None
     algorithm: AlgorithmChoice | None = None
     left_out: str = ""
+    driven: Sequence[DrivenInput] = ()
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.results import hdf5
+from hfsa.cosim.results.dimensions import dataset_key, members
 from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
 from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import ErrorEstimate, ResultsError, SystemRecord
-from hfsa.cosim.results.store import Store, open_file, translate_errors
+from hfsa.cosim.results.store import Store, reading, translate_errors
 
 _ERRORS = ("error_estimate", "relative_error")
 """Attributes of a recorded variable."""
@@ -63,7 +64,7 @@ class RunFile:
             if time is not None:
                 self._store.file["time"]["time"][row] = time
             for name, block in values.items():
-                self._store.file["time"][name][row : row + len(block)] = block
+                self._store.file["time"][dataset_key(name)][row : row + len(block)] = block
             self._store.flush()
 
     def tell(self, sentences: Iterable[str]) -> None:
@@ -90,20 +91,19 @@ class RunFile:
 def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:
     """Read a time-domain run: arrays over time by name (`time` [s] first), and the units."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         if "time" not in file:
             raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
-        group = file["time"]
-        names = ["time", *(name for name in group if name != "time")]
-        return {name: group[name][:] for name in names}, {name: hdf5.text(group[name].attrs["units"]) for name in names}
+        found = members(file["time"])
+        found = {"time": found.pop("time"), **found}
+        values = {name: dataset[:] for name, dataset in found.items()}
+        return values, {name: hdf5.text(dataset.attrs["units"]) for name, dataset in found.items()}
 
 
 def read_status(path: str | Path) -> tuple[str, str]:
     """Read the status of a time-domain run and its error message, empty unless it failed."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         return hdf5.status_of(file), hdf5.text(file["time"].attrs["message"])
 
 
@@ -113,16 +113,14 @@ def read_warnings(path: str | Path) -> list[str]:
     `ResultsError` where it is no results file.
     """
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         return hdf5.warnings_of(file)
 
 
 def read_step_size(path: str | Path) -> float | None:
     """Read the communication step of a time-domain run [s]; `None` where the file is of a version without it."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         found = file["time"].attrs.get(_STEP_SIZE)
     return None if found is None else float(found)
 
@@ -130,8 +128,7 @@ def read_step_size(path: str | Path) -> float | None:
 def read_limit_flags(path: str | Path) -> list[str] | None:
     """Read which variables of a time-domain run are limit flags; `None` where the file is of a version without them."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
+    with reading(path) as file:
         found = file["time"].attrs.get(_FLAGS)
         return None if found is None else [hdf5.text(name) for name in found]
 
@@ -143,7 +140,7 @@ def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:
         try:
             for name, error in errors.items():
                 for attribute, value in zip(_ERRORS, (error.absolute, error.relative), strict=True):
-                    store.file["time"][name].attrs.modify(attribute, np.float64(value))
+                    store.file["time"][dataset_key(name)].attrs.modify(attribute, np.float64(value))
         finally:
             store.close()
 
@@ -151,11 +148,9 @@ def write_errors(path: Path, errors: Mapping[str, ErrorEstimate]) -> None:
 def read_errors(path: str | Path) -> dict[str, ErrorEstimate]:
     """Read the error estimates of a time-domain run by variable; empty where the run was not verified."""
     path = Path(path)
-    file = open_file(path)
-    with file, translate_errors(path, "read"):
-        group = file["time"]
+    with reading(path) as file:
         found = {
             name: ErrorEstimate(*(float(dataset.attrs.get(attribute, np.nan)) for attribute in _ERRORS))
-            for name, dataset in group.items()
+            for name, dataset in members(file["time"]).items()
         }
     return {name: error for name, error in found.items() if np.isfinite(error.absolute)}

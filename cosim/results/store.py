@@ -25,8 +25,10 @@ from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.locks import HAS_FLOCK, Identity, has_locks, lock
 from hfsa.cosim.results.placement import put_in_place, temporary_file
 from hfsa.cosim.results.records import ResultsError, SystemRecord
+from hfsa.cosim.results.soundness import check_sound, know
 from hfsa.cosim.results.system_group import write_system
 from hfsa.cosim.results.target import Target, check_new
+from hfsa.cosim.results.writers import sign
 
 FORMAT_VERSION = "1"
 
@@ -48,6 +50,7 @@ class Store:
         self.identity = Identity.of(disk.fileno())
         with translate_errors(path, "open"):
             self.file: Node = h5py.File(disk, "r+")
+            sign(self.file)
 
     @classmethod
     def create(cls, path: Path, system: SystemRecord, fill: Callable[[Node], None], force: bool = False) -> "Store":
@@ -75,6 +78,7 @@ class Store:
     def resume(cls, path: Path, check: Callable[[Node], None]) -> "Store":
         """Open an existing results file for writing; `check` may raise before anything is changed."""
         _check_is_file(path)
+        check_sound(path)
         disk = LockedFile(path, path, "r+")
         try:
             if not Identity.of(disk.fileno()).is_at(path):
@@ -103,6 +107,7 @@ class Store:
             self._disk.close()
         self._disk.report()
         self.identity.check(self._real)
+        know(self._real)
 
 
 class LockedFile(io.FileIO):
@@ -156,17 +161,20 @@ class LockedFile(io.FileIO):
             return size or 0
 
 
-def open_file(path: Path) -> Node:
-    """Open a results file for reading; `ResultsError` where it is missing, open for writing, or no results file."""
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[Node]:
+    """Open a results file for reading.
+
+    `ResultsError` where it is missing, open for writing, of another format, damaged, or no results file, at once or
+    where it is read within the block.
+    """
     _check_is_file(path)
+    check_sound(path)
     with translate_errors(path, "open"):
         file: Node = h5py.File(path, "r", locking=None if has_locks(path) else False)
-    try:
+    with translate_errors(path, "read"), file:
         _check_version(path, file)
-    except ResultsError:
-        file.close()
-        raise
-    return file
+        yield file
 
 
 def _check_is_file(path: Path) -> None:
@@ -186,13 +194,21 @@ def _check_version(path: Path, file: Node) -> None:
 
 @contextlib.contextmanager
 def translate_errors(path: Path, verb: str) -> Iterator[None]:
-    """Raise `ResultsError` in place of the errors of h5py and the system for a full disk, a locked or a broken file."""
+    """Raise `ResultsError` in place of the errors of h5py and the system for a full disk, a locked or a broken file.
+
+    A damaged file can raise anything where it is read; errors of hfsa pass.
+    """
     try:
         yield
-    except (OSError, RuntimeError, KeyError) as error:
-        if isinstance(error, ResultsError):
+    except Exception as error:
+        if hasattr(error, "exit_code"):
             raise
-        raise ResultsError(f"cannot {verb} {path}: {_reason(error)}") from error
+        if verb == "write" and not isinstance(error, OSError | RuntimeError | KeyError):
+            raise
+        what = (
+            _reason(error) if isinstance(error, OSError | RuntimeError) else f"it is damaged ({error or 'no memory'})"
+        )
+        raise ResultsError(f"cannot {verb} {path}: {what}") from error
 
 
 def _write_attributes(file: Node, title: str) -> None:
@@ -206,6 +222,7 @@ def _write_attributes(file: Node, title: str) -> None:
     file.attrs["python"] = platform.python_version()
     file.attrs["platform"] = platform.platform()
     file.attrs["format_version"] = FORMAT_VERSION
+    sign(file)
     # of fixed length, so that it can be overwritten in place
     file.attrs.create("status", np.bytes_(RUNNING), dtype=f"S{LONGEST_STATUS}")
     set_warnings(file, [])

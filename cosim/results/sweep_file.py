@@ -12,7 +12,7 @@ from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
 from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import Plan, Point, Signal, Status, SystemRecord
 from hfsa.cosim.results.resume import check_same, earlier_version
-from hfsa.cosim.results.store import Store
+from hfsa.cosim.results.store import Store, translate_errors
 from hfsa.cosim.signals.branches import DIFFERENT, JUMP_DOWN, JUMP_UP, branch_flags
 from hfsa.cosim.signals.frequency_response import phase
 
@@ -63,8 +63,14 @@ class SweepFile:
     def resume(cls, path: Path, plan: Plan, system: SystemRecord) -> "SweepFile":
         """Open the file to continue; `ResultsError` lists the differences where it belongs to another sweep."""
         store = Store.resume(path, lambda file: check_same(path, file, plan, system))
-        hdf5.set_status(store.file, hdf5.RUNNING)
-        return cls(store)
+        try:
+            with translate_errors(path, "read"):
+                file = cls(store)
+            hdf5.set_status(store.file, hdf5.RUNNING)
+        except BaseException:
+            store.close()
+            raise
+        return file
 
     @property
     def earlier_version(self) -> str:
@@ -192,8 +198,8 @@ def _lay_out_points(bode: Node, unit: str, side: str = "") -> None:
     status = hdf5.create_dataset(bode, f"status{side}", points, np.int8(0), h5py.enum_dtype(members, basetype="i1"))
     status.attrs["flag_values"] = np.array(list(members.values()), dtype=np.int8)
     status.attrs["flag_meanings"] = " ".join(members)
-    message = hdf5.create_dataset(bode, f"message{side}", points, b"", f"S{LONGEST_MESSAGE}")
-    message.attrs["_Encoding"] = "utf-8"  # attribute by which xarray decodes bytes
+    # netCDF-C takes the encoding from the type, and xarray fails where an attribute gives it as well
+    hdf5.create_dataset(bode, f"message{side}", points, b"", h5py.string_dtype("utf-8", LONGEST_MESSAGE))
 
 
 def _lay_out_axes(group: Node, frequency: NDArray[np.float64], plan: Plan) -> None:

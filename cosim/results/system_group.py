@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import h5py
 import numpy as np
 
+from hfsa.cosim.results.dimensions import dataset_key, members, set_name
 from hfsa.cosim.results.hdf5 import Node, create_dataset, create_scale, text, texts
-from hfsa.cosim.results.records import AlgorithmChoice, LevelChoice, OrderChoice, SystemRecord
+from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice, SystemRecord
 
 
 def write_system(group: Node, system: SystemRecord) -> None:
@@ -15,19 +16,32 @@ def write_system(group: Node, system: SystemRecord) -> None:
     if system.left_out:
         group.attrs["left_out"] = system.left_out
     for record in system.instances:
-        instance = group.create_group(record.instance)
-        for key in ("name", "file", "sha256", "fmi_version", "level", "solver"):
-            instance.attrs[key] = getattr(record, key)
+        instance = group.create_group(dataset_key(record.instance))
+        set_name(instance, record.instance)
+        for attribute in ("name", "file", "sha256", "fmi_version", "level", "solver"):
+            instance.attrs[attribute] = getattr(record, attribute)
         # texts are in the scene alone, which has them all
         numbers = {name: value for name, value in record.start.items() if not isinstance(value, str)}
         _write_named(instance, "start", numbers)
         if record.choice is not None:
             _write_choice(instance, record.choice)
     _write_named(group, "operating_point", system.operating_point)
+    if system.driven:
+        for key in ("name", "signal", "sha256"):
+            values = [getattr(one, key) for one in system.driven]
+            group.attrs.create(f"driven_{key}", values, dtype=h5py.string_dtype())
     if system.order is not None:
         _write_order(group, system.order)
     if system.algorithm is not None:
         _write_algorithm(group, system.algorithm)
+
+
+def read_driven(group: Node) -> list[DrivenInput]:
+    """Return the inputs that signals drove from the group `/system`; none where none were driven."""
+    if "driven_name" not in group.attrs:
+        return []
+    columns = ([text(value) for value in group.attrs[f"driven_{key}"]] for key in ("name", "signal", "sha256"))
+    return [DrivenInput(*row) for row in zip(*columns, strict=True)]
 
 
 def _write_named(group: Node, name: str, values: Mapping[str, float]) -> None:
@@ -52,7 +66,7 @@ def _write_choice(instance: Node, choice: LevelChoice) -> None:
 def read_choices(group: Node) -> dict[str, LevelChoice]:
     """Return the choices of levels by instance from the group `/system`; empty where the scene names all levels."""
     choices = {}
-    for name, instance in group.items():
+    for name, instance in members(group).items():
         if "level_error" in instance.attrs:
             levels = instance["levels"]
             known = texts(levels["level"])

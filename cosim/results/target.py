@@ -7,6 +7,7 @@
     check_fmu(path)               # an exported FMU
     check_package(path)           # an exported SSP
     check_parameters(path, force) # a parameter set
+    check_table(path, force)      # a converted results file
 
 Nothing is overwritten unasked: a results file of hfsa is replaced with `force` only, a picture by a picture, an FMU or
 SSP by its like. Every other file stays: texts, folders, devices, files of other programs. A symbolic link stays too;
@@ -106,6 +107,19 @@ def check_parameters(path: Path, force: bool = False) -> Target:
     target = inspect(path)
     if target.kind is not FileKind.NOTHING:
         if target.kind is not FileKind.PARAMETERS:
+            raise _not_replaced(path, target)
+        _check_writable(path, target)
+        if not force:
+            raise ResultsError(f"{path} is {target.description} already: {REPLACING}")
+    _check_folder(path, target)
+    return target
+
+
+def check_table(path: Path, force: bool = False) -> Target:
+    """Return the target of a table; `ResultsError` unless it does not exist, or is one of that ending and `force`."""
+    target = inspect(path)
+    if target.kind is not FileKind.NOTHING:
+        if target.kind is not FileKind.TABLE or target.real.suffix.lower() != path.suffix.lower():
             raise _not_replaced(path, target)
         _check_writable(path, target)
         if not force:

@@ -17,7 +17,7 @@ from pathlib import Path
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, SystemRecord
-from hfsa.cosim.results.store import Store, open_file
+from hfsa.cosim.results.store import Store, reading
 
 _NUMBERS = {
     "step_size": "s",
@@ -150,7 +150,7 @@ class Trade:
     def read(cls, path: str | Path) -> "Trade":
         """Read a trade; `ResultsError` where the file holds none."""
         path = Path(path)
-        with open_file(path) as file:
+        with reading(path) as file:
             if "trade" not in file:
                 raise ResultsError(f"{path} holds no trade; hfsa trade writes one")
             group = file["trade"]
@@ -185,7 +185,7 @@ def tuned(path: str | Path) -> tuple[TradeRow, str]:
     found = Trade.read(path)
     if found.best is None:
         raise ResultsError(f"{path} has no answer: {' '.join(found.sentences[:1])}")
-    with open_file(Path(path)) as file:
+    with reading(Path(path)) as file:
         return found.best, hdf5.text(file["system"].attrs["scene"])
 
 

@@ -22,8 +22,8 @@ static Status check_finite(const Model* m, const Instance* in, const Reference* 
                            const double* values) {
   for (size_t i = 0; i < n; i++)
     if (!isfinite(values[i]))
-      return hfsa_report(in, DISCARD, "the derivative for %s is %g at time %.15g", m->variables[references[i]].name,
-                         values[i], in->state->time);
+      return hfsa_report(in, DISCARD, "the derivative for %s is %g at time %.15g",
+                         hfsa_variable(m, in, "derivative", references[i])->name, values[i], in->state->time);
   return OK;
 }
 
@@ -87,7 +87,7 @@ Status hfsa_output_derivatives(const Model* m, Instance* in, const Reference* re
   if (failed || hfsa_forward(m, in, in->state->time, in->x, in->u))
     return hfsa_report(in, DISCARD, "the derivatives cannot be evaluated at time %.15g", in->state->time);
   for (size_t i = 0; i < n; i++) {
-    const Variable* v = &m->variables[references[i]];
+    const Variable* v = hfsa_variable(m, in, call, references[i]);
     values[i] = v->role == ROLE_OUTPUT ? in->result[ROLE_OUTPUT][v->index] : 0.0;
   }
   return check_finite(m, in, references, n, values);

@@ -26,7 +26,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     log.callback = (void (*)(void))functions->logger;
     log.environment = functions->componentEnvironment;
   }
-  return hfsa_create(MODEL, type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, name, guid, log, logging);
+  return hfsa_create(MODEL, type == fmi2CoSimulation ? BY_CO_SIMULATION : BY_MODEL_EXCHANGE, name, guid, log, logging);
 }
 
 void fmi2FreeInstance(fmi2Component c) { hfsa_free(MODEL, c); }

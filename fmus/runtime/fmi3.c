@@ -42,7 +42,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback callback) {
   (void)resources;
   (void)visible;
-  return hfsa_create(MODEL, MODEL_EXCHANGE, name, token, log_of(callback, environment), logging);
+  return hfsa_create(MODEL, BY_MODEL_EXCHANGE, name, token, log_of(callback, environment), logging);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -53,7 +53,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
   (void)resources;
   (void)visible;
   (void)required; /* all variables can be read */
-  Instance* in = hfsa_create(MODEL, CO_SIMULATION, name, token, log_of(callback, environment), logging);
+  Instance* in = hfsa_create(MODEL, BY_CO_SIMULATION, name, token, log_of(callback, environment), logging);
   if (in && update) in->listener = (Listener){tell, (void (*)(void))update, early_return};
   if (!in || (!event_mode && (update || n_required == 0))) return in;
   in->log.categories = ~0u;

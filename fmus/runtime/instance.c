@@ -69,7 +69,7 @@ static int take_work(const Model* m, Instance* in) {
   in->iw = malloc(((size_t)m->iw_size + 1) * sizeof(*in->iw));
   in->w = malloc(((size_t)m->w_size + 1) * sizeof(*in->w));
   if (!in->arg || !in->res || !in->iw || !in->w) return 0;
-  if (in->interface == MODEL_EXCHANGE || !m->solver) return 1;
+  if (in->interface == BY_MODEL_EXCHANGE || !m->solver) return 1;
   in->work = m->solver->create(m);
   return in->work != NULL;
 }

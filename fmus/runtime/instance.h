@@ -12,7 +12,8 @@
 /* Status values, the same in FMI 2 and FMI 3. */
 typedef enum { OK, WARNING, DISCARD, ERROR } Status;
 
-typedef enum { MODEL_EXCHANGE, CO_SIMULATION } Interface;
+/* `MODEL_EXCHANGE` and `CO_SIMULATION` are macros of builds by other tools. */
+typedef enum { BY_MODEL_EXCHANGE, BY_CO_SIMULATION } Interface;
 
 /* Modes are bits, so a set of modes is a number. */
 typedef enum {

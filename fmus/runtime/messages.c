@@ -60,8 +60,8 @@ Status hfsa_permit(const Instance* in, const char* call, int modes) {
   if (!in) return ERROR;
   if (in->state->mode & modes) return OK;
   for (int mode = INSTANTIATED; mode <= TERMINATED; mode <<= 1) {
-    if (!(mode & modes) || (mode == STEP && in->interface == MODEL_EXCHANGE)) continue;
-    if ((mode & (EVENT | CONTINUOUS_TIME)) && in->interface == CO_SIMULATION) continue;
+    if (!(mode & modes) || (mode == STEP && in->interface == BY_MODEL_EXCHANGE)) continue;
+    if ((mode & (EVENT | CONTINUOUS_TIME)) && in->interface == BY_CO_SIMULATION) continue;
     if (*possible) strcat(possible, " or ");
     strcat(possible, hfsa_mode_name(mode));
   }

@@ -31,7 +31,7 @@ typedef enum {
   ROLES
 } Role;
 
-/* One variable of the FMU; its value reference is its index in the list. Missing bounds are infinite. */
+/* One variable of the FMU; its value reference is its position in the list, from 1. Missing bounds are infinite. */
 typedef struct {
   const char* name;
   Role role;

@@ -31,7 +31,7 @@ Status hfsa_enter_initialization(Instance* in) {
 }
 
 Status hfsa_exit_initialization(Instance* in) {
-  return change_mode(in, "ExitInitializationMode", INITIALIZATION, in && in->interface == CO_SIMULATION ? STEP : EVENT);
+  return change_mode(in, "ExitInitializationMode", INITIALIZATION, in && in->interface == BY_CO_SIMULATION ? STEP : EVENT);
 }
 
 Status hfsa_enter_event_mode(Instance* in) { return change_mode(in, "EnterEventMode", CONTINUOUS_TIME, EVENT); }

@@ -25,9 +25,9 @@ static const unsigned needed[ROLES] = {
 
 /* Return the variable with a value reference, or log an error and return a null pointer. */
 const Variable* hfsa_variable(const Model* m, const Instance* in, const char* call, Reference reference) {
-  if (reference < (Reference)m->variable_count) return &m->variables[reference];
-  hfsa_report(in, ERROR, "%s: there is no value reference %u; %s has 0 to %d", call, reference, m->name,
-              m->variable_count - 1);
+  if (reference && reference <= (Reference)m->variable_count) return &m->variables[reference - 1];
+  hfsa_report(in, ERROR, "%s: there is no value reference %u; %s has 1 to %d", call, reference, m->name,
+              m->variable_count);
   return NULL;
 }
 

@@ -136,7 +136,7 @@ FAULTS_3 = {
     "output not listed": (without("ModelStructure/Output"), "Outputs"),
     "unit not defined": (setting("@position", unit="furlong"), "furlong"),
     "two variables of one name": (renamed("position", "mass.position"), "not unique"),
-    "one reference twice": (setting("@time", valueReference="1"), "same value reference"),
+    "one reference twice": (setting("@time", valueReference="2"), "same value reference"),
     "reference to nothing": (setting("ModelStructure/Output", valueReference="99"), "value reference 99"),
     "initial unknown forgotten": (without("ModelStructure/InitialUnknown"), "InitialUnknowns"),
     "start above max": (setting("@stiffness", max="5"), "outside"),

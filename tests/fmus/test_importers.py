@@ -14,7 +14,6 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.model_description import read_model_description
 from fmpy.simulation import instantiate_fmu
-from lxml import etree
 from scipy.linalg import expm
 
 from hfsa.components import Model
@@ -98,14 +97,9 @@ def test_fmutool_finds_nothing(part_files, version, caplog):
 
 
 def imported(model: Model, file: Path, folder: Path) -> ca.DaeBuilder:
-    """The FMU as CasADi reads it, unpacked; CasADi 3.8 knows no String of FMI 3, so those constants are taken out."""
+    """The FMU as CasADi reads it, unpacked and unchanged."""
     with zipfile.ZipFile(file) as archive:
         archive.extractall(folder)
-    tree = etree.parse(folder / "modelDescription.xml")
-    variables = tree.find("ModelVariables")
-    for text in variables.findall("String"):
-        variables.remove(text)
-    tree.write(folder / "modelDescription.xml")
     return ca.DaeBuilder(model.name, str(folder))
 
 

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from importlib.metadata import version as package_version
 
 import casadi as ca
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 from fmpy.model_description import read_model_description
 from lxml import etree
 
+import hfsa.components
 from hfsa.components import Model
+from hfsa.components._modelling.catalogue import find
 from hfsa.fmus.c_code import generate
+from hfsa.fmus.errors import ExportError
 from hfsa.fmus.model_description import model_description
 
 VERSIONS = (2, 3)
@@ -88,7 +92,6 @@ def test_every_part_is_valid(part_model, tmp_path):
         ("sample_time", "parameter", "fixed", "exact", "0.001"),
         ("solver.relative_tolerance", "parameter", "fixed", "exact", "1e-08"),
         ("posture.rotation[1]", "local", "constant", "exact", "10.0"),
-        ("level", "local", "constant", "exact", "full"),
     ],
 )
 def test_what_a_variable_is(parsed, name, causality, variability, initial, start):
@@ -105,6 +108,61 @@ def test_a_derivative_names_its_state(parsed):
 def test_value_references_are_those_of_the_c_table(parsed, sources):
     found = {v.name: v.valueReference for v in parsed.modelVariables}
     assert found == {v.name: v.reference for v in sources.listed(parsed.fmiMajorVersion)}
+
+
+@pytest.mark.parametrize("version", VERSIONS, ids=["fmi2", "fmi3"])
+def test_who_made_it_and_when(monkeypatch, version):
+    """A date is there where the builder gives one; the same model gives the same bytes."""
+    model = find([hfsa.components])["sdelta"].model("rigid", **{"posture.rotation": "10,0,0"})
+    made = generate(model)
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    root = etree.fromstring(model_description(model, made, version))
+    assert (root.get("license"), root.get("author")) == ("BSD-3-Clause", "The hfsa developers")
+    assert root.get("version") == package_version("hfsa")
+    assert root.get("generationTool") == f"hfsa {package_version('hfsa')}"
+    assert root.get("copyright").startswith("Copyright")
+    assert root.get("generationDateAndTime") is None
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    root = etree.fromstring(model_description(model, made, version))
+    assert root.get("generationDateAndTime") == "2023-11-14T22:13:20Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    with pytest.raises(ExportError, match=r"\$SOURCE_DATE_EPOCH is 'yesterday', expected whole seconds"):
+        model_description(model, made, version)
+
+
+def test_nothing_is_claimed_of_a_model_of_ones_own(root):
+    assert not {"author", "version", "license", "copyright"} & set(root.attrib)
+
+
+def test_structural_arguments_have_sentence_and_unit(tmp_path):
+    model = find([hfsa.components])["sdelta"].model("rigid", **{"posture.rotation": "10,0,0"})
+    file = tmp_path / "modelDescription.xml"
+    file.write_bytes(model_description(model, generate(model), 2))
+    description = read_model_description(str(file), validate=True)
+    found = {v.name: v for v in description.modelVariables}
+    assert (found["payload.mass"].unit, found["payload.mass"].description) == ("kg", "Mass; 0 for the platform alone")
+    assert (found["posture.rotation[1]"].unit, found["posture.rotation[1]"].start) == ("deg", "10.0")
+    (degree,) = [unit for unit in description.unitDefinitions if unit.name == "deg"]
+    assert (degree.baseUnit.rad, degree.baseUnit.factor) == (1, np.pi / 180)
+
+
+def test_a_value_reference_is_the_position_of_a_number(parsed, root):
+    """Some tools take the dependencies of FMI 3, which are value references, for positions."""
+    for place, found in enumerate(parsed.modelVariables, 1):
+        assert found.type == "String" or found.valueReference == place
+    listed = [e.get("valueReference") or e.get("index") for e in root.find("ModelStructure").iter() if e.attrib]
+    assert {parsed.modelVariables[int(reference) - 1].causality for reference in listed} == {"output", "local"}
+
+
+def test_texts_are_variables_in_fmi_2_and_annotations_in_fmi_3(parsed, root):
+    """CasADi refuses a whole file of FMI 3 with a String in it."""
+    if parsed.fmiMajorVersion == 2:
+        found = variable(parsed, "level")
+        assert (found.type, found.causality, found.variability, found.start) == ("String", "local", "constant", "full")
+        return
+    assert {v.type for v in parsed.modelVariables} == {"Float64"}
+    (text,) = root.iterfind("Annotations/Annotation[@type='org.hfsa.texts']/Constant")
+    assert (text.get("name"), text.get("value")) == ("level", "full")
 
 
 def test_derivatives_of_inputs_are_parameters_behind_all_others_in_fmi_3(parsed, sources):

@@ -76,11 +76,13 @@ def test_a_variable_that_cannot_be_set_is_named(instance, version, name, value, 
 
 def test_unknown_value_references(instance, version):
     it = instance("pendulum", version)
-    last = len(it.variables) - 1
+    last = len(it.variables)
     read = it.fmu.getReal if version == 2 else it.fmu.getFloat64
     write = it.fmu.setReal if version == 2 else it.fmu.setFloat64
-    with it.refused(f"no value reference {last + 1}", f"0 to {last}"):
+    with it.refused(f"no value reference {last + 1}", f"1 to {last}"):
         read([last + 1])
+    with it.refused("no value reference 0"):
+        read([0])
     with it.refused("no value reference 4294967295"):
         write([0xFFFFFFFF], [0.0])
 

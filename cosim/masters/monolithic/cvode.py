@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.monolithic.integrator import Integrator, sundials
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import REFUSALS

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.monolithic.integrator import GROWTH, Integrator, sundials
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import REFUSALS

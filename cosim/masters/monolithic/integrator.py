@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 from hfsa.cosim.masters.monolithic.noise import pushes, rounding_noise
 from hfsa.cosim.systems.errors import StructureError
@@ -72,6 +72,7 @@ class Integrator(ABC):
         n = len(ode.x)
         self._x, self._unit, self._peak = np.zeros(n), np.ones(n), np.zeros(n)
         self._limit = np.zeros(n)  # a larger state has outgrown its unit
+        self._span = 1.0
         self._fastest, self._value_noise = 0.0, np.zeros(len(ode.places))
         self._refusal: StepError | None = None
 
@@ -80,7 +81,7 @@ class Integrator(ABC):
         self._peak[:] = 0.0
         self._ode.evaluate(time, x)
         self._prepare(step, stop - time)
-        self._limit[:], self._fastest = 0.0, 0.0
+        self._limit[:], self._fastest, self._span = 0.0, 0.0, min(step, stop - time)
         self.restart(time, x, stop)
 
     def restart(self, time: float, x: np.ndarray, stop: float) -> None:
@@ -89,6 +90,8 @@ class Integrator(ABC):
         if not len(x):
             return
         push = np.abs(self._ode.evaluate(time, x)) / (self._fastest or np.inf)
+        if self._fastest:
+            push = np.maximum(push, self._driven(time, x))
         self._peak = np.maximum(self._peak, np.maximum(np.abs(x), push))
         if self._is_outgrown:
             self._measure(time, x)
@@ -167,6 +170,7 @@ class Integrator(ABC):
         size = np.maximum(self._peak, SMALLEST * self._ode.nominals())  # an event may change them
         rates, jacobian = np.abs(self._ode.evaluate(time, x)), np.abs(self._ode.jacobian())
         self._fastest = float(np.abs(np.linalg.eigvals(jacobian)).max())
+        size = np.maximum(size, self._driven(time, x))
         if self._fastest:
             size = np.maximum(size, rates / self._fastest)
             size = _spread(size, jacobian / self._fastest)
@@ -177,6 +181,14 @@ class Integrator(ABC):
             size = _spread(np.maximum(size, noise / self.tolerance), jacobian / self._fastest)
         self._unit = 2.0 ** np.ceil(np.log2(size))
         self._limit = GROWTH * self._unit
+
+    def _driven(self, time: float, x: np.ndarray) -> np.ndarray:
+        """Return how far driven inputs push each state within the shortest time constant, (n,).
+
+        Where there is none, within the time from one point to the next. Zero where no input is driven.
+        """
+        span = min(1 / self._fastest, self._span) if self._fastest else self._span
+        return np.abs(self._ode.driven_rates(time, x, span)) * span
 
     def _are_short(self, steps: int, time: float) -> bool:
         """Whether steps over a time [s] are short compared with the shortest time constant."""

@@ -24,9 +24,12 @@ import numpy as np
 
 from hfsa.cosim.actions.action import Group, Transfer
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
+from hfsa.cosim.actions.feed import Feed
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.base_instance import Call, Handle
+from hfsa.cosim.fmi.base_instance import Call
+from hfsa.cosim.fmi.handle import Handle
 from hfsa.cosim.fmi.model_exchange import ModelExchangeInstance
+from hfsa.cosim.masters.monolithic.pieces import Pieces
 from hfsa.cosim.systems.system import Connection
 
 _DIFFERENCE = 1e-7
@@ -85,8 +88,9 @@ class JointOde:
                 before.append(instance.state_setter(self.x[self._places[name]]))
                 after.append(instance.rate_getter(self.rates[self._places[name]]))
         flowing = self._flowing(exchange, set(moving))
-        self._calls = [*before, *(action.call for action in flowing), *after]
-        self._open_calls = [*before, *_opened(flowing), *after]
+        self._before, self._flow, self._after = before, flowing, after
+        self._pieces: Pieces | None = None
+        self._calls, self._open_calls = self._evaluations(())
         self.places = np.array([i for i, c in enumerate(wiring.connections) if self._flows(c, set(moving))], dtype=int)
         has_derivatives = all(instance.fmu.description.has_derivatives for instance in moving.values())
         self._derivatives = self._prepared(moving) if has_derivatives else None
@@ -115,6 +119,28 @@ class JointOde:
         """Nominals of w, (m,)."""
         starts = [self._wiring.split(self._wiring.connections[i].start) for i in self.places]
         return np.array([abs(self._wiring.connectors[component][name].nominal) for component, name in starts])
+
+    def feed_by(self, feeds: Iterable[Feed], pieces: Pieces) -> None:
+        """Make every evaluation feed driven inputs first, by the pieces of their signals."""
+        self._pieces = pieces
+        self._calls, self._open_calls = self._evaluations(feeds)
+
+    def _evaluations(self, feeds: Iterable[Feed]) -> tuple[list[Any], list[Any]]:
+        """Return the calls of `evaluate` and of `evaluate_open`."""
+        before = [*self._before, *feeds]
+        closed = [*before, *(action.call for action in self._flow), *self._after]
+        return closed, [*before, *_opened(self._flow), *self._after]
+
+    def driven_rates(self, time: float, x: np.ndarray, ahead: float) -> np.ndarray:
+        """Return der(x), (n,), with driven inputs as they are `ahead` [s]; zeros where no input is driven."""
+        if self._pieces is None:
+            return np.zeros(len(x))
+        self._pieces.lead = ahead
+        try:
+            return self.evaluate(time, x).copy()
+        finally:
+            self._pieces.lead = 0.0
+            self.evaluate(time, x)
 
     def evaluate(self, time: float, x: np.ndarray) -> np.ndarray:
         """Return der(x), (n,), the same array at every call; `StepError` where an FMU fails."""

@@ -28,15 +28,19 @@ from typing import Any
 
 import numpy as np
 
+from hfsa.cosim.actions.drive import Feeder
+from hfsa.cosim.actions.feed import Now
 from hfsa.cosim.actions.wiring import Wiring
-from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.model_exchange import MOST_UPDATES, ModelExchangeInstance
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.algorithm import Algorithm, Scheme
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.monolithic.cvode import Cvode
 from hfsa.cosim.masters.monolithic.ida import Ida
 from hfsa.cosim.masters.monolithic.integrator import Integrator
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
+from hfsa.cosim.masters.monolithic.pieces import Pieces
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.system import System
 
 _SAME = 1e-9
@@ -68,6 +72,7 @@ class Monolithic(Master):
         self._ode = JointOde(members, self.wiring, self.point, self._exchange.report)
         self._integrator = integrator(self._ode)
         self._hybrid = [instance for instance in self._ordered if instance.indicators]
+        self._pieces = Pieces(None, step_size)
         self._is_in_event, self._is_new = True, True
         self._stop_time, self._last_event, self._crowd = math.inf, -math.inf, 0
 
@@ -85,7 +90,19 @@ class Monolithic(Master):
         self._last_event, self._crowd = -math.inf, 0
         for instance in self._ordered:
             instance.next_event = math.inf
+        self._pieces.begin(start_time)
         super().initialize(start_time, stop_time, starts)
+
+    def drive(self, signals: Mapping[str, Signal]) -> None:
+        """Drive inputs as `Master.drive`; every jump of a signal is an event."""
+        super().drive(signals)
+        self._pieces = Pieces(self._drive, self.step_size)
+        self._ode.feed_by(self._feeds, self._pieces)
+
+    @property
+    def _feeder(self) -> Feeder:
+        """Function that returns the action which feeds the present values; the rows are those of the piece in force."""
+        return lambda _, array, calls: Now(lambda time: self._pieces.rows(time), array, calls, self.wiring.time)
 
     def set(self, values: Mapping[str, float]) -> None:
         """Set tunable parameters or unconnected inputs at the current point, which is an event."""
@@ -107,7 +124,7 @@ class Monolithic(Master):
     @property
     def _next_event(self) -> float:
         """Time of the next time event [s], infinite if there is none."""
-        return min((instance.next_event for instance in self._ordered), default=math.inf)
+        return min((self._pieces.next, *(instance.next_event for instance in self._ordered)))
 
     @property
     def _horizon(self) -> float:
@@ -151,6 +168,8 @@ class Monolithic(Master):
             instance.time = time
             instance.event_mode()
         self._is_in_event = True
+        if self._pieces.passes(time):
+            self._exchange.run(self.point)
 
     def _watch_crowd(self, time: float, same: float) -> None:
         """Raise `StepError` where state events come without a time `same` [s] between them."""

@@ -20,7 +20,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hfsa.cosim.fmi.base_instance import StepError
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.monolithic.joint_ode import JointOde
 
 REFUSALS = ("discard", "does not converge")

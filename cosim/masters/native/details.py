@@ -18,6 +18,7 @@ from hfsa.cosim.actions import algebraic_loop, iterated
 from hfsa.cosim.actions.action import CompositeAction
 from hfsa.cosim.actions.algebraic_loop import AlgebraicLoop
 from hfsa.cosim.actions.extrapolation import Extrapolate, History
+from hfsa.cosim.actions.feed import Ahead
 from hfsa.cosim.actions.feedback import Gains, Lines, Rates
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Watch
@@ -59,6 +60,12 @@ def _(action: Extrapolate) -> Detail:
         "n": len(action.places),
     }
     return Detail("hfsa_extrapolate", "Extrapolate", fields, action.setters)
+
+
+@detail.register
+def _(action: Ahead) -> Detail:
+    rows, n = action.block.shape
+    return Detail("hfsa_feed", "Feed", {**_named(action, "block", "array", "next"), "rows": rows, "n": n}, action.calls)
 
 
 @detail.register

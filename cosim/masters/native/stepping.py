@@ -16,12 +16,14 @@ from time import perf_counter
 from hfsa.cosim.actions.iterated import IteratedStep
 from hfsa.cosim.actions.recording import Recording
 from hfsa.cosim.fmi.co_simulation import Instance
+from hfsa.cosim.fmi.isolation.waiting import interrupted_by
 from hfsa.cosim.masters.algorithm import Algorithm
 from hfsa.cosim.masters.master import Master
 from hfsa.cosim.masters.native.details import watched
 from hfsa.cosim.masters.native.library import Library
 from hfsa.cosim.masters.native.program import Program
-from hfsa.cosim.results.interrupts import deferred_interrupts
+from hfsa.cosim.results.interrupts import deferred_interrupts, is_pending
+from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.system import System
 
 _SPELL = 0.05
@@ -62,6 +64,11 @@ class CompiledMaster(Master):
         self._prepare()
         return recording
 
+    def drive(self, signals: Mapping[str, Signal]) -> None:
+        """Drive inputs as `Master.drive`."""
+        super().drive(signals)
+        self._prepare()
+
     def _prepare(self) -> None:
         """Lay out the cycle for C: to the next point, the exchange at it, what is recorded there."""
         recording = self._recording
@@ -88,7 +95,8 @@ class CompiledMaster(Master):
         while outcome != c.COMPLETE or self._count < last:
             begin, before = perf_counter(), self._count
             try:
-                with deferred_interrupts():  # C may call Python, through which no exception passes
+                # C may call Python, through which no exception passes
+                with deferred_interrupts(), interrupted_by(is_pending):
                     outcome = self._program.run(c.hfsa_advance, cycle, run, min(last, before + self._spell))
             finally:  # where a Ctrl-C that came meanwhile is raised
                 self._count = run.count

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance
 from hfsa.cosim.fmi.library import fails
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.systems.system import Component, Connection, System
 
 NEGATIVE, BEYOND = 13, 14

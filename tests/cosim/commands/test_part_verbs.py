@@ -1,10 +1,12 @@
 """Verbs on parts: list, analyze, export and check."""
 
 import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
 from command_line import strict_json
+from fmpy import read_model_description
 
 
 def test_list_names_every_part_and_scene(hfsa):
@@ -91,11 +93,18 @@ def test_an_analysis_lists_its_arguments(hfsa):
     assert "-p level is given twice: rigid and cartesian" in err
 
 
+def test_variants_in_one_folder_do_not_overwrite_each_other(hfsa, tmp_path):
+    for level in ("sampled", "continuous"):
+        assert hfsa("export", "pd", "--level", level, "-o", tmp_path, "--fmi", 2)[0] == 0
+    names = {file.name: read_model_description(file).coSimulation.modelIdentifier for file in tmp_path.iterdir()}
+    assert names == {"Pd.fmi2.fmu": "Pd", "Pd_continuous.fmi2.fmu": "Pd_continuous"}
+
+
 def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
     code, out, _ = hfsa("export", "mass_on_spring", "-p", "damping=1", "-o", tmp_path / "built")
     files = [Path(line) for line in out.split()]
     assert code == 0
-    assert [file.name for file in files] == ["MassOnSpring.fmi2.fmu", "MassOnSpring.fmi3.fmu"]
+    assert [file.name for file in files] == ["MassOnSpring_damping_1.fmi2.fmu", "MassOnSpring_damping_1.fmi3.fmu"]
     code, out, _ = hfsa("check", *files)
     assert (code, out.count("no problem found")) == (0, 2)
     broken = tmp_path / "broken.fmu"
@@ -107,3 +116,25 @@ def test_export_writes_files_that_check_finds_clean(hfsa, tmp_path):
     assert second["problems"] == []
     code, out, _ = hfsa("export", "mass_on_spring", "--fmi", "3", "-o", tmp_path / "three", "--json")
     assert [Path(file).name for file in strict_json(out)["files"]] == ["MassOnSpring.fmi3.fmu"]
+
+
+def test_reference_results_are_added_on_request(hfsa, tmp_path):
+    assert hfsa("export", "mass_on_spring", "--fmi", 3, "-o", tmp_path, "--reference-results")[0] == 0
+    with zipfile.ZipFile(tmp_path / "MassOnSpring.fmi3.fmu") as archive:
+        assert "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml" in archive.namelist()
+    code, _, err = hfsa("export", "mass_on_spring", "--ssp", "--reference-results", "-o", tmp_path / "it.ssp")
+    assert code == 2
+    assert "--reference-results are of an FMU, not of a scene" in err
+
+
+def test_platforms_are_named(hfsa, tmp_path):
+    code, _, err = hfsa("export", "mass_on_spring", "--platforms", "win64", "-o", tmp_path)
+    assert code == 2
+    assert "platform 'win64' is not one of here, all, x86_64-linux" in err
+    code, _, err = hfsa("export", "mass_on_spring", "--platforms", "aarch64-linux", "--fmi", 2, "-o", tmp_path)
+    assert code == 2
+    assert "FMI 2 has no name for aarch64-linux" in err
+    code, out, _ = hfsa("export", "mass_on_spring", "--platforms", "here", "--fmi", 2, "-o", tmp_path)
+    assert code == 0
+    code, out, _ = hfsa("check", out.strip())
+    assert re.search(r"no problem found, holds \w+, sources\n$", out)

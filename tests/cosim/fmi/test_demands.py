@@ -10,9 +10,9 @@ import pytest
 from foreign_fmu import foreign_fmu
 
 from hfsa.cosim.assembly.build import build
-from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance
 from hfsa.cosim.fmi.description import describe
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.algorithms import ALGORITHMS, make_master
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Component, Connection, System

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from foreign_fmu import foreign_fmu
 
-from hfsa.cosim.fmi.base_instance import StepError
 from hfsa.cosim.fmi.co_simulation import Fmu, Instance
+from hfsa.cosim.fmi.step_error import StepError
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.results.files import read_run
 from hfsa.cosim.systems.errors import StructureError

@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 from algorithm_groups import EXTRAPOLATED, HELD, ITERATED
 
-from hfsa.cosim.assembly import native_loop
+from hfsa.cosim.assembly import compiled, native_loop
 from hfsa.cosim.assembly.build import build, instrument
 from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.assembly.native_loop import chosen_loop, stepping_library
+from hfsa.cosim.fmi.isolation import sources as isolation
 from hfsa.cosim.masters.algorithms import make_master
 from hfsa.cosim.masters.native import headers
 from hfsa.cosim.masters.native.headers import library_name
@@ -213,7 +214,7 @@ def empty_cache(tmp_path, monkeypatch):
 
 def test_it_is_compiled_once(empty_cache, monkeypatch):
     library = stepping_library()
-    monkeypatch.setattr(native_loop, "compile_files", None)
+    monkeypatch.setattr(compiled, "compile_files", None)
     assert stepping_library() == library
     assert [file for file in empty_cache.rglob("*") if file.is_file()] == [library]
 
@@ -225,10 +226,10 @@ def test_several_may_compile_at_once(empty_cache):
 
 
 def test_without_a_compiler_python_steps_and_says_so(empty_cache, monkeypatch):
-    def none(*_):
+    def none(*_, **__):
         raise ExportError("no C compiler: tried cc, gcc, clang")
 
-    monkeypatch.setattr(native_loop, "compile_files", none)
+    monkeypatch.setattr(compiled, "compile_files", none)
     messages = []
     assert chosen_loop("c", messages.append) is None
     (sentence,) = messages
@@ -262,9 +263,12 @@ def test_setup_names_the_library_as_it_is_looked_for(tmp_path):
     for name in ("setup.py", "pyproject.toml", "README.md", "LICENSE"):
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
     shutil.copytree(headers.FOLDER, tmp_path / "cosim/masters/native", ignore=shutil.ignore_patterns("_step_*"))
+    shutil.copytree(isolation.FOLDER, tmp_path / "cosim/fmi/isolation", ignore=shutil.ignore_patterns("_stand_in_*"))
     command = [sys.executable, "setup.py", "-q", "build_ext", "--build-lib", "built"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     (library,) = (tmp_path / "built").rglob("_step_*")
     assert library.name.startswith(f"{library_name()}.")
     assert library.name.removeprefix(library_name()) in EXTENSION_SUFFIXES
+    (stand_in,) = (tmp_path / "built").rglob("_stand_in_*")
+    assert stand_in.name.removeprefix(isolation.library_name()) in EXTENSION_SUFFIXES
     assert make_master({}, System([]), library=library).time == 0.0

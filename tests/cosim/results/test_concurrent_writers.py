@@ -1,6 +1,7 @@
 """Concurrent access to results files: one of several writers succeeds, readers and writers are respected."""
 
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -93,12 +94,12 @@ def test_of_two_that_start_together_exactly_one_wins(writers, tmp_path, kind, fo
         messages = race(children, path, force)
         assert messages.count("won") == 1, messages
         winner = messages.index("won")
-        losers.add(messages[1 - winner].replace(str(path), "it"))
+        losers.add(re.sub(r'".*" \(process \d+ on .*\)', "its writer", messages[1 - winner].replace(str(path), "it")))
         bode = read_sweep(path)
         assert bode.frequency.tolist() == [1.0 + winner]
         assert bode.attributes["status"] == "complete"
         assert sorted(p.name for p in tmp_path.iterdir()) == sorted(f"{n}.h5" for n in range(number + 1))
-    assert losers <= {"cannot write it: another process is writing it",
+    assert losers <= {"cannot write it: its writer is writing it", "cannot write it: another process is writing it",
                       "cannot write it: it is an empty file, which is not replaced; -o names another file"}  # fmt: skip
 
 
@@ -107,13 +108,13 @@ def test_a_file_that_is_being_written_is_refused_to_others(writers, tmp_path, hf
     first, second = writers()
     path = tmp_path / "a.h5"
     assert command(first, f"{path}") == "won"
-    assert command(second, f"{path} {force}") == f"cannot write {path}: another process is writing it"
+    refusal = re.compile(rf'cannot write {path}: "-c 1" \(process {first.pid} on .+ since .+ UTC\) is writing it\n?')
+    assert refusal.fullmatch(command(second, f"{path} {force}"))
     more = ["--force"] if force else []
     for words in (RUN, LINEAR, [*LINEAR, "--resume"] if not force else LINEAR):
-        assert hfsa(*words, "-o", path, *more)[::2] == (
-            2,
-            f"error: cannot write {path}: another process is writing it\n",
-        )
+        code, _, err = hfsa(*words, "-o", path, *more)
+        assert code == 2
+        assert refusal.fullmatch(err.removeprefix("error: "))
     assert (command(second, "go on"), command(first, "go on")) == ("gone", "done")
     assert read_sweep(path).frequency.tolist() == [1.0]
     assert command(second, f"{path} force") == "won"

@@ -168,7 +168,7 @@ def test_xarray_opens_it_with_coordinates(path):
         assert bode.frequency.units == "Hz"
         meanings = ["pending", "done", "not_settled", "failed", "limited", "not_excited", "disagrees"]
         assert bode.status.attrs["flag_meanings"].split() == meanings
-        assert str(bode.message.values[0, 1]) == "é"
+        assert bode.message.values[0, 1].decode() == "é"
         assert bode.amplitude.sel(input="reference.rotation[1]") == 1e-4
 
 

@@ -47,7 +47,7 @@ def test_a_sweep_goes_on_or_replaces_but_not_both(hfsa):
 def test_a_measurement_is_not_lost_to_the_theory_of_the_same_scene(hfsa):
     assert hfsa(*VERBS["sweep"])[0] == 0
     before = path_state(Path("results/mass_on_spring.h5"))
-    for words, file in ((LINEAR, "mass_on_spring_linear"), (VERBS["open loop"], "sdelta_hfsa_open_loop")):
+    for words, file in ((LINEAR, "mass_on_spring.linear"), (VERBS["open loop"], "sdelta_hfsa_open_loop")):
         code, out, _ = hfsa(*words)
         assert code == 0
         assert out.startswith(f"results/{file}.h5: ")

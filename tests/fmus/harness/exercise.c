@@ -28,7 +28,7 @@ static int checks, failures;
 static unsigned references[ROLES][MAX];
 
 static void find_references(void) {
-  for (int i = 0; i < M->variable_count; i++) references[M->variables[i].role][M->variables[i].index] = (unsigned)i;
+  for (int i = 0; i < M->variable_count; i++) references[M->variables[i].role][M->variables[i].index] = (unsigned)i + 1;
 }
 
 static size_t count_of(Role role) { return (size_t)M->size[role]; }
@@ -60,7 +60,7 @@ static void exercise_states(const Api* api) {
   void* c[3];
   double first[MAX], again[MAX];
   for (int i = 0; i < 3; i++) {
-    c[i] = api->create(CO_SIMULATION, M->token);
+    c[i] = api->create(BY_CO_SIMULATION, M->token);
     CHECK(c[i] && api->initialize(c[i], 0.0) == 0);
   }
   for (int k = 0; k < 10; k++)
@@ -123,18 +123,18 @@ static void values_at(const Api* api, Interface interface, const unsigned* known
   size_t held = count_of(ROLE_SAMPLED_OUTPUT);
   void* c = at_point(api, interface, knowns, nk, point);
   CHECK(api->get(c, unknowns, nu - held, values) == 0);
-  CHECK((interface == CO_SIMULATION ? api->step(c, point[0], 1e-9) : api->update(c)) == 0);
+  CHECK((interface == BY_CO_SIMULATION ? api->step(c, point[0], 1e-9) : api->update(c)) == 0);
   CHECK(api->get(c, unknowns + nu - held, held, values + nu - held) == 0);
   api->destroy(c);
 }
 
 /* Forward derivatives equal central differences, known by known; in FMI 3 the adjoint is the transpose. */
 static void exercise_derivatives(const Api* api, Interface interface) {
-  unsigned knowns[MAX], unknowns[MAX], outside = (unsigned)M->variable_count;
+  unsigned knowns[MAX], unknowns[MAX], outside = (unsigned)M->variable_count + 1;
   size_t nk = gather(known_roles, 5, knowns), nu = gather(unknown_roles, 4, unknowns);
   double point[MAX], forward[MAX], backward[MAX], ahead[MAX], behind[MAX], one = 1.0;
   for (size_t k = 0; k < nk; k++) {
-    const Variable* v = &M->variables[knowns[k]];
+    const Variable* v = &M->variables[knowns[k] - 1];
     point[k] = v->role == ROLE_TIME ? 0.6 : v->role == ROLE_INPUT ? 1.5 + (double)k : v->start + 0.1 * v->nominal;
   }
   void* c = at_point(api, interface, knowns, nk, point);
@@ -183,7 +183,7 @@ static void exercise_steps(const Api* api) {
   double seen[3][MAX];
   size_t n = 0;
   for (int trial = 0; trial < 3; trial++) {
-    void* c = api->create(CO_SIMULATION, M->token);
+    void* c = api->create(BY_CO_SIMULATION, M->token);
     CHECK(api->initialize(c, 0.0) == 0);
     drive(api, c, 0, 1, 0.0);
     double time = 7e-4;
@@ -258,7 +258,7 @@ static void exercise_output_derivatives(const Api* api) {
   int orders[MAX], two = 2, three = 3;
   size_t n = count_of(ROLE_OUTPUT), n_held = count_of(ROLE_SAMPLED_OUTPUT);
   for (int i = 0; i < MAX; i++) orders[i] = 1;
-  void* c = api->create(CO_SIMULATION, M->token);
+  void* c = api->create(BY_CO_SIMULATION, M->token);
   CHECK(api->initialize(c, 0.0) == 0);
   drive(api, c, 0, 5, 0.0);
   move(api, c, 0.0);
@@ -280,7 +280,7 @@ static void exercise_output_derivatives(const Api* api) {
 static void exercise_model_exchange(const Api* api) {
   double x[MAX], der[MAX], u[MAX], seen[MAX];
   size_t n = count_of(ROLE_STATE);
-  void* c = api->create(MODEL_EXCHANGE, M->token);
+  void* c = api->create(BY_MODEL_EXCHANGE, M->token);
   for (size_t i = 0; i < count_of(ROLE_INPUT); i++) u[i] = 1.0;
   CHECK(api->set(c, references[ROLE_INPUT], count_of(ROLE_INPUT), u) == 0);
   CHECK(api->initialize(c, 0.0) == 0 && api->step(c, 0.0, 1e-3) == ERROR);
@@ -300,14 +300,14 @@ static void exercise_model_exchange(const Api* api) {
 /* What must be refused: null pointers, foreign tokens, unknown references, wrong modes, values that are no numbers. */
 static void exercise_errors(const Api* api) {
   double value = 0.0, not_a_number = NAN;
-  unsigned outside[] = {(unsigned)M->variable_count, 0xFFFFFFFFu};
+  unsigned outside[] = {(unsigned)M->variable_count + 1, 0xFFFFFFFFu, 0};
   int heard = messages;
-  CHECK(api->create(CO_SIMULATION, "foreign") == NULL && api->create(MODEL_EXCHANGE, NULL) == NULL);
+  CHECK(api->create(BY_CO_SIMULATION, "foreign") == NULL && api->create(BY_MODEL_EXCHANGE, NULL) == NULL);
   CHECK(messages == heard + 2);
   CHECK(api->get(NULL, outside, 1, &value) == ERROR && api->set(NULL, outside, 1, &value) == ERROR);
   CHECK(api->step(NULL, 0.0, 1.0) == ERROR && api->reset(NULL) == ERROR && api->terminate(NULL) == ERROR);
   CHECK(api->derivatives(NULL, &value, 0) & ERROR);
-  void* c = api->create(CO_SIMULATION, M->token);
+  void* c = api->create(BY_CO_SIMULATION, M->token);
   CHECK(api->get(c, outside, 1, &value) == ERROR && api->get(c, outside + 1, 1, &value) == ERROR);
   CHECK(api->set(c, outside, 1, &value) == ERROR && api->set(c, references[ROLE_TIME], 1, &value) == ERROR);
   CHECK(api->step(c, 0.0, 1e-3) == ERROR && api->terminate(c) == ERROR && api->update(c) & ERROR);
@@ -336,7 +336,7 @@ static void exercise_the_rest(void) {
   const fmi2String two_categories[] = {"logStatusError", "logStatusDiscard"}, noise[] = {"noise"};
   const char* text = NULL;
   unsigned vr = 0;
-  void* c = create2(CO_SIMULATION, M->token);
+  void* c = create2(BY_CO_SIMULATION, M->token);
   CHECK(fmi2SetDebugLogging(c, 1, 2, two_categories) == fmi2OK && fmi2SetDebugLogging(c, 1, 1, noise) == fmi2Error);
   CHECK(strcmp(fmi2GetVersion(), "2.0") == 0 && strlen(fmi2GetTypesPlatform()) > 0);
   CHECK(fmi2GetString(c, references[ROLE_TEXT], count_of(ROLE_TEXT), &text) == fmi2OK || count_of(ROLE_TEXT) > 1);
@@ -360,7 +360,7 @@ static void exercise_the_rest(void) {
   fmi2FreeInstance(silent);
 
   api = &apis[1];
-  c = create3(CO_SIMULATION, M->token);
+  c = create3(BY_CO_SIMULATION, M->token);
   CHECK(strcmp(fmi3GetVersion(), "3.0") == 0);
   CHECK(fmi3InstantiateCoSimulation("it", M->token, "", 0, 1, 1, 0, NULL, 0, NULL, log3, NULL) == NULL);
   CHECK(fmi3InstantiateCoSimulation("it", M->token, "", 0, 1, 0, 0, &vr, 1, NULL, log3, NULL) == NULL);
@@ -400,8 +400,8 @@ int main(void) {
   find_references();
   for (const Api* api = apis; api < apis + 2; api++) {
     exercise_states(api);
-    exercise_derivatives(api, CO_SIMULATION);
-    exercise_derivatives(api, MODEL_EXCHANGE);
+    exercise_derivatives(api, BY_CO_SIMULATION);
+    exercise_derivatives(api, BY_MODEL_EXCHANGE);
     exercise_steps(api);
     exercise_output_derivatives(api);
     exercise_model_exchange(api);

@@ -46,7 +46,7 @@ static void log2_(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi
 }
 static const fmi2CallbackFunctions callbacks = {log2_, NULL, NULL, NULL, NULL};
 static void* create2(Interface i, const char* token) {
-  return fmi2Instantiate("it", i == CO_SIMULATION ? fmi2CoSimulation : fmi2ModelExchange, token, "", &callbacks, 0, 1);
+  return fmi2Instantiate("it", i == BY_CO_SIMULATION ? fmi2CoSimulation : fmi2ModelExchange, token, "", &callbacks, 0, 1);
 }
 static int initialize2(void* c, double t) {
   int a = fmi2SetupExperiment(c, fmi2True, 1e-6, t, fmi2False, 0.0);
@@ -94,7 +94,7 @@ static void log3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String category, f
   messages += strlen(category) && strlen(text) && s > fmi3Warning;
 }
 static void* create3(Interface i, const char* token) {
-  if (i == MODEL_EXCHANGE) return fmi3InstantiateModelExchange("it", token, "", 0, 1, NULL, log3);
+  if (i == BY_MODEL_EXCHANGE) return fmi3InstantiateModelExchange("it", token, "", 0, 1, NULL, log3);
   return fmi3InstantiateCoSimulation("it", token, "", 0, 1, 0, 0, NULL, 0, NULL, log3, NULL);
 }
 static int initialize3(void* c, double t) {

@@ -1,0 +1,68 @@
+"""Damaged results files: one sentence from every reader, within a time limit."""
+
+import random
+
+import h5py
+import numpy as np
+import pytest
+
+from hfsa.cosim.results import soundness
+from hfsa.cosim.results.files import ResultsError, read_choices, read_status, read_sweep, read_warnings
+from hfsa.cosim.results.flat import read_flat
+from hfsa.cosim.results.store import reading
+
+
+def test_any_damage_is_one_sentence_or_none(results, monkeypatch):
+    monkeypatch.setattr("hfsa.cosim.results.store.check_sound", lambda path: None)
+    rng, whole, refusals = random.Random(19), results.read_bytes(), []
+    for _ in range(200):
+        data = bytearray(whole)
+        for _ in range(rng.choice([1, 20, 500])):
+            data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        results.write_bytes(data[: rng.choice([len(data), rng.randrange(len(data))])])
+        for read in (read_sweep, read_flat, read_choices, read_warnings, read_status):
+            try:
+                read(results)
+            except ResultsError as error:
+                refusals.append(str(error))
+    assert len(refusals) > 100
+    assert [text for text in refusals if str(results) not in text or "\n" in text] == []
+
+
+def test_a_file_whose_reading_does_not_end_is_refused(results, monkeypatch):
+    monkeypatch.setattr(soundness, "_LOOK", "while True: pass")
+    monkeypatch.setattr(soundness, "LIMIT", 0.5)
+    monkeypatch.setattr(soundness, "_known", set())
+    with pytest.raises(ResultsError, match=r"old.h5: it is damaged; looking through it did not end in 0.5 s"):
+        read_sweep(results)
+
+
+def test_a_file_whose_reading_crashes_is_refused(results, monkeypatch):
+    monkeypatch.setattr(soundness, "_LOOK", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    monkeypatch.setattr(soundness, "_known", set())
+    with pytest.raises(ResultsError, match=r"old.h5: it is damaged; looking through it crashes the HDF5 library"):
+        read_sweep(results)
+
+
+def test_the_look_takes_a_sound_file_and_leaves_it_alone(results, monkeypatch):
+    monkeypatch.setattr(soundness, "_known", set())
+    before = results.read_bytes(), results.stat().st_mtime_ns
+    soundness.check_sound(results)
+    assert soundness._known
+    assert (results.read_bytes(), results.stat().st_mtime_ns) == before
+
+
+def test_a_newer_format_is_refused_with_both_numbers(results):
+    with h5py.File(results, "r+") as file:
+        file.attrs["format_version"] = "2"
+    with pytest.raises(ResultsError, match="has format version 2, expected 1"), reading(results):
+        pass
+
+
+def test_messages_need_no_fill_value_and_no_attribute_for_netcdf(results):
+    with h5py.File(results) as file:
+        message = file["bode/message"]
+        assert h5py.check_string_dtype(message.dtype) == ("utf-8", 240)
+        assert message.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED
+        assert "_Encoding" not in message.attrs
+        assert np.isnan(file["bode/phase"].fillvalue)
