@@ -1,4 +1,4 @@
-"""Archives and descriptions that try to do harm, and FMUs with flipped bits and lost ends, given to `check` and `run`."""
+"""Archives and descriptions that try to do harm, or have damage, given to `check` and `run`."""
 
 import random
 import re
