@@ -23,8 +23,8 @@ from hfsa.cosim.signals.prefixes import prefixed
 
 FRAMES = 1500
 """Number of rows at most whose motion a page holds."""
-_CURVE = 4000
-"""Number of points at most of a curve."""
+_CURVE, _CURVES = 4000, 60_000
+"""Number of points at most of a curve, and of all curves."""
 _SHOWN = 0.12
 """Largest displacement as drawn, relative to the size of its body."""
 _COARSE = 0.1
@@ -70,10 +70,10 @@ def run_page(recorded: Recorded, bodies: Sequence[Body]) -> tuple[Page, list[str
     data = {
         "time": rounded(recorded.at[kept]),
         "bodies": [_body(body, kept) for body in bodies],
-        "signals": [_signal(recorded, name) for name in recorded.values],
+        "signals": signal_data(recorded),
         **LOOKS,
     }
-    remarks = html.escape(" ".join([f"{sentence}." for sentence in sentences]))
+    remarks = html.escape(" ".join(f"{sentence[:1].upper()}{sentence[1:]}." for sentence in sentences))
     return Page(recorded.title, _BODY.format(remarks=remarks), ("panel.js", "run.js"), data), sentences
 
 
@@ -112,11 +112,18 @@ def _one_two_five(value: float) -> float:
     return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9))
 
 
-def _signal(recorded: Recorded, name: str) -> dict[str, Any]:
-    """Return a signal as plain data, in its unit with a prefix; a value that is not a number is a gap."""
-    values = recorded.values[name]
-    rows = envelope(values, _CURVE)
-    finite = values[np.isfinite(values)]
-    factor, unit = prefixed(float(np.abs(finite).max()) if finite.size else 0.0, recorded.units[name])
-    shown = [number if math.isfinite(number) else None for number in rounded(factor * values[rows])]
-    return {"name": html.escape(name), "unit": html.escape(unit), "t": rounded(recorded.at[rows]), "y": shown}
+def signal_data(recorded: Recorded) -> list[dict[str, Any]]:
+    """Return the signals as plain data; those of one unit have the same prefix, a value that is no number is a gap."""
+    largest: dict[str, float] = {}
+    for name, values in recorded.values.items():
+        size = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        largest[recorded.units[name]] = max(size, largest.get(recorded.units[name], 0.0))
+    most = max(min(_CURVE, _CURVES // max(1, len(recorded.values))), 200)
+    found = []
+    for name, values in recorded.values.items():
+        factor, unit = prefixed(largest[recorded.units[name]], recorded.units[name])
+        rows = envelope(values, most)
+        shown = [number if math.isfinite(number) else None for number in rounded(factor * values[rows])]
+        names = {"name": html.escape(name), "unit": html.escape(unit)}
+        found.append({**names, "t": rounded(recorded.at[rows]), "y": shown})
+    return found

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import SystemRecord
-from hfsa.cosim.results.store import Store
+from hfsa.cosim.results.store import Store, open_file, translate_errors
 
 GEOMETRIC = 10.0
 """Ratio of the ends of an axis from which its points are spaced geometrically."""
@@ -67,6 +67,25 @@ def write_stability_map(path: Path, found: StabilityMap, title: str, force: bool
     store = Store.create(path, SystemRecord(title, words), lambda file: _fill(file, found), force)
     hdf5.set_status(store.file, hdf5.COMPLETE)
     store.close()
+
+
+def read_stability_map(path: Path) -> StabilityMap:
+    """Read a map, without the reasons why points could not be built; `ResultsError` where the file holds none."""
+    file = open_file(path)
+    with file, translate_errors(path, "read"):
+        group = file["map"]
+        growth = group["growth"]
+        names = [str(scale[0].name).rpartition("/")[2] for scale in growth.dims]
+        return StabilityMap(
+            hdf5.text(file.attrs["title"]),
+            hdf5.text(group.attrs["algorithm"]),
+            float(group.attrs["step_size"]),
+            [Axis(name, group[name][:]) for name in names],
+            growth[:],
+            group["stable"][:].astype(bool),
+            group["verified"][:],
+            (),
+        )
 
 
 def _fill(file: Node, found: StabilityMap) -> None:
