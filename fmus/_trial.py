@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
-from fmpy import extract
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 from fmpy.simulation import instantiate_fmu
 
@@ -52,11 +51,9 @@ def trial(folder: Path, interfaces: Sequence[str], timeout: float = TIMEOUT) -> 
     return problems
 
 
-def death(file: Path, timeout: float = TIMEOUT) -> str | None:
-    """Return how an FMU ends or blocks the process that runs it in Co-Simulation; `None` if it does neither."""
-    with tempfile.TemporaryDirectory(prefix="hfsa-") as folder:
-        extract(str(file), folder)
-        return _one_child(Path(folder), ["CoSimulation"], timeout)[1]
+def death(folder: Path, timeout: float = TIMEOUT) -> str | None:
+    """Return how an unpacked FMU ends or blocks the process that co-simulates it; `None` if it does neither."""
+    return _one_child(folder, ["CoSimulation"], timeout)[1]
 
 
 def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple[list[str], str | None, int]:

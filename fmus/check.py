@@ -7,10 +7,9 @@ symbols -> a short run of each interface in a child process. A check is skipped 
 import re
 import tempfile
 import zipfile
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import fmpy
 from fmpy.model_description import (
@@ -21,16 +20,21 @@ from fmpy.model_description import (
 )
 from lxml import etree
 
+from hfsa.fmus._archive import XML, archive_problems
 from hfsa.fmus._binary import INTERFACES, binary_path
 from hfsa.fmus._libraries import libraries, misplaced, own_rules, platforms, stray
 from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus._rules import RULES, broken_references, is_ours
 from hfsa.fmus._trial import identifier, trial
+from hfsa.fmus._xml import xml_problem
 
 _PLAIN = r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*"
 _PLAIN_NAME = re.compile(rf"(?:{_PLAIN}|der\({_PLAIN}\))\Z", re.ASCII)
 
-XML = "modelDescription.xml"
+_BUILD = "sources/buildDescription.xml"
+
+LONGEST = 32 * 1024**2
+"""Size [bytes] of a description beyond which only archive and XML are checked: all rules take minutes and gigabytes."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ def check(file: Path) -> list[str]:
 def examine(file: Path) -> Report:
     """Return problems and warnings of an FMU; no file raises an exception."""
     report = Report()
-    report.problems.extend(_archive(Path(file)))
+    report.problems.extend(archive_problems(Path(file)))
     if report.problems:
         return report
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
@@ -71,48 +75,23 @@ def examine(file: Path) -> Report:
     return report
 
 
-def _archive(file: Path) -> list[str]:
-    """Return the problems of the zip file, which is unpacked only if there are none."""
-    if not file.is_file():
-        return [f"{file} does not exist" if not file.exists() else f"{file} is not a file"]
-    try:
-        with zipfile.ZipFile(file) as archive:
-            problems = list(_entries(archive))
-            broken = None if problems else archive.testzip()
-    except Exception as error:  # damaged files raise exceptions of zipfile, struct, zlib or lzma
-        return [f"archive: cannot be read as a zip file ({error})"]
-    if broken is not None:
-        problems.append(f"archive: {broken} is damaged, its checksum is wrong")
-    return problems
-
-
-def _entries(archive: zipfile.ZipFile) -> Iterator[str]:
-    """Yield the problems of the entries of the archive."""
-    names = [info.orig_filename for info in archive.infolist()]
-    for name, count in Counter(names).items():
-        path = PurePosixPath(name)
-        if count > 1:
-            yield f"archive: contains {name} {count} times"
-        if "\\" in name:
-            yield f"archive: {name} contains a backslash, expected /"
-        if path.is_absolute() or ".." in path.parts or re.match("[A-Za-z]:", name):
-            yield f"archive: {name} points outside the archive"
-    for info in archive.infolist():
-        if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            yield f"archive: {info.filename} is neither stored nor deflated, as FMI requires"
-        if info.flag_bits & 1:
-            yield f"archive: {info.filename} is encrypted"
-    if XML not in names:
-        nested = [name for name in names if name.endswith(f"/{XML}")]
-        yield f"archive: has no {XML} at its top level" + (f"; there is {nested[0]}" if nested else "")
-
-
 def _folder(folder: Path, report: Report) -> None:
     """Add the platforms, problems and warnings of the unpacked FMU to the report."""
     report.platforms.extend(platforms(folder))
+    document = folder / XML
+    problems = [f"{name}: {xml_problem(folder / name)}" for name in (XML, _BUILD) if xml_problem(folder / name)]
+    if problems:
+        report.problems.extend(problems)
+        return
+    size = document.stat().st_size
+    if size > LONGEST:
+        report.warnings.append(
+            f"{XML} has {size:,} bytes, more than {LONGEST:,}: schema, rules and a short run are left out"
+        )
+        return
     try:
-        root = etree.parse(folder / XML, etree.XMLParser(resolve_entities=False)).getroot()
-    except etree.XMLSyntaxError as error:
+        root = etree.parse(document, etree.XMLParser(resolve_entities=False)).getroot()
+    except etree.XMLSyntaxError as error:  # a text that is too long
         report.problems.append(f"{XML}: is not well-formed XML: {error}")
         return
     found = [*_schema(root)] or [*broken_references(root)]
@@ -176,8 +155,8 @@ def _sources(folder: Path, root: etree._Element) -> Iterator[str]:
     if root.get("fmiVersion", "").startswith("3"):
         try:
             builds = read_build_description(folder)
-        except Exception as error:
-            yield f"sources/buildDescription.xml: {' '.join(str(error).split())}"
+        except Exception as error:  # fmpy raises bare exceptions
+            yield f"{_BUILD}: {' '.join(str(error).split())}"
             return
         names = {name for build in builds for files in build.sourceFileSets for name in files.sourceFiles}
     for name in sorted(names):

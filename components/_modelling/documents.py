@@ -132,7 +132,7 @@ def _is_path(value: Any) -> bool:
 def _table_of(file: Path) -> Mapping[str, Any]:
     """Return the table of a file; `ModelError` for a file that cannot be read or is no TOML document."""
     try:
-        return tomllib.loads(file.read_bytes().decode())
+        return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise ModelError(f"{file} cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -14,6 +14,8 @@ from pathlib import Path
 from lxml import etree
 
 from hfsa.components._modelling.cache import cache_subfolder
+from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.archives.xml import parse
 from hfsa.cosim.fmi.description import CONVENTIONS
 
 _DESCRIPTION = "modelDescription.xml"
@@ -33,11 +35,11 @@ def following(file: Path) -> Path:
 
 def _declare(file: Path, copy: Path) -> None:
     """Write a copy of an FMU with our name before that of its generation tool."""
-    with zipfile.ZipFile(file) as archive, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as other:
-        for item in archive.infolist():
-            content = archive.read(item)
-            if item.filename == _DESCRIPTION:
-                root = etree.fromstring(content)
+    with Archive(file, str(file), "FMU") as archive, zipfile.ZipFile(copy, "w", zipfile.ZIP_DEFLATED) as other:
+        for name in archive.names:
+            content = archive.read(name, str(file))
+            if name == _DESCRIPTION:
+                root = parse(content, f"{file}: {name}")
                 root.set("generationTool", f"{CONVENTIONS}conventions, {root.get('generationTool', 'unknown tool')}")
                 content = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
-            other.writestr(item, content)
+            other.writestr(name, content)

@@ -34,7 +34,7 @@ def remarks(file: Path, scene: Scene) -> list[str]:
 
     A value that an option has replaced since is not told.
     """
-    stated = tomllib.loads(file.read_text(encoding="utf-8"))
+    stated = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     told = [
         f"{label} is {value:.9g} s, of the default experiment of {name}, as the scene states none"
         for label, (value, name) in proposed(scene.system.components).items()

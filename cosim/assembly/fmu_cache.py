@@ -26,6 +26,7 @@ from hfsa.components._modelling.documents import names_file
 from hfsa.components._modelling.feedback_ports import with_linear_feedback
 from hfsa.components._modelling.parts import SOLVER, Part, read_arguments, read_value
 from hfsa.components._modelling.sealed import finish, is_sound
+from hfsa.cosim.archives.archive import Archive
 from hfsa.cosim.assembly.conventions import following
 from hfsa.cosim.assembly.models import AUTO, is_part, model_of, named_part, part_of
 from hfsa.cosim.assembly.sources import sources
@@ -40,6 +41,9 @@ from hfsa.fmus.export import export, members
 
 FMI: Literal[2, 3] = 2
 """Version of the FMUs a scene is built from; ours take derivatives of inputs in either (`fmus/README.md`)."""
+
+_MOST_TRIED = 100_000
+"""Most variables of an FMU that is tried before it is run: reading more takes the trial minutes and gigabytes."""
 
 _HERE = ("here",)
 
@@ -192,8 +196,8 @@ def _finished(component: Component) -> Path:
         raise StructureError(f"{component.name}: there is no file {file}")
     if component.arguments or component.level:
         raise StructureError(f"{component.name}: {file.name} is a finished FMU; it takes start values, no arguments")
-    describe(file)  # what cannot be read is told so
-    if ending := _death(file, file.stat().st_mtime_ns):
+    count = len(describe(file).variables)  # what cannot be read is told so
+    if count <= _MOST_TRIED and (ending := _death(file, file.stat().st_mtime_ns)):
         message = f"{ending}; repair or replace it, `hfsa check {file.name}` looks closer"
         raise StepError(component.name, file.name, "cannot be run", None, message)
     return file if component.conventions is None else following(file)
@@ -202,4 +206,6 @@ def _finished(component: Component) -> Path:
 @cache
 def _death(file: Path, modified: int) -> str | None:  # noqa: ARG001 (another file under that name is tried again)
     """Return how the process of its own that tries an FMU ended, `None` where that survived."""
-    return death(file)
+    with tempfile.TemporaryDirectory(prefix="hfsa-") as folder, Archive(file, str(file), "FMU") as archive:
+        archive.unpack(Path(folder), lambda name: not name.startswith(("sources/", "documentation/")))
+        return death(Path(folder))

@@ -52,11 +52,6 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         # the reader of stdout has closed it: nothing may be flushed to it at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except OSError as error:
-        if traced:
-            traceback.print_exc()
-        print(f"error: {_disk_words(error)}", file=sys.stderr)
-        return SIMULATION_FAILED if error.errno in _DISK else USAGE
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
         if code is None:
@@ -66,7 +61,7 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         return _failed(str(error), code, traced)
     except OSError as error:
         code = SIMULATION_FAILED if error.errno in _DISK else USAGE
-        return _failed(_refusal(error), code, traced)
+        return _failed(_disk_words(error), code, traced)
     except MemoryError as error:
         return _failed(f"not enough memory: {error or 'none is left'}", SIMULATION_FAILED, traced)
 
@@ -77,12 +72,6 @@ def _failed(message: str, code: int, traced: bool) -> int:
         traceback.print_exc()
     print(f"error: {message}", file=sys.stderr)
     return code
-
-
-def _refusal(error: OSError) -> str:
-    """Return what the system refused: the file, where it is known, and the reason."""
-    reason = error.strerror or str(error)
-    return f"the system refused {error.filename or 'a file, perhaps a temporary one (TMPDIR)'}: {reason}"
 
 
 def _disk_words(error: OSError) -> str:

@@ -17,6 +17,7 @@ from hfsa.cosim.assembly.assemble import assemble
 from hfsa.cosim.assembly.fuse import with_fusion
 from hfsa.cosim.assembly.load_scene import DOCUMENT, available_scenes, load_scene, with_arguments
 from hfsa.cosim.assembly.outline import outlined
+from hfsa.cosim.assembly.outside import outside
 from hfsa.cosim.assembly.packages import PACKAGE, package_of
 from hfsa.cosim.experiments.drive import released, requested, with_companions
 from hfsa.cosim.experiments.orders import with_order
@@ -123,10 +124,11 @@ def set_up(
 
 
 def _remarks(name: str, scene: Scene) -> Sequence[str]:
-    """Return what the file of a scene leaves to others, or what is ignored of it."""
+    """Return what the file of a scene leaves to others, or what is ignored of it, and what it runs from elsewhere."""
     if name.endswith(PACKAGE):
         return package_of(name).remarks
-    return default_experiment.remarks(Path(name), scene) if name.endswith(DOCUMENT) else ()
+    file = Path(name)
+    return [*default_experiment.remarks(file, scene), *outside(file, scene)] if name.endswith(DOCUMENT) else ()
 
 
 def _driven(setup: Setup, drive: Mapping[str, Any], record: Sequence[str]) -> Setup:

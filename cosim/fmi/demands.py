@@ -4,15 +4,15 @@ demands.check_step("plant", 1e-3)           # StructureError where its own steps
 demands.refuse_variable_steps("plant")      # StructureError where it takes communication steps of one size only
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from fmpy.model_description import ModelDescription
-
 from hfsa.cosim.systems.errors import StructureError
 
-_TRUE = ("true", "1")
+TRUE = ("true", "1")
+"""Texts of a flag that is set."""
 
 
 @dataclass(frozen=True)
@@ -80,18 +80,18 @@ class Demands:
         return f"it runs only where {self.tool or 'the tool that made it'} is installed (needsExecutionTool)"
 
 
-def demands(file: Path, model: ModelDescription, flags: Mapping[str, str], is_co_simulation: bool) -> Demands:
-    """Return the demands of an interface whose element in the description has these attributes."""
-    experiment = model.defaultExperiment
-    internal = flags.get("fixedInternalStepSize")
+def demands(
+    file: Path, tool: str, experiment: Mapping[str, str], flags: Mapping[str, str], is_co_simulation: bool
+) -> Demands:
+    """Return the demands of an interface from the attributes of its element and of the default experiment."""
     return Demands(
         file,
-        str(model.generationTool or ""),
-        is_co_simulation and flags.get("canHandleVariableCommunicationStepSize") not in _TRUE,
-        float(internal) if is_co_simulation and internal is not None and float(internal) > 0 else None,
-        flags.get("canBeInstantiatedOnlyOncePerProcess") in _TRUE,
-        flags.get("needsExecutionTool") in _TRUE,
-        _positive(experiment.tolerance if experiment else None),
+        tool,
+        is_co_simulation and flags.get("canHandleVariableCommunicationStepSize") not in TRUE,
+        _positive(flags.get("fixedInternalStepSize")) if is_co_simulation else None,
+        flags.get("canBeInstantiatedOnlyOncePerProcess") in TRUE,
+        flags.get("needsExecutionTool") in TRUE,
+        _positive(experiment.get("tolerance")),
     )
 
 
@@ -101,4 +101,4 @@ def _positive(text: str | float | None) -> float | None:
         number = float(text or 0.0)
     except ValueError:
         return None
-    return number if number > 0 else None
+    return number if 0 < number < math.inf else None

@@ -1,33 +1,37 @@
 """Description of an FMU: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
 
 import re
-import zipfile
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import product
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from fmpy.model_description import BaseUnit, ModelDescription, ModelVariable, Unknown, read_model_description
-from lxml import etree
-
-from hfsa.cosim.fmi.demands import Demands, demands
+from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.fmi.demands import TRUE, Demands, demands
+from hfsa.cosim.fmi.raw_description import RawDescription, read_raw
 from hfsa.cosim.fmi.soundness import refuse_unsound
+from hfsa.cosim.fmi.variables import CONVENTIONS, SAMPLE_TIME, Variables, number
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.errors import StructureError
+
+__all__ = [
+    "CONVENTIONS",
+    "COUNTERS",
+    "NEXT",
+    "SAMPLE_TIME",
+    "SOLVER_STEP",
+    "SOLVER_TOLERANCE",
+    "Description",
+    "Interface",
+    "describe",
+]
 
 Interface = Literal["co_simulation", "model_exchange"]
 """Interface type for which an FMU is loaded."""
 
 SOLVER_TOLERANCE, SOLVER_STEP = "solver.relative_tolerance", "solver.maximum_step"
 """Settings of a solver inside an FMU of ours that takes steps of its own."""
-
-SAMPLE_TIME = "sample_time"
-"""Parameter [s] that declares the sample time of an FMU; its discrete outputs change at ticks only."""
-
-CONVENTIONS = "hfsa "
-"""Beginning of the generation tool of FMUs whose variables' names mean what they mean in FMUs of hfsa."""
 
 NEXT = "next."
 """Prefix of the variable that holds the value of a sampled state after the next tick."""
@@ -46,7 +50,7 @@ _MISSING: dict[Interface, str] = {
     "model_exchange": "Model Exchange interface, which the monolithic algorithms use; the others co-simulate it",
 }
 
-_BASE_UNIT = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+_DOCUMENT = "modelDescription.xml"
 
 
 @dataclass(frozen=True)
@@ -165,6 +169,16 @@ class Description:
         return tuple(name for name, v in known.items() if v.is_conventional and f"{NEXT}{name}" in known)
 
 
+@dataclass(frozen=True)
+class _Whole:
+    """What a description says of all interfaces: its attributes and lists, variables, states and event indicators."""
+
+    raw: RawDescription
+    variables: dict[str, Connector]
+    states: tuple[tuple[str, str], ...]
+    event_indicators: int
+
+
 def describe(file: Path, interface: Interface | None = None) -> Description:
     """Return the description of an FMU, read once per process; `StructureError` with the reason where it cannot run.
 
@@ -178,141 +192,67 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
 
 
 @lru_cache(maxsize=1024)
-def _read(file: Path, _version: tuple[int, ...]) -> tuple[Any, ModelDescription]:
-    """Return the model description of an FMU as XML and from fmpy; a changed file has another `_version`."""
-    try:
-        if file.suffix == ".xml":
-            root = etree.fromstring(file.read_bytes())
-        else:
-            with zipfile.ZipFile(file) as archive:
-                root = etree.fromstring(archive.read("modelDescription.xml"))
-        version = str(root.get("fmiVersion"))
-        if not version.startswith(("2.", "3.")):
-            raise StructureError(f"{file} is an FMU of FMI version {version}; expected 2.0 or 3.0")
-        refuse_unsound(file, root)
-        return root, read_model_description(str(file), validate=False)
-    except StructureError:
-        raise
-    except Exception as error:  # the parser raises many types for a file that is no FMU
-        raise StructureError(f"{file} is not a readable FMU: {error}") from error
+def _read(file: Path, _version: tuple[int, ...]) -> _Whole:
+    """Return what an FMU describes, for all interfaces; a changed file has another `_version`."""
+    if file.suffix == ".xml":
+        with open(file, "rb") as stream:
+            raw = read_raw(stream, str(file))
+    else:
+        with Archive(file, str(file), "FMU") as archive, archive.open(_DOCUMENT, str(file)) as stream:
+            raw = read_raw(stream, f"{file}: {_DOCUMENT}")
+    refuse_unsound(file, raw)
+    found = Variables(raw, f"{file}: {_DOCUMENT}")
+    variables, states, indicators = found.connectors, found.states, found.event_indicators
+    raw.variables.clear()  # as large as the connectors that were made of them
+    raw.unknowns.clear()
+    return _Whole(raw, variables, states, indicators)
 
 
 @lru_cache(maxsize=1024)
 def _interface_description(file: Path, interface: Interface | None, version_of_file: tuple[int, ...]) -> Description:
     """Return the description of one interface of an FMU."""
-    root, model = _read(file, version_of_file)
-    version = str(root.get("fmiVersion"))
-    chosen = interface or ("co_simulation" if model.coSimulation or not model.modelExchange else "model_exchange")
-    offered, tag = (
-        (model.coSimulation, "CoSimulation") if chosen == "co_simulation" else (model.modelExchange, "ModelExchange")
-    )
-    if offered is None:
-        is_scheduled = root.find("ScheduledExecution") is not None
+    whole = _read(file, version_of_file)
+    raw, offers = whole.raw, whole.raw.interfaces
+    one, other = "CoSimulation", "ModelExchange"
+    chosen = interface or ("co_simulation" if one in offers or other not in offers else "model_exchange")
+    tag = one if chosen == "co_simulation" else other
+    if tag not in offers:
+        is_scheduled = "ScheduledExecution" in offers
         also = "; it offers Scheduled Execution, which hfsa does not run" if is_scheduled else ""
         raise StructureError(f"{file} offers no {_MISSING[chosen]}{also}")
-    flags = {**root.find(tag).attrib}  # type: ignore[union-attr]
-    directional = ("providesDirectionalDerivative", "providesDirectionalDerivatives")  # FMI 2, FMI 3
+    flags, experiment = offers[tag], raw.experiment
+    is_two = raw.version == 2
+    directional = "providesDirectionalDerivative" if is_two else "providesDirectionalDerivatives"
+    state = "FMUstate" if is_two else "FMUState"
     return Description(
         file=file,
         interface=chosen,
-        name=str(model.modelName),
-        identifier=str(offered.modelIdentifier),
-        token=str(model.instantiationToken),
-        version=int(version[0]),
-        variables=_variables(model),
-        states=_states(model),
-        log_categories=tuple(str(category.name) for category in model.logCategories),
-        can_restore=offered.canGetAndSetFMUstate,
-        can_serialize=offered.canSerializeFMUstate,
-        has_derivatives=any(flags.get(name) in ("true", "1") for name in directional),
-        can_interpolate=flags.get("canInterpolateInputs") in ("true", "1"),
-        output_derivative_order=model.coSimulation.maxOutputDerivativeOrder if model.coSimulation else 0,
-        event_indicators=model.numberOfEventIndicators,
-        is_co_simulation_only=model.modelExchange is None,
-        needs_completed_steps=bool(model.modelExchange and model.modelExchange.needsCompletedIntegratorStep),
-        start_time=_number(getattr(model.defaultExperiment, "startTime", None)),
-        step_size=_number(getattr(model.defaultExperiment, "stepSize", None)),
-        stop_time=_number(getattr(model.defaultExperiment, "stopTime", None)),
-        demands=demands(file, model, flags, chosen == "co_simulation"),
+        name=str(raw.attributes.get("modelName")),
+        identifier=flags["modelIdentifier"],
+        token=str(raw.attributes.get("guid" if is_two else "instantiationToken")),
+        version=raw.version,
+        variables=whole.variables,
+        states=whole.states,
+        log_categories=tuple(raw.categories),
+        can_restore=flags.get(f"canGetAndSet{state}") in TRUE,
+        can_serialize=flags.get(f"canSerialize{state}") in TRUE,
+        has_derivatives=flags.get(directional) in TRUE,
+        can_interpolate=flags.get("canInterpolateInputs") in TRUE,
+        output_derivative_order=int(number(offers.get(one, {}).get("maxOutputDerivativeOrder")) or 0),
+        event_indicators=whole.event_indicators,
+        is_co_simulation_only=other not in offers,
+        needs_completed_steps=_needs_completed_steps(offers.get(other), is_two),
+        start_time=number(experiment.get("startTime")),
+        step_size=number(experiment.get("stepSize")),
+        stop_time=number(experiment.get("stopTime")),
+        demands=demands(file, raw.attributes.get("generationTool", ""), experiment, flags, chosen == "co_simulation"),
     )
 
 
-def _variables(model: ModelDescription) -> dict[str, Connector]:
-    """Return the variables by name."""
-    units = {unit.name: _base_unit(unit.baseUnit) for unit in model.unitDefinitions}
-    is_conventional = (model.generationTool or "").startswith(CONVENTIONS)
-    ticks = is_conventional and any(v.name == SAMPLE_TIME and v.causality == "parameter" for v in model.modelVariables)
-    dependencies = {unknown.variable.name: _inputs(unknown) for unknown in model.outputs if unknown.variable}
-    variables = {}
-    for v in model.modelVariables:
-        declared = v.declaredType
-        unit = v.unit or (declared.unit if declared else None)
-        held = ticks and v.variability == "discrete"
-        nominal = _number(v.nominal or (declared.nominal if declared else None))
-        whole = Connector(
-            name=v.name,
-            reference=v.valueReference,
-            causality=str(v.causality),
-            variability=str(v.variability),
-            type=str(v.type),
-            unit=unit,
-            base_unit=units.get(unit),
-            start=None if v.shape else _number(v.start),
-            nominal=nominal or 1.0,
-            min=_number(v.min or (declared.min if declared else None)),
-            max=_number(v.max or (declared.max if declared else None)),
-            dependencies=() if held or v.causality != "output" else dependencies.get(v.name),
-            has_nominal=bool(nominal),
-            is_relative=bool(v.relativeQuantity or (declared and declared.relativeQuantity)),
-            is_conventional=is_conventional,
-        )
-        variables |= {element.name: element for element in _elements(whole, v)} if v.shape else {v.name: whole}
-    return variables
-
-
-def _elements(array: Connector, variable: ModelVariable) -> list[Connector]:
-    """Return the elements of an array variable: `x[1]`, or `x[2,3]`; a single start value is that of all."""
-    names = _names_of_elements(variable)
-    starts = [_number(word) for word in str(variable.start or "").split()]
-    starts = starts * len(names) if len(starts) == 1 else starts
-    each: list[float | None] = [*starts] if len(starts) == len(names) else [None] * len(names)
-    return [
-        replace(array, name=name, start=start, element=i, size=len(names))
-        for i, (name, start) in enumerate(zip(names, each, strict=True))
-    ]
-
-
-def _names_of_elements(variable: ModelVariable) -> list[str]:
-    """Return the names of the elements of an array, row by row; that of a scalar is its own."""
-    indices = product(*(range(1, n + 1) for n in variable.shape or ()))
-    return [f"{variable.name}[{','.join(map(str, index))}]" if index else str(variable.name) for index in indices]
-
-
-def _states(model: ModelDescription) -> tuple[tuple[str, str], ...]:
-    """Return the continuous states, each with the name of its derivative."""
-    pairs = ((u.variable.derivative, u.variable) for u in model.derivatives if u.variable)
-    names = ((_names_of_elements(state), _names_of_elements(rate)) for state, rate in pairs if state)
-    return tuple(pair for states, rates in names for pair in zip(states, rates, strict=True))
-
-
-def _inputs(unknown: Unknown) -> tuple[str, ...] | None:
-    """Return the inputs that an unknown depends on, `None` where they are not declared."""
-    if unknown.dependencies is None:
-        return None
-    inputs = (known for known in unknown.dependencies if known.causality == "input")
-    return tuple(name for known in inputs for name in _names_of_elements(known))
-
-
-def _base_unit(base: BaseUnit | None) -> tuple[float, ...] | None:
-    """Return exponents, factor and offset of a base unit."""
-    return None if base is None else tuple(float(getattr(base, name)) for name in _BASE_UNIT)
-
-
-def _number(text: str | float | None) -> float | None:
-    """Return a number of the description, `None` where it is missing or not a number; true is 1."""
-    if text in ("true", "false"):
-        return float(text == "true")
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return None
+def _needs_completed_steps(model_exchange: Mapping[str, str] | None, is_two: bool) -> bool:
+    """Whether Model Exchange, if there is any, needs a call after each completed integrator step."""
+    if model_exchange is None:
+        return False
+    if is_two:
+        return model_exchange.get("completedIntegratorStepNotNeeded") not in TRUE
+    return model_exchange.get("needsCompletedIntegratorStep") in TRUE

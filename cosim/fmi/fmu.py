@@ -7,8 +7,7 @@ from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import ClassVar
 
-import fmpy
-
+from hfsa.cosim.archives.archive import Archive
 from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
 from hfsa.cosim.fmi.library import Library
@@ -42,7 +41,8 @@ class Fmu:
         folder = tempfile.mkdtemp(prefix="hfsa-")
         # worker processes of a pool run finalizers, but not atexit
         self._remove = Finalize(self, shutil.rmtree, (folder, True), exitpriority=0)
-        fmpy.extract(file, folder, include=lambda name: not name.startswith(("sources/", "documentation/")))
+        with Archive(file, str(file), "FMU") as archive:
+            archive.unpack(Path(folder), lambda name: not name.startswith(("sources/", "documentation/")))
         self.library = _LIBRARIES[interface][self.version](self.description, Path(folder), isolation)
 
     @classmethod

@@ -7,8 +7,10 @@ import enum
 import os
 import re
 import stat
-import zipfile
 from pathlib import Path
+
+from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.systems.errors import StructureError
 
 TOOL = "hfsa"
 """Attribute `tool` of results files written by hfsa."""
@@ -117,9 +119,9 @@ def _hdf5_kind(real: Path) -> tuple[FileKind, str]:
 def _archive_kind(real: Path) -> tuple[FileKind, str]:
     """Return the kind of a ZIP archive: an FMU has a model description, an SSP has a system structure."""
     try:
-        with zipfile.ZipFile(real) as archive:
-            names = archive.namelist()
-    except (OSError, zipfile.BadZipFile, ValueError):
+        with Archive(real, str(real)) as archive:
+            names = archive.names
+    except StructureError:
         names = []
     if "modelDescription.xml" in names:
         return FileKind.FMU, "an FMU"

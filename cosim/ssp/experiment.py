@@ -1,8 +1,8 @@
 """What a package says of its simulation: times, the step of the tool that wrote it, and annotations."""
 
+from hfsa.cosim.archives.xml import Node, number
 from hfsa.cosim.ssp.structure import Experiment
 from hfsa.cosim.ssp.vocabulary import HFSA, OFFERED, OMS, OPEN_MODELICA, OPEN_SIMULATION_PLATFORM, OSP, OURS, SSC, SSD
-from hfsa.cosim.ssp.xml import Node, number
 
 _STEPS = (
     (f"{{{OSP}}}FixedStepAlgorithm", "baseStepSize"),

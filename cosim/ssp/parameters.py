@@ -6,10 +6,10 @@ Later bindings of one element count more than earlier ones.
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from hfsa.cosim.archives.xml import Node, at, attribute, children, flag, is_of, local, number, read_number
 from hfsa.cosim.ssp.structure import Value
 from hfsa.cosim.ssp.units import Affine, read_units, unit_named
 from hfsa.cosim.ssp.vocabulary import SSC, SSD, SSM, SSV
-from hfsa.cosim.ssp.xml import Node, at, attribute, children, flag, is_of, local, number, read_number
 from hfsa.cosim.systems.errors import StructureError
 
 Source = Callable[[Node, str, str], tuple[Node, str]]

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hfsa.cosim.archives.archive import read_file
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.ssp.annotation import read_annotation
-from hfsa.cosim.ssp.archive import read_file
 from hfsa.cosim.ssp.element_names import legal_names
 from hfsa.cosim.ssp.experiment import Experiment
 from hfsa.cosim.ssp.flatten import Flat, Join, Place, flatten

@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from hfsa.cosim.ssp.archive import Archive, resolved
+from hfsa.cosim.archives.archive import Archive, resolved
+from hfsa.cosim.archives.xml import Node, at, attribute, children, flag, is_of, local, parse
 from hfsa.cosim.ssp.experiment import read_experiment
 from hfsa.cosim.ssp.parameters import bound_values, transformation
 from hfsa.cosim.ssp.structure import Bus, Link, Nest, Part, Port, Structure
 from hfsa.cosim.ssp.units import Unit, read_units, unit_named
 from hfsa.cosim.ssp.vocabulary import FMU_TYPE, MAIN, PACKAGE_TYPE, SSC, SSD, STRUCTURE_TYPE
-from hfsa.cosim.ssp.xml import Node, at, attribute, children, flag, is_of, local, parse
 from hfsa.cosim.systems.errors import StructureError
 
 Keep = Callable[[str, bytes], Path]

@@ -6,9 +6,9 @@ from pathlib import Path
 import fmpy
 from lxml import etree
 
-from hfsa.cosim.ssp.archive import Archive, read_file
+from hfsa.cosim.archives.archive import Archive, read_file
+from hfsa.cosim.archives.xml import parse
 from hfsa.cosim.ssp.vocabulary import MAIN
-from hfsa.cosim.ssp.xml import parse
 from hfsa.cosim.systems.errors import StructureError
 
 _SCHEMAS = {

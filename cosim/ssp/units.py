@@ -7,8 +7,8 @@ factor u + offset in base units.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hfsa.cosim.archives.xml import Node, attribute, number
 from hfsa.cosim.ssp.vocabulary import BASE_UNITS, SSC
-from hfsa.cosim.ssp.xml import Node, attribute, number
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.units import known_base
 

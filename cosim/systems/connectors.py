@@ -14,7 +14,7 @@ NUMBERS = ("Real", "Float64", "Float32", *WHOLE, "Boolean")
 """Types of numbers; the others are texts, bytes and clocks."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Connector:
     """Variable of an FMU, from its model description.
 

@@ -5,6 +5,7 @@ A full name is `component.variable`. A range in a name, `drive[1..3]`, stands fo
 
 import difflib
 import itertools
+import math
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -15,6 +16,10 @@ from hfsa.cosim.systems.kinds import text
 DERIVATIVES = ("rate", "acceleration", "jerk")
 """First to third time derivative of a signal: outputs of a sine source, and inputs beside the input of the signal."""
 
+MOST_MEMBERS = 1_000_000
+"""Most members of a name with ranges."""
+
+_DIGITS = 18
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
 
 _NUMBERED = re.compile(r"^([^[]*)\[(\d+)\](.*)$")
@@ -25,9 +30,15 @@ def expand(name: str) -> list[str]:
     parts = _RANGE.split(text("a name", name))
     literals, bounds = parts[::3], list(zip(parts[1::3], parts[2::3], strict=True))
     for low, high in bounds:
+        if len(high) > _DIGITS or int(high) - int(low) >= MOST_MEMBERS:
+            raise StructureError(
+                f"range [{low[:20]}..{high[:20]}] has more members than {MOST_MEMBERS}, expected fewer"
+            )
         if int(low) > int(high):
             raise StructureError(f"range [{low}..{high}] in {name} is empty; expected the lower index first")
     ranges = [range(int(low), int(high) + 1) for low, high in bounds]
+    if math.prod(map(len, ranges)) > MOST_MEMBERS:
+        raise StructureError(f"{name} has more members than {MOST_MEMBERS}, expected fewer")
     members = []
     for indices in itertools.product(*ranges):
         tail = "".join(f"[{i}]{literal}" for i, literal in zip(indices, literals[1:], strict=True))

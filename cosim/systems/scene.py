@@ -12,16 +12,15 @@ from hfsa.cosim.systems.system import Component, System
 AUTO = "auto"
 """Algorithm name for the cheapest one with an error within the tolerance (`analysis/algorithm_choice.py`)."""
 
+MOST_STEPS = 2.0**53
+"""Most steps of a run, of which a number of 64 bits can count each."""
+
 SINE_SOURCE, LOCK_IN = "sine_source", "lock_in"
 MULTISINE_SOURCE, SAMPLER = "multisine_source", "sampler"
 """Names of the parts that are the instruments of a measurement."""
 
 LINEAR_TRANSFORMATION = "linear_transformation"
 """Name of the part that applies gains, offsets and conversions of units between components."""
-
-
-MOST_STEPS = 9e15
-"""Largest number of steps that doubles count one by one."""
 
 
 @dataclass(frozen=True)
@@ -105,10 +104,11 @@ class Scene:
                 refuse(label, value, "a number")
             if not is_positive(value):
                 raise StructureError(f"{label} is {value:g}, expected a positive number")
-        if self.stop_time / self.step_size > MOST_STEPS:
+            object.__setattr__(self, label, float(value))
+        if not self.stop_time / self.step_size <= MOST_STEPS:
             raise StructureError(
-                f"stop_time of {self.stop_time:g} s at a step_size of {self.step_size:g} s are more steps than can be "
-                f"counted, {MOST_STEPS:.0e}; expected a sooner end or a longer step"
+                f"step_size {self.step_size:g} s and stop_time {self.stop_time:g} s make more than {MOST_STEPS:g} "
+                "steps, expected fewer"
             )
         for unit, amplitude in table("amplitude", self.amplitude, "a table of numbers by unit").items():
             if not is_number(amplitude):

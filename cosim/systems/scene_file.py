@@ -69,7 +69,7 @@ def read_scene(file: Path, propose: Propose = lambda _: {}) -> Scene:
     """
     file = Path(file)
     try:
-        text = file.read_text(encoding="utf-8")
+        text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         byte = error.object[error.start]
         raise StructureError(

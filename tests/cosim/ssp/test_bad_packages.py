@@ -8,8 +8,8 @@ import zipfile
 import pytest
 from ssp_by_hand import EXPERIMENT, PLAIN, bound, inline, packed, structure
 
+from hfsa.cosim.archives import archive
 from hfsa.cosim.assembly.packages import package_of
-from hfsa.cosim.ssp import archive
 from hfsa.cosim.systems.errors import StructureError
 
 SYSTEM = PLAIN.format(plant="")
@@ -214,7 +214,7 @@ def test_an_archive_that_is_not_unpacked(tmp_path, content, sentence):
 
 
 def test_too_many_entries(tmp_path, monkeypatch):
-    monkeypatch.setattr(archive, "MOST_ENTRIES", 2)
+    monkeypatch.setenv("HFSA_MOST_ENTRIES", "2")
     file = packed(tmp_path / "model.ssp", {"a": "", "b": "", "c": ""})
     with pytest.raises(StructureError, match="has 3 entries, expected at most 2"):
         package_of(file)

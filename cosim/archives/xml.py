@@ -1,4 +1,7 @@
-"""XML of somebody else: no entities, no files or addresses from outside, and every error with its line."""
+"""XML of somebody else: no entities, no files or addresses from outside, and every error with its line.
+
+Elements within each other and texts are as deep and long as the parser allows without `huge_tree`.
+"""
 
 from collections.abc import Iterator
 
@@ -12,7 +15,12 @@ Node = etree._Element
 def parse(content: bytes, where: str) -> Node:
     """Return the root of a document; `StructureError` for one that is not well-formed, or declares entities."""
     parser = etree.XMLParser(
-        resolve_entities=False, load_dtd=False, no_network=True, remove_comments=True, remove_pis=True
+        resolve_entities=False,
+        load_dtd=False,
+        no_network=True,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
     )
     try:
         root = etree.fromstring(content, parser)
