@@ -90,7 +90,7 @@ def members(model: Model, sources: Sources, libraries: Mapping[Platform, bytes],
 def pack(file: Path, files: Mapping[str, bytes]) -> None:
     """Write a reproducible zip archive: fixed dates, owner and order."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files, key=lambda name: (name.count("/"), name)):
+        for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name.count("/"), name)):
             entry = zipfile.ZipInfo(name)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3

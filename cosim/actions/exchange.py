@@ -131,6 +131,13 @@ class Exchange:
         if not count:
             self.warnings[name] = "; ".join(filter(None, (self._notices.get(name), first)))
 
+    def give_notice(self, notices: Mapping[str, str]) -> None:
+        """Add sentences on what the algorithm does to instances, by their names."""
+        self._notices |= notices
+        for name, sentence in notices.items():
+            self.warnings.setdefault(name, sentence)
+            self.told[f"{name}: notice"] = 0, sentence
+
     def forget_warnings(self) -> None:
         """Forget the warnings of the instances, before another run."""
         self.warnings.clear()

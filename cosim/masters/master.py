@@ -231,7 +231,7 @@ class Master(ABC):
         step = [*slopes, *self._drive.with_rates(scheme.step, self._feeder)]
         self._scheme = Scheme(self.wiring, step, point, scheme.moving, warnings)
         self.point, self.cycle = point, self._scheme.cycle
-        self.warnings.update(warnings)
+        self._exchange.give_notice(warnings)
 
     @property
     def driven(self) -> Drive | None:

@@ -17,8 +17,10 @@ from fmpy.simulation import instantiate_fmu
 from fmpy.util import create_cmake_project
 from lxml import etree
 
+import hfsa.components
 import hfsa.fmus.export as room
 from hfsa.components import Model
+from hfsa.components._modelling.catalogue import find
 from hfsa.components.mass_on_spring import mass_on_spring
 from hfsa.fmus._binary import binary_path
 from hfsa.fmus._platforms import PLATFORMS
@@ -65,7 +67,7 @@ def test_what_is_in_the_archive(mass_on_spring_files, version):
 
 
 def test_the_same_model_gives_the_same_bytes(mass_on_spring_files, tmp_path):
-    for file in export(mass_on_spring(), tmp_path):
+    for file in export(find([hfsa.components])["mass_on_spring"].model(), tmp_path):
         first = next(f for f in mass_on_spring_files.values() if f.name == file.name)
         assert file.read_bytes() == first.read_bytes()
 

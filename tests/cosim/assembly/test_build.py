@@ -25,7 +25,7 @@ def counted(monkeypatch, tmp_path):
     """An empty cache and a stub of the exporter; returns the list of exported models."""
     calls = []
 
-    def export(model, folder, versions):
+    def export(model, folder, versions, _platforms=()):
         calls.append(model)
         file = Path(folder) / f"{model.name}.fmi{versions[0]}.fmu"
         file.write_text(model.name)
@@ -175,7 +175,7 @@ def test_many_at_once_build_one_folder(counted):
 
 
 def test_a_build_that_fails_leaves_nothing(counted, monkeypatch):
-    def fails(model, folder, versions):
+    def fails(model, folder, versions, _platforms=()):
         (Path(folder) / "half").write_text("")
         raise KeyboardInterrupt
 

@@ -124,7 +124,7 @@ def test_points_of_a_sweep_fail_with_the_same_sentence(hfsa, scene):
 def test_points_of_a_sweep_have_a_time_limit(hfsa, scene):
     code, out, _ = hfsa("sweep", scene("hang"), "--points", 1, "--jobs", 1, "-o", "it.h5", "--time-limit", 1)
     assert code == 1
-    assert "box: fmi2DoStep: overdue at t = 0.05 s" in out
+    assert "overdue at t = " in out  # in a call of the FMU or, on a busy machine, before it
 
 
 def test_linear_maps_of_a_crashing_fmu_are_an_error(hfsa, scene):
