@@ -1,5 +1,6 @@
 """Fixtures of the right wing's tests: FMUs of three small models, a foreign FMU, and a cache of built scenes."""
 
+import shutil
 import textwrap
 import zipfile
 from collections.abc import Callable, Iterator
@@ -125,10 +126,12 @@ def hfsa(capsys, tmp_path, monkeypatch):
 
 @pytest.fixture
 def box(tmp_path):
-    """A user's scene: one foreign FMU with start values."""
+    """A user's scene: one foreign FMU with start values, in the folder of the scene."""
 
     def write(file: Path, stop_time: float = 0.5, **start: float) -> Path:
         path = tmp_path / "box.toml"
+        if not (tmp_path / file.name).exists():
+            shutil.copy(file, tmp_path)
         values = ", ".join(f"{name} = {value}" for name, value in start.items())
         path.write_text(
             textwrap.dedent(f"""
@@ -141,7 +144,7 @@ def box(tmp_path):
 
             [[components]]
             name = "box"
-            part = "{file}"
+            part = "{file.name}"
             start = {{ {values} }}
             """)
         )
