@@ -14,7 +14,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-NAME = "name"
+NAME = "full_name"
 """Attribute of a dataset whose key is not its name."""
 
 _ESCAPES = {"%": "%25", "/": "%2F", "\0": "%00"}
