@@ -36,7 +36,7 @@ struct Client {
 /* The client that the next instantiation on this thread uses. */
 static __thread Client* attached;
 
-/* Whether to go on waiting: 1, or an ending; 0 where it could not tell, because of an exception. */
+/* Whether to go on waiting: 1, or an ending; any other number where it could not tell, because of an exception. */
 static int (*patience)(void);
 
 EXPORT void hfsa_set_patience(int (*function)(void)) { patience = function; }
@@ -178,7 +178,7 @@ static int wait_long(Client* c, int periods) {
     if (is_gone(c)) return ended(c, LOST);
     if (periods && ++i >= periods) return ended(c, OVERDUE);
     int going = patience ? patience() : 1;
-    if (going != 1) return ended(c, going ? going : INTERRUPTED);
+    if (going != 1) return ended(c, going == OVERDUE ? OVERDUE : INTERRUPTED);
   }
   __atomic_store_n(&s->client_sleeps, 0, __ATOMIC_SEQ_CST);
   return 0;

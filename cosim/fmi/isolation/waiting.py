@@ -69,6 +69,8 @@ def interruption() -> KeyboardInterrupt:
 
 def _patience() -> int:
     """Return 1 to go on waiting, else the status that the call ends with."""
+    if _waiting.interruption is not None:
+        return INTERRUPTED
     try:
         if any(check() for check in _waiting.checks):
             return INTERRUPTED
@@ -79,7 +81,7 @@ def _patience() -> int:
 
 
 patience = ctypes.CFUNCTYPE(ctypes.c_int)(_patience)
-"""`_patience` for C; it returns 0 where an exception is raised before its first line, as a signal does."""
+"""`_patience` for C; its answer is undefined where an exception is raised before its first line, as a signal does."""
 
 
 def catch_interruptions() -> None:

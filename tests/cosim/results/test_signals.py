@@ -158,11 +158,14 @@ def test_a_run_in_a_call_that_never_returns_ends_at_sigterm(child, box, foreign,
     script = "from hfsa.cosim.results import interrupts; from hfsa.cosim.cli import main; interrupts.GRACE = 0.5"
     it = child("run", box(foreign[2], behaviour=HANG, at=0.1), "-o", path, "--backend", "python", script=script)
     it.wait_for(path.exists)
-    assert it.end(signal.SIGTERM)[0] == 143
+    found = it.end(signal.SIGTERM)
+    assert found[0] == 143, found
 
 
 class Clock:
     """A master, and a clock that its steps advance by their costs [s]."""
+
+    time = 0.0
 
     def __init__(self, costs):
         self.now, self.ends = 0.0, np.cumsum(costs)
