@@ -12,6 +12,7 @@ def test_any_calls_keep_the_laws(models, tmp_path, name):
     assert tally.calls > 3000
 
 
+@pytest.mark.slow
 def test_a_broken_law_is_found(models, tmp_path):
     """A runtime in which all bytes are alike: the fuzzer says that damaged states pass, and with which seed."""
     seeded = tmp_path / "seeded.h"

@@ -121,6 +121,7 @@ def test_points_of_a_sweep_fail_with_the_same_sentence(hfsa, scene):
     assert (read_sweep("it.h5").status == Status.FAILED).all()
 
 
+@pytest.mark.slow
 def test_points_of_a_sweep_have_a_time_limit(hfsa, scene):
     code, out, _ = hfsa("sweep", scene("hang"), "--points", 1, "--jobs", 1, "-o", "it.h5", "--time-limit", 1)
     assert code == 1
@@ -165,6 +166,7 @@ def test_an_fmu_of_which_a_process_has_one_instance_runs_twice(hfsa, tmp_path, f
     assert hfsa("sweep", path, "--from", 20, "--points", 2, "--jobs", jobs, "-o", "s.h5")[0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("manner", "ending"),
     [
