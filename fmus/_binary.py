@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 _MAGIC = (b"\x7fELF", b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe")
 
@@ -65,7 +66,7 @@ def _read(library: Path, *_: int) -> Binary | None:
     data = library.read_bytes()
     if data[:4] not in _MAGIC and data[:2] != b"MZ":
         return None
-    binary = lief.parse(data)
+    binary: Any = lief.parse(data)  # its own types lack what a file's kind has
     if isinstance(binary, lief.ELF.Binary):
         symbols = {str(symbol.name) for symbol in binary.exported_symbols}
         machine = ("linux", binary.header.machine_type.name)
