@@ -205,7 +205,9 @@ VERBS = {
 }
 
 
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(
+    "verb", [pytest.param(verb, marks=() if verb in ("run", "loop") else pytest.mark.slow) for verb in VERBS]
+)
 def test_every_verb_says_which_parts_differ(hfsa, verb):
     code, _, warned = hfsa(*VERBS[verb], *ALONE)
     assert code == 0

@@ -20,6 +20,7 @@ def run(*command: str, cwd: Path, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_commands_of_its_readme_work_as_they_are(hfsa, tmp_path):
     code, out, err = hfsa("new", "Wafer-Stage")
     assert (code, err) == (0, "")

@@ -88,6 +88,7 @@ def test_a_run_records_further_signals_of_any_component(hfsa):
         assert np.array_equal(torque, values[f"controller.axis[{axis}].command"])
 
 
+@pytest.mark.slow
 def test_an_amplitude_of_zero_holds_still(hfsa):
     """A mass at rest stays there exactly; a robot under gravity sags as with a vanishing sine."""
     assert hfsa("run", "mass_on_spring", "--amplitude", "0", "--stop", "0.1", "-o", "rest.h5")[0] == 0

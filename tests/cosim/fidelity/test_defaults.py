@@ -79,6 +79,7 @@ def test_every_choice_of_a_scene_is_within_its_tolerance(name, arguments):
     within(name, arguments)
 
 
+@pytest.mark.slow
 def test_a_step_that_falsifies_a_cross_response_is_not_taken_and_told_of(hfsa):
     """Under computed torque the error of held inputs is 374 % at 2 Hz; `auto` avoids it and names the reason."""
     words = ["-p", "law=ctc", "--input", "command.position[1]", "--signal", "platform.rotation[2]"]

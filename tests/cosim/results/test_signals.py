@@ -111,7 +111,7 @@ def points(path: Path) -> int:
     ("number", "code", "words"),
     [
         (signal.SIGTERM, 143, "ended by SIGTERM"),
-        (signal.SIGHUP, 129, "ended by SIGHUP"),
+        pytest.param(signal.SIGHUP, 129, "ended by SIGHUP", marks=pytest.mark.slow),
         (signal.SIGINT, 130, "interrupted"),
     ],
     ids=["term", "hup", "int"],
@@ -192,6 +192,7 @@ def test_steps_are_taken_a_tenth_of_a_second_at_a_stretch(monkeypatch, cost):
 
 
 @pytest.mark.parametrize("is_group", [False, True], ids=["parent", "group"])
+@pytest.mark.slow
 def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp_path, is_group):
     """As batch systems do it: SIGTERM to the parent alone, or to all processes at once. No point counts as failed."""
     path = tmp_path / "sweep.h5"
