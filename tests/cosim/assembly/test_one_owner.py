@@ -91,6 +91,7 @@ def test_no_law_saturates_for_the_calibrated_links(ran, law):
 
 
 @pytest.mark.parametrize("law", ["ctc", "pd"])
+@pytest.mark.slow
 def test_the_extremes_hold_for_the_calibrated_links(ran, law):
     """Femtometres, as with the nominal ones."""
     peaks = [

@@ -103,6 +103,7 @@ def test_a_linear_sweep_gives_the_body(swept, tmp_path):
     assert (low.residuals.frequency.min() >= 2, low.residuals.frequency.max() <= 10) == (True, True)
 
 
+@pytest.mark.slow
 def test_an_applied_wrench_is_part_of_the_equations(folder, tmp_path):
     """The platform shaken by forces and moments on it: what the limbs exert alone would not accelerate it."""
     inputs = [f"robot.wrench.{kind}[1..3]" for kind in ("torque", "force")]
@@ -131,6 +132,7 @@ def test_a_stepped_sweep_gives_the_body(folder, tmp_path):
     assert_equal(identify(bode.path, path=tmp_path / "it.h5").value, truth(LOADED), 1e-8)
 
 
+@pytest.mark.slow
 def test_the_differentiated_pose_errs_by_the_fourth_power_of_the_step(plain, tmp_path):
     """At steps of 0.2 ms: the tone of 17 Hz, and the free vibration at 24 Hz."""
     found = identify(plain, motion="pose", path=tmp_path / "it.h5")
