@@ -32,6 +32,9 @@ PICTURE_SIGNATURES = {
 PARAMETER_SET = "# parameter set of hfsa"
 """First line of a file of parameters written by hfsa."""
 
+DIAGRAM = "// block diagram of hfsa"
+"""First line of a block diagram as text."""
+
 PAGE_SIGNATURE = "<!doctype html><!-- page of hfsa -->"
 """First line of a page written by hfsa."""
 
@@ -62,6 +65,7 @@ class FileKind(enum.Enum):
     PARAMETERS = enum.auto()
     TABLE = enum.auto()
     PAGE = enum.auto()
+    DIAGRAM = enum.auto()
     OTHER = enum.auto()
 
 
@@ -92,6 +96,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return FileKind.TABLE, "a CSV file"
     if head.startswith(PAGE_SIGNATURE.encode()):
         return FileKind.PAGE, "a page"
+    if head.startswith(DIAGRAM.encode()):
+        return FileKind.DIAGRAM, "a block diagram"
     for ending in PICTURE_SIGNATURES:
         if _has_signature(head, ending):
             return FileKind.OTHER, f"a picture ({ending.upper()})"
