@@ -9,7 +9,6 @@ from hfsa.cosim.commands import _shell
 from hfsa.cosim.experiments.setup import Setup, set_up
 from hfsa.cosim.figures.diagram import TEXT, write_diagram
 from hfsa.cosim.fmi.assembly import Assembly
-from hfsa.cosim.fmi.description import SAMPLE_TIME
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.target import check_diagram, check_picture, picture_format
 from hfsa.cosim.systems.diagram import Facts, diagram
@@ -72,9 +71,7 @@ def _facts_of(component: Component, highest: Assembly) -> Facts:
     level = level_of(component) or ""
     if level == AUTO:
         level = f"auto, up to {highest.system[component.name].level}"
-    sample_time = None
-    if description.is_sampled:
-        sample_time = component.start.get(SAMPLE_TIME, description.variables[SAMPLE_TIME].start) or 0.0
+    sample_time = description.sample_time(component.start)
     if not component.is_foreign:
         return Facts(level, sample_time)
     tool = description.demands.tool

@@ -9,6 +9,7 @@ Needs the extra `diagram` (pygraphviz, whose wheels hold Graphviz).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,11 @@ class Layout:
     groups: Sequence[Box]
     links: Sequence[Arrow]
     ends: Sequence[Arrow]
+
+
+def is_available() -> bool:
+    """Whether there is the library that `layout` needs."""
+    return find_spec("pygraphviz") is not None
 
 
 def layout(diagram: Diagram) -> Layout:

@@ -85,14 +85,19 @@ class Link:
     @property
     def words(self) -> list[str]:
         """Lines beside the link: its outputs, the number of them where not all are named, marks, and its loop."""
-        lines = [_short(name) for name in compact(start for start, _ in self.pairs)]
+        lines = [_short(name) for name in compact(self.names[0])]
         loop = [f"algebraic loop {self.loop}"] if self.loop else []
         return [*_few(lines, len(self.pairs)), *self.marks, *loop]
 
     @property
+    def names(self) -> tuple[list[str], list[str]]:
+        """Names of its outputs, and of the inputs."""
+        return [start for start, _ in self.pairs], [end for _, end in self.pairs]
+
+    @property
     def sentence(self) -> str:
         """All of the link in words, with outputs and inputs."""
-        starts, ends = (", ".join(compact(names)) for names in zip(*self.pairs, strict=True))
+        starts, ends = (", ".join(compact(names)) for names in self.names)
         marks = f" ({', '.join(self.marks)})" if self.marks else ""
         loop = f", on algebraic loop {self.loop}" if self.loop else ""
         sampled = ", on a feedback loop through a sampled part" if self.is_sampled_loop else ""
