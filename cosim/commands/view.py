@@ -38,9 +38,10 @@ def view(
     high
         Of a run: time [s] up to which to show (default: the last).
     output
-        FILE.html: a page, in which modes are animated; of a part FILE.png, .pdf or .svg: a picture (default:
-        `NAME.html`, or the results file with the ending `.html`). Of a diagram a picture, or FILE.dot: text for
-        Graphviz (default: `NAME.svg`). An existing page or diagram of hfsa, or picture, is replaced.
+        FILE.html: a page, in which modes are animated; FILE.glb: the same as a 3D model for CAD viewers (glTF, needs
+        the extra `cad`); of a part FILE.png, .pdf or .svg: a picture (default: `NAME.html`, or the results file with
+        the ending `.html`). Of a diagram a picture (needs the extra `diagram`), or FILE.dot: text for Graphviz
+        (default: `NAME.svg`). An existing page, model or diagram of hfsa, or picture, is replaced.
     """
     from hfsa.components._modelling.catalogue import drawn
     from hfsa.cosim.assembly.models import available_parts

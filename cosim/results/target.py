@@ -5,6 +5,7 @@
     check_picture(path)           # a figure
     check_page(path)              # a page
     check_diagram(path)           # a block diagram as text
+    check_model(path)             # a 3D model
     check_fmu(path)               # an exported FMU
     check_package(path)           # an exported SSP
     check_parameters(path, force) # a parameter set
@@ -149,6 +150,11 @@ def check_page(path: Path) -> Target:
 def check_diagram(path: Path) -> Target:
     """Return the target of a diagram as text; `ResultsError` unless it is one of hfsa or does not exist."""
     return _check_own(path, FileKind.DIAGRAM)
+
+
+def check_model(path: Path) -> Target:
+    """Return the target of a 3D model; `ResultsError` unless it is one of hfsa or does not exist."""
+    return _check_own(path, FileKind.MODEL)
 
 
 def _check_own(path: Path, kind: FileKind) -> Target:
