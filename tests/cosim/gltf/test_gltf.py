@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -251,6 +252,23 @@ def test_wrong_usage_is_told_and_writes_nothing(hfsa, tmp_path):
         assert code == 2, err
         assert words in err
     assert [file.name for file in tmp_path.iterdir()] == ["mass.h5"]
+
+
+@pytest.mark.parametrize(
+    ("library", "tokens", "words"),
+    [
+        pytest.param("pygltflib", ["rrr_stage", "-o", "a.glb"], "pip install 'hfsa[cad]'", id="model"),
+        pytest.param(
+            "pygraphviz", ["mass_on_spring", "--diagram"], "pip install 'hfsa[diagram]'; the ending .dot", id="diagram"
+        ),
+    ],
+)
+def test_a_missing_extra_is_named(hfsa, tmp_path, monkeypatch, library, tokens, words):
+    monkeypatch.setitem(sys.modules, library, None)
+    code, _, err = hfsa("view", *tokens)
+    assert code == 2
+    assert words in err
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_verb_writes_a_model_and_names_its_animations(hfsa, tmp_path):
