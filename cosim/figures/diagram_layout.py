@@ -7,8 +7,9 @@ Sizes of texts are those of the fonts of matplotlib, which are the same on every
 Needs the extra `diagram` (pygraphviz, whose wheels hold Graphviz).
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -33,6 +34,10 @@ _EMPTY = (
     'HEIGHT="{height}"><TR><TD></TD></TR></TABLE>>'
 )
 """Label of a given size [points], without text."""
+_ROUNDING = 0.01
+"""Error of coordinates that Graphviz gives [points]."""
+_FAR = 6
+"""How far a label is moved at most, in halves of its size."""
 _WIDE = 2.2
 """Ratio of width to height above which a diagram is tried from above to below."""
 
@@ -55,6 +60,11 @@ class Box:
         """Left, lower, right and upper end."""
         half, high = self.width / 2, self.height / 2
         return self.x - half, self.y - high, self.x + half, self.y + high
+
+    def overlaps(self, other: "Box") -> bool:
+        """Return whether it has points in common with another one, by more than the rounding of Graphviz."""
+        across, along = (self.width + other.width) / 2, (self.height + other.height) / 2
+        return across - abs(self.x - other.x) > _ROUNDING and along - abs(self.y - other.y) > _ROUNDING
 
 
 @dataclass(frozen=True)
@@ -137,15 +147,42 @@ def _placed(diagram: Diagram, direction: str) -> Layout:
         edge.attr["label"] = _EMPTY.format(width=int(width + 2 * _BESIDE), height=int(height + _BESIDE))
     graph.layout(prog="dot")
     left, low, right, high = map(float, graph.graph_attr["bb"].split(","))
-    terminals = [graph.get_node(terminal_name(i)) for i in range(len(diagram.terminals))]
+    size = right - left, high - low
+    boxes = {block.name: _box(graph.get_node(block.name)) for block in diagram.blocks}
+    terminals = [_box(graph.get_node(terminal_name(i))) for i in range(len(diagram.terminals))]
+    arrows = [_arrow(edge, link_lines(link.words)) for edge, link in zip(links, diagram.links, strict=True)]
     return Layout(
-        (right - left, high - low),
-        {block.name: _box(graph.get_node(block.name)) for block in diagram.blocks},
-        [_box(node) for node in terminals],
+        size,
+        boxes,
+        terminals,
         [_group(one.graph_attr["bb"]) for one in graph.subgraphs()],
-        [_arrow(edge, link_lines(link.words)) for edge, link in zip(links, diagram.links, strict=True)],
+        _apart(arrows, [*boxes.values(), *terminals], size),
         [_arrow(_end(graph, diagram.terminals[i], i)) for i in range(len(diagram.terminals))],
     )
+
+
+def _apart(arrows: Sequence[Arrow], boxes: Sequence[Box], size: tuple[float, float]) -> list[Arrow]:
+    """Return arrows with their labels moved where Graphviz puts one on another, as it does beside loops."""
+    taken, found = list(boxes), []
+    for arrow in arrows:
+        label = arrow.label
+        if label is not None:
+            label = next((place for place in _places(label, size) if not any(map(place.overlaps, taken))), label)
+            taken.append(label)
+        found.append(replace(arrow, label=label))
+    return found
+
+
+def _places(label: Box, size: tuple[float, float]) -> Iterator[Box]:
+    """Yield a label at its place, and at others inside a figure of a size, the nearest first."""
+    yield label
+    steps = np.arange(-_FAR, _FAR + 1)
+    shifts = [(0.5 * label.width * i, 0.5 * label.height * k) for i in steps for k in steps]
+    for x, y in sorted(shifts, key=lambda shift: math.hypot(*shift)):
+        moved = replace(label, x=label.x + x, y=label.y + y)
+        left, low, right, high = moved.corners
+        if min(left, low) >= 0 and right <= size[0] and high <= size[1]:
+            yield moved
 
 
 def _graph(text: str) -> Any:

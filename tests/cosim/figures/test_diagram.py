@@ -33,12 +33,21 @@ ODD = Diagram(
 """Names and texts that mean something to DOT, XML and mathematics."""
 
 
+DENSE = Diagram(
+    "Dense",
+    [Block(name, ()) for name in "abc"],
+    [Link(a, b, ((f"signal_{k}", "u"),), (), k) for a in "abc" for b in "abc" for k in range(3)],
+    [],
+)
+"""Three arrows from each of three blocks to each of them, itself too."""
+
+
 def drawn(name: str) -> Diagram:
     """Return a diagram by name: of a scene, or of the above."""
-    return {"chain": CHAIN, "odd": ODD}.get(name) or diagram(load_scene(name), name)
+    return {"chain": CHAIN, "odd": ODD, "dense": DENSE}.get(name) or diagram(load_scene(name), name)
 
 
-@pytest.mark.parametrize("name", ["sdelta_hfsa", "stage_tracking", "stage_accelerometer", "chain", "odd"])
+@pytest.mark.parametrize("name", ["sdelta_hfsa", "stage_tracking", "stage_accelerometer", "chain", "odd", "dense"])
 def test_boxes_are_apart_and_labels_are_inside_on_no_box(name):
     made = drawn(name)
     placed = layout(made)
