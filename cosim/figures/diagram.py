@@ -18,7 +18,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyBboxPatch, Patch, PathPatch, Polygon
 from matplotlib.path import Path as Curve
 
-from hfsa.cosim.figures.diagram_layout import LINE, Arrow, Box, Layout, Line, block_lines, layout, link_lines
+from hfsa.cosim.figures.diagram_layout import (
+    LINE,
+    WORDS,
+    Arrow,
+    Box,
+    Layout,
+    Line,
+    block_lines,
+    layout,
+    link_lines,
+    text_size,
+)
 from hfsa.cosim.figures.diagram_source import source
 from hfsa.cosim.figures.diagram_style import (
     ALGEBRAIC_LOOP,
@@ -38,8 +49,9 @@ from hfsa.cosim.systems.diagram import Diagram
 
 _EDGE, _TITLE, _KEY = 14.0, 30.0, 30.0
 """Space around the diagram, above for the title and below for the key [points]."""
-_LEAST = 420.0
-"""Least width of the figure [points]."""
+_TITLE_SIZE = 12.5
+_ENTRY = 6.0 * WORDS
+"""Width of an entry of the key without its words [points]."""
 _PIXELS = 16_000
 """Most pixels of a side of a picture in pixels."""
 _SVG = "http://www.w3.org/2000/svg"
@@ -82,7 +94,10 @@ def svg(diagram: Diagram, figure: Figure) -> bytes:
 def diagram_figure(diagram: Diagram, placed: Layout) -> Figure:
     """Return the figure of a diagram at the places of a layout."""
     width, height = placed.size
-    whole = max(width + 2 * _EDGE, _LEAST), height + 2 * _EDGE + _TITLE + _KEY
+    entries = _key(diagram)
+    title, _ = text_size([(diagram.title, _TITLE_SIZE, "bold")])
+    key = sum(text_size([(str(entry.get_label()), WORDS, "normal")])[0] + _ENTRY for entry in entries)
+    whole = max(width, title, key) + 2 * _EDGE, height + 2 * _EDGE + _TITLE + _KEY
     with mpl.rc_context(STYLE):
         dpi = min(160.0, 72 * _PIXELS / max(whole))
         figure = Figure(figsize=(whole[0] / 72, whole[1] / 72), dpi=dpi)
@@ -110,13 +125,15 @@ def diagram_figure(diagram: Diagram, placed: Layout) -> Figure:
             left + whole[0] / 2,
             height + _EDGE + _TITLE / 2,
             diagram.title,
-            fontsize=12.5,
+            fontsize=_TITLE_SIZE,
             fontweight="bold",
             ha="center",
             va="center",
             parse_math=False,
         )
-        _draw_key(figure, diagram)
+        if entries:
+            look = {"fontsize": WORDS, "handlelength": 3.0, "columnspacing": 1.5}
+            figure.legend(handles=entries, loc="lower center", ncols=len(entries), **look)
     return figure
 
 
@@ -156,21 +173,16 @@ def _draw_arrow(axes: Axes, arrow: Arrow, look: Look) -> None:
     axes.add_patch(Polygon([arrow.tip, last + across, last - across], color=look.line, linewidth=0, zorder=2))
 
 
-def _draw_key(figure: Figure, diagram: Diagram) -> None:
-    """Draw the key of what the diagram has and its words do not say."""
-    is_sampled = any(block.is_sampled for block in diagram.blocks)
-    found = [
-        _key_of_box("sampled part", SAMPLED) if is_sampled else None,
-        _key_of_box("FMU of another maker", FOREIGN) if any(block.is_foreign for block in diagram.blocks) else None,
-        _key_of_line("loop through a sampled part", SAMPLED_LOOP)
-        if any(link.is_sampled_loop for link in diagram.links)
-        else None,
-        _key_of_line("algebraic loop", ALGEBRAIC_LOOP) if any(link.loop for link in diagram.links) else None,
-        _key_of_line("compiled into one FMU", GROUP) if diagram.groups else None,
-    ]
-    handles = [handle for handle in found if handle is not None]
-    if handles:
-        figure.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=8, handlelength=3.0)
+def _key(diagram: Diagram) -> list[Artist]:
+    """Return the entries of the key: what the diagram has and its words do not say."""
+    entries = {
+        _key_of_box("sampled part", SAMPLED): any(block.is_sampled for block in diagram.blocks),
+        _key_of_box("FMU of another maker", FOREIGN): any(block.is_foreign for block in diagram.blocks),
+        _key_of_line("loop through a sampled part", SAMPLED_LOOP): any(link.is_sampled_loop for link in diagram.links),
+        _key_of_line("algebraic loop", ALGEBRAIC_LOOP): any(link.loop for link in diagram.links),
+        _key_of_line("compiled into one FMU", GROUP): bool(diagram.groups),
+    }
+    return [entry for entry, is_there in entries.items() if is_there]
 
 
 def _key_of_box(words: str, look: Look) -> Artist:

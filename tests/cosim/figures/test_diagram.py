@@ -1,6 +1,7 @@
 """Pictures of block diagrams: boxes apart, labels inside and on no box, arrows from block to block, words for all."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -95,6 +96,20 @@ def test_texts_fit_into_their_boxes(name):
             assert any(
                 left < text.x0 and text.x1 < right and low < text.y0 and text.y1 < high for text in found[words]
             ), words
+
+
+@pytest.mark.parametrize("name", ["odd", "mass_on_spring"])
+def test_title_and_key_are_inside_the_figure(name):
+    made = replace(drawn(name), title="A title that is much longer than one block is wide, and longer than three")
+    figure = diagram_figure(made, layout(made))
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    (title,) = [text for text in figure.axes[0].texts if text.get_text() == made.title]
+    for item in (title, *figure.legends):
+        bounds = item.get_window_extent(renderer)
+        assert min(bounds.x0, bounds.y0) > 0
+        assert bounds.x1 < figure.bbox.x1
+        assert bounds.y1 < figure.bbox.y1
+    assert len(figure.legends) == (name == "odd")
 
 
 def test_the_text_is_read_by_graphviz_as_it_was_meant():
