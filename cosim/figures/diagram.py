@@ -177,7 +177,7 @@ def _key(diagram: Diagram) -> list[Artist]:
     """Return the entries of the key: what the diagram has and its words do not say."""
     entries = {
         _key_of_box("sampled part", SAMPLED): any(block.is_sampled for block in diagram.blocks),
-        _key_of_box("FMU of another maker", FOREIGN): any(block.is_foreign for block in diagram.blocks),
+        _key_of_box("given as an FMU file", FOREIGN): any(block.is_foreign for block in diagram.blocks),
         _key_of_line("loop through a sampled part", SAMPLED_LOOP): any(link.is_sampled_loop for link in diagram.links),
         _key_of_line("algebraic loop", ALGEBRAIC_LOOP): any(link.loop for link in diagram.links),
         _key_of_line("compiled into one FMU", GROUP): bool(diagram.groups),

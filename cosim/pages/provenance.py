@@ -48,4 +48,5 @@ def _picture(made: Diagram) -> list[str]:
     if not is_available():
         return []
     drawn = svg(made, diagram_figure(made, layout(made)))
-    return [picture(drawn, "image/svg+xml", f"{made.title}: {made.description}")]
+    remark = "Algebraic loops and conversions of units are not marked, as the file does not have them."
+    return [picture(drawn, "image/svg+xml", f"{made.title}: {made.description}"), paragraph(remark)]

@@ -39,7 +39,7 @@ _NUMBERED = re.compile(r"^(.*?)\[?\d+\]?$")
 
 @dataclass(frozen=True)
 class Facts:
-    """What is known of a component beside its scene: level, sample time [s], FMI version and maker of a foreign FMU."""
+    """What is known of a component beside its scene: level, sample time [s], FMI version and tool of an FMU file."""
 
     level: str = ""
     sample_time: float | None = None
@@ -54,7 +54,7 @@ class Block:
         name: name of the component, or of all, `mass[1..60]`.
         words: lines below the name: its part and level, its arguments, what is special of it.
         is_sampled: whether it is sampled.
-        is_foreign: whether it is an FMU of another maker.
+        is_foreign: whether it is given as an FMU file.
     """
 
     name: str
