@@ -8,7 +8,7 @@ Blocks, links and terminals have classes (`block sampled`), colours of the diagr
 
 from hfsa.cosim.figures.diagram_style import TERMINAL, block_look, link_look
 from hfsa.cosim.results.file_kind import DIAGRAM
-from hfsa.cosim.systems.diagram import Block, Diagram, Link, Terminal
+from hfsa.cosim.systems.diagram import Block, Diagram, Link, Terminal, printable
 
 _INDENT = "  "
 
@@ -67,6 +67,7 @@ def _link(link: Link, number: int) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a quoted string of DOT."""
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    """Return a quoted string of DOT, of one or several lines."""
+    lines = "\n".join(map(printable, text.split("\n")))
+    escaped = lines.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'

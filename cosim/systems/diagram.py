@@ -10,6 +10,7 @@ a feedback loop through a sampled block are marked. What the variables of the FM
 algebraic loops, is left out without `connectors`.
 """
 
+import itertools
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -148,7 +149,7 @@ class Diagram:
         blocks = [f"{block.name}: {', '.join(block.words)}." for block in self.blocks]
         links = [link.sentence for link in self.links]
         groups = [f"Compiled into one FMU: {', '.join(group)}." for group in self.groups]
-        return " ".join([*blocks, *groups, *links, *ends])
+        return printable(" ".join([*blocks, *groups, *links, *ends]))
 
 
 def diagram(
@@ -163,7 +164,7 @@ def diagram(
         connectors: variables of each component's FMU by name, without which units and algebraic loops are not known.
 
     Raises:
-        StructureError: connections between variables that an FMU does not have, or of units that do not fit.
+        StructureError: connections, inputs or outputs that an FMU does not have, or units that do not fit.
     """
     known, system = facts or {}, scene.system
     alone = {name for group in scene.fuse for name in group}
@@ -173,17 +174,20 @@ def diagram(
         ("output", scene.outputs),
         ("recorded", [name for name in scene.recorded if name not in scene.outputs]),
     ]
+    if connectors is not None:
+        for name in itertools.chain(*(names for _, names in sides)):
+            connector(system, connectors, name)
     places = _Places(system, blocks)
     terminals = [one for side, names in sides for one in _terminals(places, side, names)]
     found = dict.fromkeys(blocks.values())
-    return Diagram(title, tuple(found), _links(places, connectors), terminals, scene.fuse)
+    return Diagram(printable(title), tuple(found), _links(places, connectors), terminals, scene.fuse)
 
 
 def _block(component: Component, facts: Facts) -> Block:
     """Return the block of a component."""
     part = Path(component.part).name
     level = facts.level or component.level or ""
-    words = [f"{part}, {level}" if level else part]
+    words = [_short(f"{part}, {level}" if level else part)]
     words += _few([_short(f"{name} = {_value(value)}") for name, value in _shown(component.arguments)], 0)
     if facts.origin:
         words.append(_short(facts.origin))
@@ -322,6 +326,11 @@ def _few(lines: Sequence[str], count: int) -> list[str]:
 
 
 def _short(line: str) -> str:
-    """Return a line without its middle where it is long."""
+    """Return a line without its middle where it is long, and without what cannot be printed."""
     half = _LONGEST // 2 - 1
-    return line if len(line) <= _LONGEST else f"{line[:half]}...{line[-half:]}"
+    return printable(line if len(line) <= _LONGEST else f"{line[:half]}...{line[-half:]}")
+
+
+def printable(line: str) -> str:
+    """Return a line with a mark in the place of each character that cannot be printed."""
+    return "".join(letter if letter.isprintable() else "?" for letter in line)

@@ -14,6 +14,9 @@ from hfsa.cosim.figures.diagram import diagram_figure, write_diagram
 from hfsa.cosim.figures.diagram_layout import layout
 from hfsa.cosim.figures.diagram_source import source
 from hfsa.cosim.systems.diagram import Block, Diagram, Link, Terminal, diagram
+from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.scene import Scene
+from hfsa.cosim.systems.system import Component, Connection, System
 
 CHAIN = Diagram(
     "Chain",
@@ -136,6 +139,17 @@ def test_a_picture_says_in_words_what_it_shows(tmp_path):
     assert "Inputs: <b>.\\u." in description
     assert root.get("role") == "img"
     assert [root.find(f".//*[@id='{name}']") is not None for name in root.get("aria-labelledby").split()] == [True] * 2
+
+
+def test_names_that_cannot_be_printed_are_drawn(tmp_path):
+    """A file from elsewhere may have any character in the names of its signals."""
+    system = System([Component("a", "a"), Component("b", "b")], [Connection("a.y\u0000\n", "b.\u0007u")])
+    made = diagram(Scene(system, (), ["b.\u0001"], step_size=1e-3, stop_time=1.0), "\u0002")
+    write_diagram(tmp_path / "odd.svg", made)
+    assert "From a to b: y?? to ?u." in etree.parse(tmp_path / "odd.svg").getroot().find("{*}desc").text
+    AGraph(string=source(made))
+    with pytest.raises(StructureError, match="is not an identifier"):
+        Component("a\n", "a")
 
 
 def overlap(a, b) -> bool:

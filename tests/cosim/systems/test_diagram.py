@@ -9,6 +9,7 @@ from hfsa.cosim.assembly.load_scene import available_scenes, load_scene
 from hfsa.cosim.systems.connectors import Connector
 from hfsa.cosim.systems.cycles import on_cycles
 from hfsa.cosim.systems.diagram import Facts, diagram
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.system import Component, Connection, System
 
@@ -100,6 +101,19 @@ def test_many_masses_are_one_block_and_lose_no_signal():
     assert (out.start, out.end, out.words) == ("mass[1..60]", "end", ["mass[60].x"])
     fused = diagram(scene_of(names, chain, fuse=[names]), "Fused")
     assert len(fused.blocks) == 60
+
+
+def test_what_cannot_be_printed_is_marked():
+    system = System([Component("a", "my\nparts/a\u0000b.py", arguments={"unit": "x\u0007" + 40 * "y"})])
+    found = diagram(Scene(system, (), ["a.y"], step_size=1e-3, stop_time=1.0), "Title\u0000")
+    (block,) = found.blocks
+    assert found.title == "Title?"
+    assert block.words == ("a?b.py", f"unit = x?{7 * 'y'}...{16 * 'y'}")
+
+
+def test_an_output_that_no_fmu_has_is_refused():
+    with pytest.raises(StructureError, match=r"a \(part\) has no variable 'y'; did you mean yy"):
+        diagram(scene_of(["a"], []), "Typo", {}, {"a": {"yy": Connector("yy", 0, "output")}})
 
 
 def test_a_long_list_of_signals_is_counted():
