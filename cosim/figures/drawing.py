@@ -145,7 +145,7 @@ def _draw_layer(axes: Any, layer: Layer, factor: float, scale: float, span: Norm
     label = layer.name or "_nolegend_"
     if size == 1:
         means = paint.pop("array", None)
-        axes.scatter(*cells[:, 0].T, s=18, label=label, c=means, **paint)
+        axes.scatter(*cells[:, 0].T, s=18 if means is None else 60, label=label, c=means, zorder=3, **paint)
         return
     kind: Any
     if size == 2:

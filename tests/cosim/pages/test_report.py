@@ -67,6 +67,7 @@ def test_a_verified_run_is_reported_with_its_errors(hfsa, tmp_path):
     assert "error of the communication steps is not known" not in text
 
 
+@pytest.mark.slow
 def test_a_map_and_a_trade_are_reported(hfsa, tmp_path):
     assert hfsa("stability", "sdelta_hfsa", *VARY, "-o", "m.h5")[0] == 0
     assert hfsa("trade", "mass_on_spring", "--tolerance", "1e-3", "-o", "t.h5")[0] == 0
