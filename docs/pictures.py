@@ -71,6 +71,11 @@ def robot(file: Path, _work: Path) -> None:
     run(f"analyze sdelta -p posture.rotation=10,5,8 --picture {file}")
 
 
+def diagram(file: Path, _work: Path) -> None:
+    """The blocks of the piezo stage under control."""
+    run(f"view stage_tracking --diagram -o {file}")
+
+
 def stage_links(file: Path, _work: Path) -> None:
     """The links of the stage, at rest and moved by a stack."""
     run(f"analyze rrr_stage --picture {file}")
@@ -152,6 +157,7 @@ MADE = {
     "workspace": workspace,
     "beams": beams,
     "robot": robot,
+    "diagram": diagram,
     "stage-links": stage_links,
     "accelerometer": accelerometer,
     "loop": loop,

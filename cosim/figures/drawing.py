@@ -21,14 +21,16 @@ from numpy.typing import NDArray
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
 from hfsa.cosim.signals.prefixes import prefixed
 
-__all__ = ["drawing_figure", "save"]
+__all__ = ["ROLE_COLOURS", "VALUE_COLOURS", "drawing_figure", "save"]
 
-_COLOURS = LinearSegmentedColormap.from_list("values", [COLOURS[0], "#f3e9d2", ACCENT])
+VALUE_COLOURS = LinearSegmentedColormap.from_list("values", [COLOURS[0], "#f3e9d2", ACCENT])
+"""Colours of values, from the least to the largest."""
 _COLUMNS = 3
 _ELEVATION, _AZIMUTH = 22, -58
 _SHEER = 0.35
 """Opacity of faces without values."""
-_COLOUR = {"body": COLOURS[0], "rest": "#a7aeb8", "moved": COLOURS[1], "axis": ACCENT, "mark": INK}
+ROLE_COLOURS = {"body": COLOURS[0], "rest": "#a7aeb8", "moved": COLOURS[1], "axis": ACCENT, "mark": INK}
+"""Colours of layers by their roles."""
 _LINE: dict[str, dict[str, Any]] = {
     "body": {"linewidth": 2.6},
     "rest": {"linewidth": 1.6},
@@ -126,7 +128,7 @@ def _draw(figure: Figure, axes: Any, panel: Panel, is_solid: bool) -> None:
     else:
         axes.set_aspect("equal")
     if coloured:
-        bar = figure.colorbar(ScalarMappable(span, _COLOURS), ax=axes, pad=0.1 if is_solid else 0.02, shrink=0.8)
+        bar = figure.colorbar(ScalarMappable(span, VALUE_COLOURS), ax=axes, pad=0.1 if is_solid else 0.02, shrink=0.8)
         bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
         bar.set_label(panel.quantity if shown == "1" else f"{panel.quantity} ({shown})")
     if axes.get_legend_handles_labels()[0]:
@@ -136,10 +138,10 @@ def _draw(figure: Figure, axes: Any, panel: Panel, is_solid: bool) -> None:
 def _draw_layer(axes: Any, layer: Layer, factor: float, scale: float, span: Normalize, is_solid: bool) -> None:
     """Draw the cells of a layer, with coordinates times `factor` and values times `scale`."""
     cells, size = factor * layer.points[layer.cells], layer.cells.shape[1]
-    paint: dict[str, Any] = {"color": _COLOUR[layer.role]}
+    paint: dict[str, Any] = {"color": ROLE_COLOURS[layer.role]}
     if layer.values is not None:
         # a cell has one colour, that of the mean of its points
-        paint = {"cmap": _COLOURS, "norm": span, "array": scale * layer.values[layer.cells].mean(axis=1)}
+        paint = {"cmap": VALUE_COLOURS, "norm": span, "array": scale * layer.values[layer.cells].mean(axis=1)}
     label = layer.name or "_nolegend_"
     if size == 1:
         means = paint.pop("array", None)

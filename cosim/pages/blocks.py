@@ -1,5 +1,6 @@
 """Blocks of a report: sections with tables and interactive figures."""
 
+import base64
 import html
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -36,6 +37,12 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]], caption: st
 def paragraph(words: str) -> str:
     """Return a paragraph."""
     return f"<p>{html.escape(words)}</p>"
+
+
+def picture(content: bytes, kind: str, words: str) -> str:
+    """Return a picture of a media type, inlined, with what it shows in words."""
+    data = base64.b64encode(content).decode()
+    return f'<img class="picture" src="data:{kind};base64,{data}" alt="{html.escape(words)}">'
 
 
 def folded(summary: str, content: str) -> str:
