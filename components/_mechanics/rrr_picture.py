@@ -19,7 +19,7 @@ _BETWEEN = np.arange(6).reshape(2, 3).T
 def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Drawing:
     """Return the drawing of links at rest, and moved by elongations (3,) [m]."""
     rest = [links.base_hinges, links.crank_ends, links.corners]
-    panels = [_panel([*_chain(rest, "body", _WORDS), *_names(links)], "at rest")]
+    panels = [_panel([*_chain(rest, "body", _WORDS), *_names(links)], "at rest", "at_rest")]
     pose = forward(links, elongation)
     moved = moved_hinges(links, pose)
     largest = max(float(np.linalg.norm(b - a, axis=1).max()) for a, b in zip(rest, moved, strict=True))
@@ -28,7 +28,9 @@ def links_drawing(links: Links, elongation: Sequence[float], title: str) -> Draw
         shown = [a + factor * (b - a) for a, b in zip(rest, moved, strict=True)]
         words = f"x {1e6 * pose[0]:.4g} um, y {1e6 * pose[1]:.4g} um, yaw {1e3 * pose[2]:.4g} mrad, times {factor:.3g}"
         still = _chain(rest, "rest", ("at rest", "", ""))
-        panels.append(_panel([*still, *departing(_chain(shown, "moved", ("moved", "", "")), still)], words))
+        panels.append(
+            _panel([*still, *departing(_chain(shown, "moved", ("moved", "", "")), still)], words, "displaced")
+        )
     return Drawing(title, panels)
 
 
@@ -77,9 +79,9 @@ def _names(links: Links) -> list[Layer]:
     return layers
 
 
-def _panel(layers: Sequence[Layer], title: str) -> Panel:
+def _panel(layers: Sequence[Layer], title: str, kind: str = "") -> Panel:
     """Return a panel of the plane."""
-    return Panel(layers, axes=("X", "Y"), title=title)
+    return Panel(layers, axes=("X", "Y"), title=title, kind=kind)
 
 
 def _swing(vector: np.ndarray, angles: np.ndarray) -> np.ndarray:

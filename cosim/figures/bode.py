@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from hfsa.cosim.figures.bode_axes import Pair, add_legend, add_legends, draw_panel
 from hfsa.cosim.figures.bode_grid import draw_grid, name_rows
@@ -72,7 +73,8 @@ def _small_panels(figure: Figure, sheet: Sheet) -> list[tuple[Pair, Panel]]:
     drawn = draw_grid(part, sheet)
     add_legend(figure, [pair for pair, _ in drawn])
     beside = _ROOM / sheet.size[0] if sheet.beside else 0.0
-    figure.get_layout_engine().set(rect=(beside, 0.0, 1.0 - beside, 1.0), h_pad=0.02, w_pad=0.04)
+    layout = ConstrainedLayoutEngine(rect=(beside, 0.0, 1.0 - beside, 1.0), h_pad=0.02, w_pad=0.04)
+    figure.set_layout_engine(layout)
     _freeze(figure)
     if sheet.beside:
         name_rows(figure, drawn, sheet, beside / 2)
