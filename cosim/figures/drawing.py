@@ -24,7 +24,7 @@ from hfsa.cosim.figures.labels import Text, place_texts
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
 from hfsa.cosim.signals.prefixes import prefixed
 
-__all__ = ["drawing_figure", "save"]
+__all__ = ["draw", "drawing_figure", "save"]
 
 _COLOURS = LinearSegmentedColormap.from_list("values", [COLOURS[0], "#f3e9d2", ACCENT])
 _COLUMNS = 3
@@ -110,6 +110,21 @@ class Drawing(Protocol):
     def title(self) -> str: ...
     @property
     def panels(self) -> Sequence[Panel]: ...
+
+
+def draw(drawing: Any, show: Sequence[str] = (), views: Sequence[str] = ()) -> Figure:
+    """Return the figure of a part's drawing, as `hfsa view` draws it into a picture.
+
+    Args:
+        drawing: what `available_parts()["sdelta"].drawing()` returns, a `Drawing` of `hfsa.components`.
+        show: kinds of panels to show, such as `modes` (default: all).
+        views: views of each panel in three dimensions, of `top`, `front` and `side` (default: one oblique view).
+
+    Raises:
+        ModelError: a kind that the drawing has not; a view that is none, or of a flat panel.
+    """
+    chosen = drawing.showing(show) if show else drawing
+    return drawing_figure(chosen.seen_from(views) if views else chosen)
 
 
 def drawing_figure(drawing: Drawing) -> Figure:
