@@ -3,8 +3,9 @@
     figure = plot("results/stage_tracking_run.h5", ["stage.stack[1..3].force"], x="stage.stack[1..3].elongation")
     figure.savefig("force.pdf")
 
-A panel has the signals whose names differ in their indices only. Of one file each signal has a colour, of several files
-each file has one, and each signal a line style. Over an axis in their own unit, signals have equal scales.
+A panel has the signals of one unit whose names differ in their indices only. Of one file each signal has a colour, of
+several files each file has one, and each signal a line style. Over an axis in their own unit, signals have equal
+scales.
 """
 
 import itertools
@@ -115,9 +116,9 @@ def signals_figure(
     shade = _full_names(recorded, [colour])[0] if colour is not None else None
     if shade is not None and len(recorded) > 1:
         raise ResultsError(f"the colour {shade} is for the points of one file; there are {len(recorded)}")
-    panels: dict[tuple[str, str], list[_Pair]] = {}
-    for pair in pairs:
-        panels.setdefault(pair.panel, []).append(pair)
+    panels: dict[tuple[tuple[str, str], str], list[_Pair]] = {}
+    for pair in pairs:  # elements of a vector, such as a pose, may have several units
+        panels.setdefault((pair.panel, _unit(recorded, pair.signal)), []).append(pair)
     columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
     tall = 4.4 if x is not None else 2.7
