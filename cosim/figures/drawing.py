@@ -259,7 +259,8 @@ def _draw_layer(axes: Any, layer: Layer, factor: float, scale: float, span: Norm
     if layer.points.shape[1] == 3:
         index = index[np.argsort((layer.points @ _TO_EYE)[index].mean(axis=1), kind="stable")]
     cells, size = factor * _on_paper(layer.points)[index], index.shape[1]
-    paint: dict[str, Any] = {"color": _COLOUR[layer.role], "zorder": 2 + 0.01 * place}
+    # lines and points lie over faces, which are sheer
+    paint: dict[str, Any] = {"color": _COLOUR[layer.role], "zorder": (1.5 if size == 3 else 2.0) + 0.001 * place}
     if layer.values is not None:
         # a cell has one colour, that of the mean of its points
         values = scale * layer.values[index].mean(axis=1)

@@ -5,7 +5,7 @@
 
 A panel has the signals of one unit whose names differ in their indices only. Of one file each signal has a colour, of
 several files each file has one, and each signal a line style. Over an axis in their own unit, signals have equal
-scales.
+scales, but numbers of a table.
 """
 
 import itertools
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.figures.style import COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.measurement.limit_flags import is_limit
 from hfsa.cosim.measurement.trial import thinned
-from hfsa.cosim.results.recorded import ROW, TIME, Recorded, read_recorded
+from hfsa.cosim.results.recorded import CASE, ROW, TIME, Recorded, read_recorded
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.signals.prefixes import prefixed
 from hfsa.cosim.systems.names import compact, expand, matching_names, nearest
@@ -193,7 +193,7 @@ def _draw(
         axes.set_ylabel(up.shown if up.shown != "1" else "")
     else:
         axes.set_ylabel(up.label)
-        if across.unit == up.unit:
+        if across.unit == up.unit and recorded[0].axis != CASE:
             axes.set_aspect("equal", adjustable="datalim")
     if 1 < len(members) <= len(COLOURS) and shade is None:
         _name_members(axes, members, len(recorded) > 1)

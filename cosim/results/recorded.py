@@ -19,7 +19,7 @@ from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.store import reading
 
-TIME, ROW = "time", "row"
+TIME, ROW, CASE = "time", "row", "case"
 
 _KINDS = {"time": "time", "path": "row"}
 """Coordinate of each group of signals."""
@@ -36,8 +36,8 @@ class Recorded:
     Attributes:
         path: the file.
         title: title of the scene or study.
-        axis: `time`, or `row` where the rows have no time.
-        at: times [s] or numbers of the rows, (rows,), ascending.
+        axis: `time`, `row` where the rows have no time, `case` of a table.
+        at: times [s] or numbers of the rows or cases, (rows,), ascending.
         values: signals by name, (rows,) each, NaN where a part cannot be.
         units: units by name.
     """
@@ -105,4 +105,4 @@ def _read_analyses(path: Path, title: str, over: Node, group: Node) -> Recorded:
                 full = f"{name}[{index}]" if place else name
                 values[full] = array[(slice(None), *place)]
                 units[full] = each[place[0]] if place and len(each) == array.shape[1] else each[0]
-    return Recorded(path, title, ROW, np.asarray(over["case"][:], dtype=float), values, units)
+    return Recorded(path, title, CASE, np.asarray(over["case"][:], dtype=float), values, units)
