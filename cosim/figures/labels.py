@@ -46,7 +46,7 @@ class Text:
 
 
 def spread_frequencies(axes: Any) -> None:
-    """Set the ticks of a logarithmic frequency axis, as many as their labels have room for."""
+    """Set the ticks of a logarithmic horizontal axis of frequencies or costs, as many as their labels have room for."""
     low, high = axes.get_xlim()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
