@@ -27,11 +27,11 @@ def module_drawing(module: Module, title: str) -> Drawing:
     count = f"{len(freedoms)} freedom{'s' if len(freedoms) > 1 else ''}"
     words = count if freedoms else "no clear separation of freedoms"
     layers = [*at_rest(module.beams, scale, "body"), *_screw_axes(freedoms, found, size, scale)]
-    panels = [Panel(layers, unit, axes, words)]
+    panels = [Panel(layers, unit, axes, words, kind="freedoms")]
     for i, freedom in enumerate(freedoms, 1):
         shown = moved(module.beams, _motion(freedom), size, scale)
         layers = [*at_rest(module.beams, scale, "rest"), *shown, *_screw_axes([freedom], found, size, scale)]
-        panels.append(Panel(layers, unit, axes, f"freedom {i}, {_WORDS[freedom.type]}"))
+        panels.append(Panel(layers, unit, axes, f"freedom {i}, {_WORDS[freedom.type]}", kind="motions"))
     return Drawing(title, panels)
 
 

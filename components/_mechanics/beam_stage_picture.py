@@ -35,13 +35,13 @@ def stage_drawing(module: Module, mass: np.ndarray, center: np.ndarray, title: s
     beams, length = module.beams, _length(module)
     size = size_of(beams)
     middle = Layer(center[None], np.array([[0]]), "mark", "mass centre")
-    panels = [Panel([*at_rest(beams, length, "body"), middle], title="at rest")]
+    panels = [Panel([*at_rest(beams, length, "body"), middle], title="at rest", kind="at_rest")]
     found = axial_modes(GAMMA @ mass @ GAMMA, GAMMA @ module.dimensional_stiffness() @ GAMMA, size * length)
     for i, (omega, screw) in enumerate(zip(found.omega, found.shapes.T, strict=True), 1):
         line, words = _axis(axis(screw, size * length), center, size * length)
         shown = moved(beams, _normalised(module) @ GAMMA @ screw, size, length)
         heading = f"mode {i}: {omega / (2 * np.pi):.4g} Hz, {words}"
-        panels.append(Panel([*at_rest(beams, length, "rest"), *shown, *line], title=heading))
+        panels.append(Panel([*at_rest(beams, length, "rest"), *shown, *line], title=heading, kind="modes"))
     return Drawing(title, panels)
 
 

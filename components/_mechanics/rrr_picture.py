@@ -27,7 +27,7 @@ _BETWEEN = np.arange(6).reshape(2, 3).T
 def links_drawing(links: Links, hinge: Hinge, elongation: Sequence[float], title: str) -> Drawing:
     """Return the drawing of links at rest, and moved by elongations (3,) [m] with the stress of their hinges."""
     rest = [links.base_hinges, links.crank_ends, links.corners]
-    panels = [_panel([*_chain(rest, "body", _WORDS), *_names(links)], "at rest")]
+    panels = [_panel([*_chain(rest, "body", _WORDS), *_names(links)], "at rest", "at_rest")]
     pose = forward(links, elongation)
     moved = moved_hinges(links, pose)
     largest = max(float(np.linalg.norm(b - a, axis=1).max()) for a, b in zip(rest, moved, strict=True))
@@ -38,7 +38,8 @@ def links_drawing(links: Links, hinge: Hinge, elongation: Sequence[float], title
         still = _chain(rest, "rest", ("at rest", "", ""))
         stressed = _stressed(hinge, hinge_angles(links, pose), np.vstack(shown), np.vstack(rest))
         layers = [*still, *departing(_chain(shown, "moved", ("moved", "", "")), still), stressed]
-        panels.append(replace(_panel(layers, words), quantity="bending stress of the hinges", quantity_unit="Pa"))
+        panel = _panel(layers, words, "displaced")
+        panels.append(replace(panel, quantity="bending stress of the hinges", quantity_unit="Pa"))
     return Drawing(title, panels)
 
 
@@ -106,9 +107,9 @@ def _names(links: Links) -> list[Layer]:
     return layers
 
 
-def _panel(layers: Sequence[Layer], title: str) -> Panel:
+def _panel(layers: Sequence[Layer], title: str, kind: str = "") -> Panel:
     """Return a panel of the plane."""
-    return Panel(layers, axes=("X", "Y"), title=title)
+    return Panel(layers, axes=("X", "Y"), title=title, kind=kind)
 
 
 def _swing(vector: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -16,6 +16,8 @@ def view(
     *,
     level: Level = None,
     parameter: Arguments = None,
+    show: Annotated[str | None, Parameter("--show")] = None,
+    views: Annotated[str | None, Parameter("--views")] = None,
     low: Annotated[float | None, Parameter("--from")] = None,
     high: Annotated[float | None, Parameter("--to")] = None,
     output: Output = None,
@@ -33,6 +35,11 @@ def view(
         with `--diagram` a scene, or the path of a .py, .toml or .ssp file.
     diagram
         Draw the block diagram of a scene.
+    show
+        KIND,KIND of a part: the kinds of panels to show, such as `posture`, `modes`, `modal_screws` (default: all).
+    views
+        VIEW,VIEW of a part in three dimensions: each panel in orthographic projection from `top`, `front` or `side`
+        (default: one oblique view).
     low
         Of a run: time [s] from which on to show (default: the first).
     high
@@ -45,7 +52,7 @@ def view(
     """
     from hfsa.components._modelling.catalogue import drawn
     from hfsa.cosim.assembly.models import available_parts
-    from hfsa.cosim.commands._pictures import view_answer
+    from hfsa.cosim.commands._pictures import Selection, view_answer
     from hfsa.cosim.commands._scenes import refuse_other, refuse_scene
     from hfsa.cosim.systems.errors import StructureError
 
@@ -56,6 +63,8 @@ def view(
             raise StructureError(f"{name} is a results file, expected a scene; `report` shows the blocks behind it")
         if level is not None or low is not None or high is not None:
             raise StructureError("--level, --from and --to do not apply to a diagram; -p component.level=LEVEL does")
+        if show is not None or views is not None:
+            raise StructureError("--show and --views are for the drawing of a part; a diagram shows all blocks")
         refuse_other(name)
         arguments = _shell.named_values(parameter)
         _shell.answer(*diagram_answer(name, arguments, output or Path(f"{Path(name).stem}.svg")), json)
@@ -65,6 +74,8 @@ def view(
 
         if level is not None or parameter:
             raise StructureError("--level and -p are those of a part; the file of a run has its own")
+        if show is not None or views is not None:
+            raise StructureError("--show and --views are for the drawing of a part; a run shows what moves in it")
         file = Path(name)
         _shell.answer(*run_view_answer(file, output or file.with_suffix(".html"), low, high), json)
         return _shell.DONE
@@ -73,5 +84,6 @@ def view(
     refuse_scene(name, "--diagram draws the blocks of a scene")
     values = _shell.part_arguments(level, parameter)
     part = drawn(name, available_parts())
-    _shell.answer(*view_answer(part, values, output or Path(f"{part.name}.html")), json)
+    chosen = Selection.read(show, views)
+    _shell.answer(*view_answer(part, values, output or Path(f"{part.name}.html"), chosen), json)
     return _shell.DONE

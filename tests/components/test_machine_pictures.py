@@ -39,6 +39,10 @@ def test_modes_of_the_drawing_have_the_frequencies_and_axes_of_analyze():
         np.testing.assert_allclose(np.abs(along @ numbers["modal_directions"][:, i]), 1, rtol=1e-12)
         offset = axis[0] - (np.array(TILTED.position) + numbers["modal_points_S"][:, i])
         assert np.linalg.norm(np.cross(offset, along)) < 1e-12
+    # all modal screws in one panel are those of the modes
+    (screws,) = drawing.showing(["modal_screws"]).panels
+    for panel, layer in zip(drawing.showing(["modes"]).panels, screws.layers[-6:], strict=True):
+        np.testing.assert_array_equal(layer.points, panel.layers[-1].points)
 
 
 def test_a_displaced_joint_moves_as_a_rigid_body_does():

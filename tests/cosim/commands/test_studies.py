@@ -154,7 +154,7 @@ WRONG = {
     "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize are different studies"),
     "output": (
         [*PART, "--sensitivity", "-o", "x.h5"],
-        "-o is the file of a map, a path or a table, which takes --map, --path or --over",
+        "cannot write x.h5: its ending is no picture format",
     ),
     "bounds": ([*PART, "--bounds", "10"], "--bounds are bounds of an optimum, which takes --optimize"),
     "one dimension": ([*PART, "--map", "tm"], "a map has two dimensions, not 1: tm"),
@@ -194,3 +194,15 @@ def test_help_shows_the_study_apart(hfsa):
     assert "Design study" in out
     for option in ("--sensitivity", "--map", "--optimize", "--bounds", "-o"):
         assert option in out
+
+
+def test_sensitivities_are_drawn_as_bars(hfsa, tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr("hfsa.cosim.commands._studies.save", lambda figure, _: made.append(figure))
+    code, out, _ = hfsa(*PART, "--sensitivity", "-o", str(tmp_path / "bars.png"), "--json")
+    found = json.loads(out)
+    assert code == 0
+    (axes,) = made[0].axes
+    for bars, of in zip(axes.containers, found["sensitivity"].values(), strict=True):
+        assert [bar.get_height() for bar in bars] == pytest.approx(list(of.values()))
+    assert [text.get_text() for text in axes.get_xticklabels()] == list(found["dimensions"])
