@@ -120,7 +120,8 @@ def diagram_figure(diagram: Diagram, placed: Layout) -> Figure:
         # labels are above all lines
         for link, arrow in zip(diagram.links, placed.links, strict=True):
             if arrow.label is not None:
-                _write(axes, arrow.label, link_lines(link.words), halo=True)
+                _draw_halo(axes, arrow.label)
+                _write(axes, arrow.label, link_lines(link.words))
         axes.text(
             left + whole[0] / 2,
             height + _EDGE + _TITLE / 2,
@@ -148,12 +149,15 @@ def _draw_box(axes: Axes, box: Box, look: Look, lines: Sequence[Line], rounding:
     _write(axes, box, lines)
 
 
-def _write(axes: Axes, box: Box, lines: Sequence[Line], *, halo: bool = False) -> None:
+def _draw_halo(axes: Axes, box: Box) -> None:
+    """Lighten what lies behind a box."""
+    left, low, right, high = box.corners
+    axes.add_patch(Polygon([(left, low), (right, low), (right, high), (left, high)], zorder=4, **_HALO))
+
+
+def _write(axes: Axes, box: Box, lines: Sequence[Line]) -> None:
     """Write lines of text into the middle of a box."""
     y = box.y + sum(LINE * size for _, size, _ in lines) / 2
-    if halo:
-        left, low, right, high = box.corners
-        axes.add_patch(Polygon([(left, low), (right, low), (right, high), (left, high)], zorder=4, **_HALO))
     for line, size, weight in lines:
         y -= LINE * size / 2
         look = {"fontsize": size, "fontweight": weight, "color": INK}

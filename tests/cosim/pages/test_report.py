@@ -3,12 +3,14 @@
 import base64
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from lxml import etree
 
 from hfsa.cosim.pages.blocks import Section, paragraph, table
+from hfsa.cosim.pages.provenance import provenance
 from hfsa.cosim.pages.report_page import Part, report_page
 from hfsa.cosim.results.files import read_run, read_sweep
 from hfsa.cosim.results.stability_map import read_stability_map
@@ -41,6 +43,14 @@ def test_a_sweep_is_reported_with_its_points_and_their_errors(hfsa, tmp_path):
     assert ": mass: mass_on_spring. Inputs: mass.base.position." in text
     hash_of_file = re.search(r"[0-9a-f]{16}", text[text.index("sha256") :])
     assert hash_of_file
+
+
+def test_an_old_file_has_its_diagram_where_there_is_graphviz(monkeypatch):
+    file = Path(__file__).parents[2] / "data" / "sweep_0.1.h5"
+    drawn = "".join(map(str, provenance(file).blocks))
+    assert drawn.count("<img") == 1
+    monkeypatch.setattr("hfsa.cosim.pages.provenance.is_available", lambda: False)
+    assert "".join(map(str, provenance(file).blocks)).count("<img") == 0
 
 
 @pytest.mark.slow
