@@ -8,7 +8,7 @@ from typing import Any
 
 from hfsa.cosim.systems.markup import paragraph, table
 
-__all__ = ["Plot", "Section", "folded", "paragraph", "picture", "table"]
+__all__ = ["Block", "Machine", "Plot", "Section", "folded", "paragraph", "picture", "table"]
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,24 @@ class Plot:
 
 
 @dataclass(frozen=True)
+class Machine:
+    """A drawing that readers turn: its panel as plain data (`panel_data`), its words, and its height [px]."""
+
+    panel: dict[str, Any]
+    words: str
+    height: int = 460
+
+
+Block = str | Plot | Machine
+"""HTML, an interactive figure, or a drawing that readers turn."""
+
+
+@dataclass(frozen=True)
 class Section:
-    """A section of a report: its heading, and blocks of HTML and figures in their order."""
+    """A section of a report: its heading, and its blocks in their order."""
 
     heading: str
-    blocks: Sequence[str | Plot] = field(default_factory=list)
+    blocks: Sequence[Block] = field(default_factory=list)
 
 
 def picture(content: bytes, kind: str, words: str) -> str:

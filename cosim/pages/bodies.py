@@ -42,7 +42,7 @@ class Body:
         drawn = [(layer.points, shift) for layer, shift in pairs if layer.cells.size]
         largest = max((float(np.abs(shift).max()) for _, shift in drawn if shift is not None), default=0.0)
         size = float(np.ptp(np.vstack([points for points, _ in drawn]), axis=0).max())
-        return one_two_five(_SHOWN * size / largest) if largest else 1.0
+        return one_two_five(_SHOWN * size / largest) if 0 < largest < math.inf else 1.0
 
 
 def left_out(recorded: Recorded, bodies: Sequence[Body], kept: NDArray[np.int64]) -> list[str]:

@@ -21,7 +21,7 @@ from hfsa.cosim.results.recorded import Recorded
 from hfsa.cosim.signals.prefixes import prefixed
 
 _CURVE, _CURVES = 4000, 60_000
-"""Number of points at most of a curve, and of all curves."""
+"""Number of points at most of a curve, and of all curves of a page."""
 
 _BODY = """<p class="hint" id="remarks">{remarks}</p>
 <div id="panels" role="tablist" aria-label="Bodies"></div>
@@ -69,13 +69,16 @@ def _body(body: Body, kept: NDArray[np.int64]) -> dict[str, Any]:
     }
 
 
-def signal_data(recorded: Recorded) -> list[dict[str, Any]]:
-    """Return the signals as plain data; those of one unit have the same prefix, a value that is no number is a gap."""
+def signal_data(recorded: Recorded, points: int = _CURVES) -> list[dict[str, Any]]:
+    """Return the signals as plain data, thinned to a number of points in all.
+
+    Those of one unit have the same prefix; a value that is no number is a gap.
+    """
     largest: dict[str, float] = {}
     for name, values in recorded.values.items():
         size = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         largest[recorded.units[name]] = max(size, largest.get(recorded.units[name], 0.0))
-    most = max(min(_CURVE, _CURVES // max(1, len(recorded.values))), 200)
+    most = max(min(_CURVE, points // max(1, len(recorded.values))), 200)
     found = []
     for name, values in recorded.values.items():
         factor, unit = prefixed(largest[recorded.units[name]], recorded.units[name])
