@@ -65,7 +65,9 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
     largest = float(np.linalg.norm(found.displacement, axis=1).max())
     factor = _SHOWN * size / largest if largest else 1.0
     moved = found.points + factor * found.displacement
-    rim = _rim(found.triangles, found.joined)
+    # the rim without the nodes inside, of which there are many
+    ends, rim = np.unique(_rim(found.triangles, found.joined), return_inverse=True)
+    rim = rim.reshape(-1, 2)
     peak = found.triangles[np.unravel_index(found.stress.argmax(), found.stress.shape)]
     mark = Layer(found.points[[peak]], np.array([[0]]), "mark", "largest stress")
     away = np.abs(found.points[found.triangles[:, :3]] - found.points[peak]).max(axis=(1, 2))
@@ -77,8 +79,8 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
             _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles", "mesh"),
             _panel(
                 [
-                    Layer(found.points, rim, "rest", "at rest"),
-                    Layer(moved, rim, "moved", "moved", rest=found.points),
+                    Layer(found.points[ends], rim, "rest", "at rest"),
+                    Layer(moved[ends], rim, "moved", "moved", rest=found.points[ends]),
                     mark,
                 ],
                 f"Displacements up to {1e6 * largest:.4g} um, times {factor:.3g}",

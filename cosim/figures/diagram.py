@@ -80,7 +80,9 @@ def svg(diagram: Diagram, figure: Figure) -> bytes:
     """Return the figure of a diagram as SVG with its title and description."""
     from lxml import etree  # loaded where a picture is written
 
-    root = etree.fromstring(drawn(figure, "svg"), etree.XMLParser(resolve_entities=False, no_network=True))
+    kept_small = {"remove_blank_text": True, "remove_comments": True}
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, **kept_small)
+    root = etree.fromstring(drawn(figure, "svg"), parser)
     names = {"title": diagram.title, "desc": diagram.description}
     for place, (tag, words) in enumerate(names.items()):
         element = etree.Element(f"{{{_SVG}}}{tag}", id=f"diagram-{tag}")

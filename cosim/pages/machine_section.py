@@ -19,6 +19,8 @@ def machine_section(recorded: Recorded, bodies: Sequence[Body], sentences: Seque
 
 def _machine(recorded: Recorded, body: Body) -> Block:
     """Return a body at the time of its largest displacement, beside itself at rest."""
+    if not len(recorded.at):
+        return paragraph(f"{body.name} is not drawn: no row of the file has a number for every signal.")
     row = _farthest(body)
     if row is None:
         return paragraph(f"{body.name} is not drawn: its motion has values that are no numbers.")
@@ -32,6 +34,8 @@ def _machine(recorded: Recorded, body: Body) -> Block:
             still.append(shown | {"role": "rest", "name": "", "values": None, "texts": [], "notes": []})
             shown |= {"points": coordinates(layer.points + times * shift[row], factor), "rest": shown["points"]}
     data["layers"] = [*still, *data["layers"]]
+    if not still:
+        return Machine(data, f"{body.name}, which stands still")
     where = f"{body.name} at {recorded.at[row]:.5g} s, where it is farthest from rest"
     return Machine(data, f"{where}; its displacements are drawn {times:g} times as large" if times != 1 else where)
 

@@ -20,7 +20,7 @@ from hfsa.cosim.pages.thinning import envelope, kept_rows
 from hfsa.cosim.results.recorded import Recorded
 from hfsa.cosim.signals.prefixes import prefixed
 
-_CURVE, _CURVES = 4000, 60_000
+_CURVE, _CURVES = 4000, 40_000
 """Number of points at most of a curve, and of all curves of a page."""
 
 _BODY = """<p class="hint" id="remarks">{remarks}</p>

@@ -11,8 +11,9 @@ from hfsa.cosim.pages.run_page import signal_data
 from hfsa.cosim.results.recorded import Recorded
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.names import compact
 
-_POINTS = 20_000
+_POINTS = 16_000
 """Number of points at most of all curves of a run: a report may hold several."""
 
 
@@ -57,9 +58,10 @@ def _plot(unit: str, signals: list[dict[str, Any]], axis: str) -> Plot:
         for k, signal in enumerate(signals)
     ]
     title = "" if unit == "1" else f"({unit})"
+    names = compact(signal["name"] for signal in signals)
     layout = {
         "xaxis": {"title": {"text": "Time (s)" if axis == "time" else "Row"}},
         "yaxis": {"title": {"text": title}},
         "hovermode": "closest",
     }
-    return Plot(traces, layout, f"Signals {title}: {', '.join(signal['name'] for signal in signals)}", 320)
+    return Plot(traces, layout, f"{' '.join(['Signals', *title.split()])}: {', '.join(names)}", 320)

@@ -51,13 +51,14 @@ class Recorded:
 
     def between(self, low: float | None, high: float | None) -> "Recorded":
         """Return the signals from one place of the axis to another; `ResultsError` where there are none."""
+        if not len(self.at):
+            raise ResultsError(f"{self.path} has no {self.axis} at which every signal is a number: nothing to show")
         kept = np.ones(len(self.at), dtype=bool)
         kept &= True if low is None else self.at >= low
         kept &= True if high is None else self.at <= high
         if not kept.any():
             wanted = " ".join(f"{word} {end:g}" for word, end in (("from", low), ("to", high)) if end is not None)
-            there = f"{self.at[0]:g} to {self.at[-1]:g}" if len(self.at) else "none"
-            raise ResultsError(f"{self.path} has no {self.axis} {wanted}; it has {there}".replace("  ", " "))
+            raise ResultsError(f"{self.path} has no {self.axis} {wanted}; it has {self.at[0]:g} to {self.at[-1]:g}")
         return dataclasses.replace(self, at=self.at[kept], values={name: v[kept] for name, v in self.values.items()})
 
 
@@ -84,7 +85,21 @@ def _read(path: Path, title: str, axis: str, group: Node) -> Recorded:
         axis, at = (TIME, values.pop(TIME)) if TIME in values else (ROW, rows)
         return Recorded(path, title, axis, at, values, units)
     reached = np.all([np.isfinite(v) for v in values.values()], axis=0) if values else np.isfinite(rows)
-    return Recorded(path, title, axis, rows[reached], {name: v[reached] for name, v in values.items()}, units)
+    return Recorded(
+        path, title, axis, _ascending(path, rows[reached]), {n: v[reached] for n, v in values.items()}, units
+    )
+
+
+def _ascending(path: Path, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return times (rows,) [s]; `ResultsError` where one is no number or before the one above it."""
+    wrong = np.flatnonzero(~(np.diff(times, prepend=-np.inf) >= 0) | ~np.isfinite(times))
+    if wrong.size:
+        row = int(wrong[0])
+        raise ResultsError(
+            f"cannot read {path}: its time in row {row + 1} is {times[row]:g} s, expected a number, and none below the row "
+            "before"
+        )
+    return times
 
 
 def _read_analyses(path: Path, title: str, over: Node, group: Node) -> Recorded:

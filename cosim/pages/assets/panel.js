@@ -57,12 +57,24 @@ const hfsa = (() => {
     return [{ type: "scatter3d", mode: "text", x, y, z, text: named.map(([text]) => text), textposition: "top right", showlegend: false, hoverinfo: "skip" }];
   }
 
+  // place from which a box of these sides, with the numbers along its edges, is seen whole
+  function eye({ x, y, z }) {
+    const [e, right, up] = [[0.533, -0.753, 0.386], [0.816, 0.578, 0], [-0.223, 0.315, 0.923]];
+    const tangent = Math.tan(Math.PI / 8); // of half the height of the view
+    const along = (one, other) => one.reduce((sum, value, i) => sum + value * other[i], 0);
+    const corners = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [-1, 1].map((c) => [a * x / 2, b * y / 2, c * z / 2])));
+    const distances = corners.map((at) => along(at, e) + Math.max(Math.abs(along(at, right)) / 1.3, Math.abs(along(at, up))) / (0.86 * tangent));
+    const far = Math.max(...distances);
+    return { x: far * e[0], y: far * e[1], z: far * e[2] };
+  }
+
+  // buttons of a figure, without a ground of their own
+  const bar = (orientation) => ({ orientation, bgcolor: "rgba(0,0,0,0)", color: dark.matches ? "#8b93a1" : "#7a828f", activecolor: ink() });
+
   // axes that hold everything at rest and displaced, so that a motion does not change them
   function scene(panel) {
     const paper = "rgba(0,0,0,0)";
-    const found = { aspectmode: "manual", dragmode: panel.is_flat ? "pan" : "turntable", camera: panel.is_flat
-      ? { eye: { x: 0, y: 0, z: 1.6 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" } }
-      : { eye: { x: 0.85, y: -1.2, z: 0.62 } } };
+    const found = { aspectmode: "manual", dragmode: panel.is_flat ? "pan" : "turntable" };
     const spans = [0, 1, 2].map((k) => {
       const values = panel.layers.flatMap((layer) => [layer.points[k], ...(layer.rest ? [layer.rest[k]] : [])]).flat();
       return [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
@@ -76,7 +88,10 @@ const hfsa = (() => {
       found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), showbackground: false, visible: k < panel.axes.length, ...(panel.is_flat ? { tickangle: 0 } : {}) };
       aspect[name] = ((panel.is_flat ? 1.6 : 1.25) * 2 * half) / (largest * 1.15);
     });
-    return { scene: { ...found, aspectratio: aspect }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, margin: { l: 0, r: 0, t: 0, b: 0 }, legend: { x: 0, y: 1, bgcolor: paper }, uirevision: panel.title };
+    const camera = panel.is_flat
+      ? { eye: { x: 0, y: 0, z: 1.6 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" } }
+      : { eye: eye(aspect) };
+    return { modebar: bar("v"), scene: { ...found, camera, aspectratio: aspect }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, margin: { l: 0, r: 0, t: 0, b: 0 }, legend: { x: 0, y: 1, bgcolor: paper }, uirevision: panel.title };
   }
 
   // the traces of a panel: its layers in their order, then their texts
@@ -84,5 +99,5 @@ const hfsa = (() => {
     return [...panel.layers.map((layer) => trace(layer, panel)), ...panel.layers.flatMap(labels)];
   }
 
-  return { data, dark, ink, places, lines, coordinates, traces, scene };
+  return { data, dark, ink, places, lines, coordinates, traces, scene, bar };
 })();

@@ -7,7 +7,7 @@
     const ink = hfsa.ink();
     const grid = dark.matches ? "#3a404b" : "#dfe3e8";
     const paper = "rgba(0,0,0,0)";
-    const found = { paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, margin: { l: 70, r: 20, t: 10, b: 50 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom" } };
+    const found = { paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, margin: { l: 70, r: 40, t: 10, b: 50 }, modebar: hfsa.bar("v"), legend: { orientation: "h", y: 1.02, yanchor: "bottom" } };
     Object.entries(own).forEach(([name, value]) => {
       found[name] = /^[xy]axis/.test(name) ? { gridcolor: grid, zerolinecolor: grid, ...value } : value;
     });

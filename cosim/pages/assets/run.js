@@ -1,7 +1,7 @@
 "use strict";
 // A run: bodies that move, and signals, under one cursor in time.
 (() => {
-  const { data, dark, ink, lines, traces, scene } = hfsa;
+  const { data, dark, ink, lines, traces, scene, bar } = hfsa;
   const [plot, signals] = ["plot", "signals"].map((id) => document.getElementById(id));
   const [tabs, play, time, now, size, times] = ["panels", "play", "time", "now", "size", "times"]
     .map((id) => document.getElementById(id));
@@ -31,7 +31,7 @@
     now.value = `${data.time[frame].toPrecision(5)} s`;
     const jobs = [Plotly.relayout(signals, { shapes: [cursor()] })];
     if (data.bodies.length) {
-      times.value = factor().toPrecision(3);
+      times.value = String(Number(factor().toPrecision(3)));
       const at = moved();
       jobs.push(Plotly.restyle(plot, { x: at.map(([, a]) => a[0]), y: at.map(([, a]) => a[1]), z: at.map(([, a]) => a[2]) }, at.map(([i]) => i)));
     }
@@ -50,7 +50,7 @@
 
   function curves() {
     const paper = "rgba(0,0,0,0)";
-    const layout = { paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, height: 190 * units.length + 60, margin: { l: 70, r: 10, t: 10, b: 40 }, hovermode: "x", xaxis: { title: { text: "Time (s)" }, gridcolor: "rgba(128,128,128,.25)", anchor: `y${units.length > 1 ? units.length : ""}` }, shapes: [cursor()] };
+    const layout = { paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, height: 190 * units.length + 85, margin: { l: 70, r: 10, t: 35, b: 40 }, modebar: bar("h"), hovermode: "x", xaxis: { title: { text: "Time (s)" }, gridcolor: "rgba(128,128,128,.25)", anchor: `y${units.length > 1 ? units.length : ""}` }, shapes: [cursor()] };
     units.forEach((unit, i) => {
       const high = 1 - i / units.length;
       layout[`yaxis${i ? i + 1 : ""}`] = { title: { text: unit === "1" ? "" : `(${unit})` }, domain: [high - 0.9 / units.length, high], gridcolor: "rgba(128,128,128,.25)" };

@@ -167,6 +167,25 @@ def test_other_parts_are_drawn(page, part):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [("sdelta", WORDS), ("beam_module", ["kind=tilted"]), ("beam_module", ["kind=double"])],
+    ids=["wide", "deep", "high"],
+)
+def test_nothing_is_cut_off_at_the_edges_of_a_drawing(page, part, words):
+    """Axes with their numbers are inside the view at first sight: its edges are empty."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    browser = page(part, *words)
+    picture = Image.open(BytesIO(browser.find_element("id", "plot").screenshot_as_png)).convert("RGB")
+    pixels = np.asarray(picture).astype(int)
+    edges = [pixels[-4, 30:-30], pixels[3, 300:-100], pixels[30:-30, 3], pixels[200:-30, -4]]
+    assert [int(np.ptp(edge, axis=0).max()) for edge in edges] == [0, 0, 0, 0]
+
+
+@pytest.mark.slow
 def test_a_run_is_played_under_its_cursor(browser, tmp_path, monkeypatch):
     """The place of a joint in a frame is that at rest plus its recorded displacement times the factor shown."""
     monkeypatch.chdir(tmp_path)

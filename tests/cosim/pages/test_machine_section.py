@@ -42,6 +42,13 @@ def test_a_body_that_stands_still_is_drawn_once(recorded):
     (block,) = machine_section(recorded, [body(np.zeros((11, 3)))], []).blocks
     assert isinstance(block, Machine)
     assert [layer["rest"] for layer in block.panel["layers"]] == [None, None]
+    assert block.words == "bar, which stands still"
+
+
+def test_a_run_that_failed_at_once_has_no_machine_to_draw(recorded):
+    empty = recorded.__class__(recorded.path, recorded.title, recorded.axis, np.empty(0), {}, {})
+    blocks = machine_section(empty, [body(np.empty((0, 3)))], []).blocks
+    assert blocks == ["<p>bar is not drawn: no row of the file has a number for every signal.</p>"]
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf], ids=str)

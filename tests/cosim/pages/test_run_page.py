@@ -3,6 +3,7 @@
 import json
 import re
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -167,3 +168,23 @@ def test_what_is_no_run_is_refused(hfsa, tmp_path, words, answer):
     assert code == 2
     assert answer in err
     assert not list(tmp_path.glob("*.html"))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "answer"),
+    [
+        ("time", np.nan, "its time in row 3 is nan s"),
+        ("time", 0.0, "its time in row 3 is 0 s"),
+        ("mass.position", np.nan, "has no time at which every signal is a number"),
+    ],
+    ids=["no-time", "backwards", "no-number"],
+)
+@pytest.mark.parametrize("ending", ["html", "glb"])
+def test_a_run_whose_numbers_are_damaged_is_not_drawn(hfsa, tmp_path, name, value, answer, ending):
+    assert hfsa("run", "mass_on_spring", "--stop", "0.01", "--frequency", "50", "-o", "run.h5")[0] == 0
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file["time"][name][2 if name == "time" else ...] = value
+    code, _, err = hfsa("view", "run.h5", "-o", f"run.{ending}")
+    assert code == 2
+    assert answer in err
+    assert not (tmp_path / f"run.{ending}").exists()
