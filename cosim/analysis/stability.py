@@ -29,6 +29,7 @@ from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Block, Blocks, block
 from hfsa.cosim.linear.cycle import Layout, Replace, SampleSignals, Source, operations
 from hfsa.cosim.linear.linearize import FORGOTTEN, NEUTRAL, Linearization, operating_point
+from hfsa.cosim.linear.portions import portions
 from hfsa.cosim.masters.algorithms import DEFAULT, algorithm_named
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import System, in_order
@@ -162,8 +163,9 @@ class OneStep:
         # in steady state the whole vector turns with the excitation
         turn, kept = np.exp(1j * omega * self.period), self._kept
         v = np.zeros_like(forced)
-        left = turn[:, None, None] * np.eye(len(kept)) - self.matrix
-        v[kept] = np.linalg.solve(left, forced[kept].T[:, :, None])[:, :, 0].T
+        for some in portions(len(omega), len(kept)):
+            left = turn[some, None, None] * np.eye(len(kept)) - self.matrix
+            v[kept, some] = np.linalg.solve(left, forced[kept, some].T[:, :, None])[:, :, 0].T
         for _ in range(self._memory):  # overwritten members follow from the kept ones
             v = (self._whole @ v + forced) / turn
         return v

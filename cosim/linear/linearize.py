@@ -32,6 +32,7 @@ from hfsa.cosim.actions.wiring import Wiring
 from hfsa.cosim.fmi.co_simulation import Instance
 from hfsa.cosim.linear.blocks import Blocks, ClosedSystem
 from hfsa.cosim.linear.equilibrium import equilibrium
+from hfsa.cosim.linear.portions import portions
 from hfsa.cosim.linear.sampled import SampledSystem
 from hfsa.cosim.systems.connectors import derivative_inputs
 from hfsa.cosim.systems.errors import StructureError
@@ -46,9 +47,6 @@ FORGOTTEN = 1e-9
 
 NEUTRAL = 1e-3
 """Growth rate [1/s] up to which a mode counts as neutral."""
-
-_AT_ONCE = 256
-"""Frequencies whose equations are solved in one call."""
 
 _ROUNDING = 100.0
 """Largest rounding error of an eigenvalue, in units of its first-order bound for one rounding of the matrix."""
@@ -158,8 +156,7 @@ class Linearization:
         evaluate = self.sampled.response if self.is_sampled else _Continuous(self.closed).response
         result = np.zeros((len(frequency), len(self.outputs), len(orders)), complex)
         omega = 2 * np.pi * np.asarray(frequency, float)
-        for first in range(0, len(omega), _AT_ONCE):  # more would only take memory
-            some = slice(first, first + _AT_ONCE)
+        for some in portions(len(omega), len(self.closed.states)):
             result[some] = evaluate(omega[some], entering(omega[some], orders, len(self.inputs)))
         return result
 

@@ -96,8 +96,7 @@ def _ascending(path: Path, times: NDArray[np.float64]) -> NDArray[np.float64]:
     if wrong.size:
         row = int(wrong[0])
         raise ResultsError(
-            f"cannot read {path}: its time in row {row + 1} is {times[row]:g} s, expected a number, and none below the row "
-            "before"
+            f"cannot read {path}: its time in row {row + 1} is {times[row]:g} s, expected one not below that before"
         )
     return times
 
