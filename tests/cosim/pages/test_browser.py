@@ -100,11 +100,12 @@ def test_the_robot_is_drawn_and_its_modes_are_those_of_analyze(page):
     tabs = [tab.text for tab in browser.find_elements("css selector", "[role=tab]")]
     numbers = analyze(posture=POSTURE)
     frequencies = numbers["natural_frequencies_hz"]
+    modes = zip(frequencies, numbers["modal_kinds"], numbers["modal_pitches"], strict=True)
+    assert {*numbers["modal_kinds"]} == {"screw"}
     assert tabs[1:7] == [
-        f"mode {i}: {f:.4g} Hz, {kind}"
-        for i, (f, kind) in enumerate(zip(frequencies, numbers["modal_kinds"], strict=True), 1)
+        f"mode {i}: {f:.4g} Hz, {kind}, pitch {1e3 * pitch:.3g} mm" for i, (f, kind, pitch) in enumerate(modes, 1)
     ]
-    assert tabs[7:] == ["compliant axes", "eigenscrews"]
+    assert tabs[7:] == ["modal screws", "compliant axes", "eigenscrews"]
     assert colours(browser) > 20
 
 
