@@ -108,6 +108,11 @@ def sensitivity(file: Path, _work: Path) -> None:
     run(f"analyze tba_accelerometer --sensitivity -o {file}")
 
 
+def diagram(file: Path, _work: Path) -> None:
+    """The blocks of the piezo stage under control."""
+    run(f"view stage_tracking --diagram -o {file}")
+
+
 def stage_links(file: Path, _work: Path) -> None:
     """The links of the stage, at rest and moved by a stack."""
     run(f"analyze rrr_stage --picture {file}")
@@ -190,6 +195,7 @@ MADE = {
     "workspace": workspace,
     "beams": beams,
     "robot": robot,
+    "diagram": diagram,
     "modes": modes,
     "modal-screws": modal_screws,
     "all-responses": all_responses,

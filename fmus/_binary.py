@@ -1,19 +1,10 @@
-"""The binaries of an FMU: paths, the functions that FMI requires, from the headers, and what is inside of them."""
+"""What is inside of a shared library: exported symbols, libraries that it needs, platform."""
 
 import re
-from functools import cache
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
-
-import fmpy
-import lief
-
-from hfsa.fmus._platforms import HERE
-
-INTERFACES = ("ModelExchange", "CoSimulation")
-"""XML elements of the interfaces that are checked."""
-
-HEADERS = Path(fmpy.__file__).parent / "c-code"
-"""Folder of the headers of the FMI standard, part of fmpy."""
+from typing import Any
 
 _MAGIC = (b"\x7fELF", b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe")
 
@@ -30,7 +21,7 @@ _MACHINES = {
 """Platforms by system and processor as lief names it."""
 
 KNOWN = frozenset(_MACHINES.values())
-"""Platforms that `platform_of` can tell apart, by their names in FMI 3."""
+"""Platforms that `read_binary` can tell apart, by their names in FMI 3."""
 
 _SYSTEM = re.compile(
     r"lib[cm]\.so\.6|libc\.musl-.*|ld-linux.*\.so\.\d"
@@ -39,70 +30,20 @@ _SYSTEM = re.compile(
 )
 """Names of the C libraries of Linux, macOS and Windows, in small letters."""
 
-_SECTION = re.compile(
-    r"^(?:Common Functions|Functions for .*?(Model Exchange|Co-Simulation|Scheduled Execution))", re.MULTILINE
-)
-_DEFINE = re.compile(r"^#define (fmi\d\w+)\s+fmi\dFullName\(", re.MULTILINE)
 
+@dataclass(frozen=True)
+class Binary:
+    """A shared library for Linux, Windows or macOS.
 
-def binary_path(folder: Path, version: int, identifier: str) -> Path:
-    """Return the path of this platform's binary with a model identifier, by FMI version."""
-    path = HERE.path(version, identifier)
-    assert path is not None  # fmpy gives every platform a name of FMI 2
-    return folder / path
+    Attributes:
+        exported: symbols that it exports.
+        needed: shared libraries that it needs, itself left out.
+        platform: what it is made for, by its name in FMI 3; `None` for a processor that is not in `KNOWN`.
+    """
 
-
-@cache
-def functions(version: int) -> dict[str, frozenset[str]]:
-    """Return the FMI functions of a major version by interface, each with the common functions."""
-    text = (HEADERS / f"fmi{version}Functions.h").read_text(encoding="utf-8")
-    common: set[str] = set()
-    special: dict[str, set[str]] = {"ModelExchange": set(), "CoSimulation": set(), "ScheduledExecution": set()}
-    sections = list(_SECTION.finditer(text))
-    for section, end in zip(sections, [s.start() for s in sections[1:]] + [len(text)], strict=True):
-        interface = (section[1] or "").replace("-", "").replace(" ", "")
-        for name in _DEFINE.findall(text[section.end() : end]):
-            of = re.fullmatch(r"fmi3Instantiate(\w+)", name)
-            special.get(of[1] if of else interface, common).add(name)
-    return {interface: frozenset(common | names) for interface, names in special.items()}
-
-
-def all_functions() -> frozenset[str]:
-    """Return all functions of FMI 2 and FMI 3, Scheduled Execution included: the exports of our own binaries."""
-    return frozenset().union(*functions(2).values(), *functions(3).values())
-
-
-def exported(library: Path) -> set[str] | None:
-    """Return the symbols that a shared library exports; `None` if it is of no format of `_read`."""
-    binary = _read(library)
-    if binary is None:
-        return None
-    if isinstance(binary, lief.MachO.Binary):  # the linker itself exports the last two
-        names = {str(function.name).removeprefix("_") for function in binary.exported_functions}
-        return names - {"_mh_dylib_header", "__dso_handle"}
-    symbols = binary.exported_symbols if isinstance(binary, lief.ELF.Binary) else binary.exported_functions
-    return {str(symbol.name) for symbol in symbols}
-
-
-def needed(library: Path) -> set[str] | None:
-    """Return the shared libraries that one needs, itself left out; `None` if it is of no format of `_read`."""
-    binary = _read(library)
-    if binary is None:
-        return None
-    names = {str(getattr(found, "name", found)) for found in binary.libraries}
-    return {name for name in names if PurePosixPath(name).name != library.name}
-
-
-def platform_of(library: Path) -> str | None:
-    """Return the platform that a shared library is made for, its name in FMI 3; `None` if that cannot be told."""
-    binary = _read(library)
-    if isinstance(binary, lief.MachO.Binary):
-        return _MACHINES.get(("darwin", binary.header.cpu_type.name))
-    if isinstance(binary, lief.PE.Binary):
-        return _MACHINES.get(("windows", binary.header.machine.name))
-    if isinstance(binary, lief.ELF.Binary):
-        return _MACHINES.get(("linux", binary.header.machine_type.name))
-    return None
+    exported: frozenset[str]
+    needed: frozenset[str]
+    platform: str | None
 
 
 def is_of_the_system(name: str) -> bool:
@@ -110,10 +51,34 @@ def is_of_the_system(name: str) -> bool:
     return bool(_SYSTEM.fullmatch(name.lower()))
 
 
-def _read(library: Path) -> "lief.ELF.Binary | lief.PE.Binary | lief.MachO.Binary | None":
-    """Return an ELF, PE or Mach-O library; `None` if it is none of these, or holds several of them."""
+def read_binary(library: Path) -> Binary | None:
+    """Read an ELF, PE or Mach-O library; `None` if it is none of these, or holds several of them."""
+    state = library.stat()
+    return _read(library, state.st_size, state.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _read(library: Path, *_: int) -> Binary | None:
+    """Read a library once; the further numbers change with its content."""
+    import lief  # takes longer than to open an FMU that is built
+
     lief.logging.disable()
     data = library.read_bytes()
-    known = data[:4] in _MAGIC or data[:2] == b"MZ"
-    found = lief.parse(data) if known else None
-    return found if isinstance(found, lief.ELF.Binary | lief.PE.Binary | lief.MachO.Binary) else None
+    if data[:4] not in _MAGIC and data[:2] != b"MZ":
+        return None
+    binary: Any = lief.parse(data)  # its own types lack what a file's kind has
+    if isinstance(binary, lief.ELF.Binary):
+        symbols = {str(symbol.name) for symbol in binary.exported_symbols}
+        machine = ("linux", binary.header.machine_type.name)
+    elif isinstance(binary, lief.PE.Binary):
+        symbols = {str(symbol.name) for symbol in binary.exported_functions}
+        machine = ("windows", binary.header.machine.name)
+    elif isinstance(binary, lief.MachO.Binary):
+        symbols = {str(symbol.name).removeprefix("_") for symbol in binary.exported_functions}
+        symbols -= {"_mh_dylib_header", "__dso_handle"}  # which the linker itself exports
+        machine = ("darwin", binary.header.cpu_type.name)
+    else:
+        return None
+    needed = {str(getattr(found, "name", found)) for found in binary.libraries}
+    others = frozenset(name for name in needed if PurePosixPath(name).name != library.name)
+    return Binary(frozenset(symbols), others, _MACHINES.get(machine))

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from hfsa.fmus._binary import KNOWN, all_functions, exported, is_of_the_system, needed, platform_of
+from hfsa.fmus._binary import KNOWN, is_of_the_system, read_binary
+from hfsa.fmus._interfaces import all_functions
 
 _FOLDERS = {
     2: {
@@ -38,27 +39,28 @@ def misplaced(folder: Path, version: int) -> Iterator[str]:
     """
     for library in libraries(folder):
         place = library.parent.name
-        expected, found = _FOLDERS[version].get(place, place), platform_of(library)
-        if found is not None and found != expected and expected in KNOWN:
-            yield f"{place}/{library.name} is a library for {found}, expected one for {expected}"
+        expected, binary = _FOLDERS[version].get(place, place), read_binary(library)
+        if binary and binary.platform not in (None, expected) and expected in KNOWN:
+            yield f"{place}/{library.name} is a library for {binary.platform}, expected one for {expected}"
 
 
 def stray(library: Path) -> str:
     """Return in words which exported names are no functions of FMI, empty where there are none."""
-    names = sorted((exported(library) or set()) - all_functions())
+    binary = read_binary(library)
+    names = sorted(binary.exported - all_functions()) if binary else []
     more = ", ..." if len(names) > 5 else ""
     return f"exports {len(names)} names that are not in FMI: {', '.join(names[:5])}{more}" if names else ""
 
 
 def own_rules(library: Path) -> Iterator[str]:
     """Yield what is wrong with a library of ours: all functions of FMI and nothing else, on its system's C library."""
-    names = exported(library)
-    if names is None:
+    binary = read_binary(library)
+    if binary is None:
         yield "is no shared library for Linux, Windows or macOS"
         return
     if text := stray(library):
         yield text
-    if missing := sorted(all_functions() - names):
+    if missing := sorted(all_functions() - binary.exported):
         yield f"does not export {len(missing)} functions of FMI: {', '.join(missing[:5])}"
-    if foreign := sorted(name for name in needed(library) or () if not is_of_the_system(name)):
+    if foreign := sorted(name for name in binary.needed if not is_of_the_system(name)):
         yield f"needs {', '.join(foreign)}, expected the C library alone"

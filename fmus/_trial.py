@@ -24,7 +24,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
 from fmpy.simulation import instantiate_fmu
 
-from hfsa.fmus._binary import binary_path, functions
+from hfsa.fmus._interfaces import binary_path, functions
 
 LABELS = {"ModelExchange": "Model Exchange", "CoSimulation": "Co-Simulation"}
 TIMEOUT = 60.0

@@ -21,7 +21,7 @@ from fmpy.model_description import (
 from lxml import etree
 
 from hfsa.fmus._archive import XML, archive_problems
-from hfsa.fmus._binary import INTERFACES, binary_path
+from hfsa.fmus._interfaces import INTERFACES, binary_path
 from hfsa.fmus._libraries import libraries, misplaced, own_rules, platforms, stray
 from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus._rules import RULES, broken_references, is_ours

@@ -14,7 +14,7 @@ from functools import cache
 from multiprocessing.util import Finalize
 from pathlib import Path
 
-from hfsa.fmus._binary import HEADERS
+from hfsa.fmus._interfaces import HEADERS
 from hfsa.fmus._platforms import HERE, Platform
 from hfsa.fmus._sundials import sundials
 from hfsa.fmus.c_code import RUNTIME, Sources

@@ -8,7 +8,7 @@ import fmpy
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from hfsa.fmus._binary import binary_path
+from hfsa.fmus._interfaces import binary_path
 from hfsa.fmus.compile import HEADERS, compiler
 
 _KINDS = {2: (FMU2Model, FMU2Slave), 3: (FMU3Model, FMU3Slave)}

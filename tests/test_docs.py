@@ -68,7 +68,14 @@ def test_each_command_of_the_readme_has_its_python():
     assert lines <= {command for command, _ in PAIRS}
 
 
-@pytest.mark.parametrize(("command", "python"), PAIRS, ids=[command for command, _ in PAIRS])
+LONG = ("hfsa stability sdelta_hfsa", "hfsa compare", "hfsa sweep sdelta_shaker --method multisine")
+"""Beginnings of commands that take too long for every run of the tests."""
+
+
+@pytest.mark.parametrize(
+    ("command", "python"),
+    [pytest.param(*pair, id=pair[0], marks=pytest.mark.slow if pair[0].startswith(LONG) else ()) for pair in PAIRS],
+)
 def test_a_command_and_its_python_do_the_same(command, python, tmp_path, monkeypatch, capsys):
     """They write the same files with the same numbers, and answer the same."""
     one, other = tmp_path / "command", tmp_path / "python"

@@ -24,9 +24,10 @@ from hfsa.cosim.figures.labels import Text, place_texts
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
 from hfsa.cosim.signals.prefixes import prefixed
 
-__all__ = ["draw", "drawing_figure", "save"]
+__all__ = ["ROLE_COLOURS", "VALUE_COLOURS", "draw", "drawing_figure", "save"]
 
-_COLOURS = LinearSegmentedColormap.from_list("values", [COLOURS[0], "#f3e9d2", ACCENT])
+VALUE_COLOURS = LinearSegmentedColormap.from_list("values", [COLOURS[0], "#f3e9d2", ACCENT])
+"""Colours of values, from the least to the largest."""
 _COLUMNS = 3
 _WIDTHS = {1: 7.0, 2: 5.6, 3: 4.6}
 """Width of a panel by the number of columns [inch]."""
@@ -53,7 +54,8 @@ _THIN, _EDGE = 1e-6, 1.6
 _HALO = [withStroke(linewidth=2.5, foreground="white")]
 _SHEER = 0.35
 """Opacity of faces without values."""
-_COLOUR = {"body": COLOURS[0], "rest": "#a7aeb8", "moved": COLOURS[1], "axis": ACCENT, "mark": INK}
+ROLE_COLOURS = {"body": COLOURS[0], "rest": "#a7aeb8", "moved": COLOURS[1], "axis": ACCENT, "mark": INK}
+"""Colours of layers by their roles."""
 _LINE: dict[str, dict[str, Any]] = {
     "body": {"linewidth": 2.6},
     "rest": {"linewidth": 1.6},
@@ -224,7 +226,7 @@ def _draw(figure: Figure, axes: Any, panel: Panel, box: NDArray[np.float64]) -> 
             getattr(axes, f"set_{letter}label")(f"{name} ({unit})" if unit != "1" else name)
         axes.locator_params(nbins=6)
     if coloured:
-        bar = figure.colorbar(ScalarMappable(span, _COLOURS), ax=axes, pad=0.02, shrink=0.8)
+        bar = figure.colorbar(ScalarMappable(span, VALUE_COLOURS), ax=axes, pad=0.02, shrink=0.8)
         bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
         bar.set_label(panel.quantity if shown == "1" else f"{panel.quantity} ({shown})")
     return texts
@@ -260,16 +262,16 @@ def _draw_layer(axes: Any, layer: Layer, factor: float, scale: float, span: Norm
         index = index[np.argsort((layer.points @ _TO_EYE)[index].mean(axis=1), kind="stable")]
     cells, size = factor * _on_paper(layer.points)[index], index.shape[1]
     # lines and points lie over faces, which are sheer
-    paint: dict[str, Any] = {"color": _COLOUR[layer.role], "zorder": (1.5 if size == 3 else 2.0) + 0.001 * place}
+    paint: dict[str, Any] = {"color": ROLE_COLOURS[layer.role], "zorder": (1.5 if size == 3 else 2.0) + 0.001 * place}
     if layer.values is not None:
         # a cell has one colour, that of the mean of its points
         values = scale * layer.values[index].mean(axis=1)
-        paint |= {"cmap": _COLOURS, "norm": span, "array": values}
+        paint |= {"cmap": VALUE_COLOURS, "norm": span, "array": values}
         del paint["color"]
     label = layer.name or "_nolegend_"
     if size == 1:
         means = paint.pop("array", None)
-        axes.scatter(*cells[:, 0].T, s=18, label=label, c=means, **paint)
+        axes.scatter(*cells[:, 0].T, s=18 if means is None else 60, label=label, c=means, **paint)
         return
     kind: Any
     if size == 2:

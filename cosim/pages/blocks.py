@@ -1,5 +1,6 @@
 """Blocks of a report: sections with tables and interactive figures."""
 
+import base64
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,7 +8,7 @@ from typing import Any
 
 from hfsa.cosim.systems.markup import paragraph, table
 
-__all__ = ["Plot", "Section", "folded", "paragraph", "table"]
+__all__ = ["Plot", "Section", "folded", "paragraph", "picture", "table"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,12 @@ class Section:
 
     heading: str
     blocks: Sequence[str | Plot] = field(default_factory=list)
+
+
+def picture(content: bytes, kind: str, words: str) -> str:
+    """Return a picture of a media type, inlined, with what it shows in words."""
+    data = base64.b64encode(content).decode()
+    return f'<img class="picture" src="data:{kind};base64,{data}" alt="{html.escape(words)}">'
 
 
 def folded(summary: str, content: str) -> str:

@@ -28,7 +28,7 @@ from hfsa.cosim.assembly.native_loop import stepping_library
 from hfsa.cosim.fmi.co_simulation import open_instances
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.masters.algorithms import ALGORITHMS, make_master
-from hfsa.fmus._binary import HEADERS, binary_path
+from hfsa.fmus._interfaces import HEADERS, binary_path
 from hfsa.fmus.compile import compiler
 
 CHECKED_STEPS = 1000

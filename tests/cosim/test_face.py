@@ -30,15 +30,15 @@ def folder(tmp_path, monkeypatch):
 def counted(monkeypatch) -> dict[str, Counter]:
     """Count what is worked out for an FMU: its key, its description, fusing and building."""
     counts: dict[str, Counter] = {"keys": Counter(), "descriptions": Counter(), "builds": Counter()}
-    key, parse, built = fmu_cache._key, description.read_model_description, build.fmu_file
+    key, parse, built = fmu_cache._key, description.read_raw, build.fmu_file
 
     def counted_key(component, *more):
         counts["keys"][component.part, repr(component.arguments)] += 1
         return key(component, *more)
 
-    def counted_parse(file, *more, **options):
-        counts["descriptions"][file] += 1
-        return parse(file, *more, **options)
+    def counted_parse(stream, where):
+        counts["descriptions"][where] += 1
+        return parse(stream, where)
 
     def counted_build(component, *more):
         counts["builds"][component.name] += 1
@@ -46,7 +46,7 @@ def counted(monkeypatch) -> dict[str, Counter]:
 
     monkeypatch.setattr(fmu_cache, "_keys", {})
     monkeypatch.setattr(fmu_cache, "_key", counted_key)
-    monkeypatch.setattr(description, "read_model_description", counted_parse)
+    monkeypatch.setattr(description, "read_raw", counted_parse)
     monkeypatch.setattr(build, "fmu_file", counted_build)
     description._read.cache_clear()
     description._interface_description.cache_clear()

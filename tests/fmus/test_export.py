@@ -22,7 +22,7 @@ import hfsa.fmus.export as room
 from hfsa.components import Model
 from hfsa.components._modelling.catalogue import find
 from hfsa.components.mass_on_spring import mass_on_spring
-from hfsa.fmus._binary import binary_path
+from hfsa.fmus._interfaces import binary_path
 from hfsa.fmus._platforms import PLATFORMS
 from hfsa.fmus.check import examine
 from hfsa.fmus.compile import compiler

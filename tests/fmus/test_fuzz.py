@@ -4,7 +4,10 @@ import pytest
 from fuzzing import fuzz, program
 
 
-@pytest.mark.parametrize("name", ["pendulum", "hybrid", "controller"])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param("pendulum", marks=pytest.mark.slow), "hybrid", pytest.param("controller", marks=pytest.mark.slow)],
+)
 def test_any_calls_keep_the_laws(models, tmp_path, name):
     tally = fuzz([program(models[name](), tmp_path / "model")], 1, 300, 120)
     assert tally.faults == ()

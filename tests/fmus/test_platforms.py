@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from hfsa.components.mass_on_spring import mass_on_spring
-from hfsa.fmus._binary import HEADERS, all_functions, exported, is_of_the_system, needed, platform_of
+from hfsa.fmus._binary import is_of_the_system, read_binary
+from hfsa.fmus._interfaces import HEADERS, all_functions
 from hfsa.fmus._platforms import HERE, PLATFORMS, platforms_named, unnamed
 from hfsa.fmus.c_code import Sources, generate
 from hfsa.fmus.check import examine
@@ -107,8 +108,10 @@ def test_this_platforms_library_needs_the_c_library_alone(mass_on_spring_files, 
     with zipfile.ZipFile(mass_on_spring_files[3]) as archive:
         (name,) = [name for name in archive.namelist() if name.startswith("binaries/")]
         library = Path(archive.extract(name, tmp_path))
-    assert platform_of(library) == HERE.name
-    assert all(is_of_the_system(found) for found in needed(library) or ["none"])
+    binary = read_binary(library)
+    assert binary
+    assert binary.platform == HERE.name
+    assert all(is_of_the_system(found) for found in binary.needed)
     assert not is_of_the_system("libgfortran.so.5")
 
 
@@ -127,10 +130,12 @@ def test_all_platforms(tmp_path):
         archive.extractall(tmp_path / "inside")
     for name, platform in PLATFORMS.items():
         library = tmp_path / "inside" / str(platform.path(3, "MassOnSpring"))
-        assert exported(library) == all_functions(), name
-        assert platform_of(library) == name
-        assert needed(library), name
-        assert [found for found in needed(library) or () if not is_of_the_system(found)] == [], name
+        binary = read_binary(library)
+        assert binary, name
+        assert binary.exported == all_functions(), name
+        assert binary.platform == name
+        assert binary.needed, name
+        assert [found for found in binary.needed if not is_of_the_system(found)] == [], name
 
 
 # There ------------------------------------------------------------------------------------------------------------

@@ -283,6 +283,7 @@ MOST = {
 
 
 @pytest.mark.parametrize(("name", "arguments"), VARIANTS, ids=str)
+@pytest.mark.slow
 def test_every_output_has_a_scale_which_no_motion_of_the_machine_comes_near(name, arguments, opened):
     """At all frequencies of the band, and at the end of the travel, a response is at most a tenth of the limit."""
     scene = load_scene(name, arguments)

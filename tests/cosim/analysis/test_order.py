@@ -365,6 +365,7 @@ def test_a_comparison_fuses(hfsa, tmp_path):
             assert "fused" in file["system"]
 
 
+@pytest.mark.slow
 def test_stability_is_looked_at_in_an_order(hfsa):
     """The stage's loop over the stacks' charge has the same reported step limit in both orders."""
     words = ["stability", "stage_bode", "--algorithm", "gauss_seidel", "--json"]

@@ -157,7 +157,10 @@ def single_changes(system: System) -> Iterator[tuple[str, Any, str, str]]:
                 )
 
 
-@pytest.mark.parametrize(("name", "words"), VARIANTS)
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [pytest.param(*it, marks=pytest.mark.slow if it[0] == "stage_accelerometer" else ()) for it in VARIANTS],
+)
 def test_a_part_that_is_changed_alone_is_in_conflict(name, words):
     changes = list(single_changes(load_scene(name, words).system))
     if name not in ("sdelta_shaker",):  # whose reference knows the posture only

@@ -85,6 +85,7 @@ ROBOT_FACTS = st.one_of(
 
 @settings(max_examples=40, deadline=None)
 @given(CONTROL, ROBOT_FACTS)
+@pytest.mark.slow
 def test_the_robots_arguments_are_all_parts_by_hand(words, changed):
     (argument, fact, field), value = changed
     assume((argument, words["feed_forward"]) != ("stiffness", "rigid"))  # which takes the robot for rigid

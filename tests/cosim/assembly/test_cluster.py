@@ -35,6 +35,7 @@ def received(cache: Path) -> dict[str, int]:
     return {file.name: file.stat().st_mtime_ns for file in cache.glob("received/*/*.fmu")}
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_bits_of_this_machine(cluster, tmp_path):
     caches = [cluster.folder / f"worker{i}" / "cache" for i in range(2)]
     here = sweep("sdelta_shaker", path=tmp_path / "here.h5", **VERTICAL)

@@ -60,12 +60,14 @@ def test_a_fused_robot_is_exact_at_every_step(heights):
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 2, rtol=0.2)
 
 
+@pytest.mark.slow
 def test_a_controller_ticks_in_a_group_as_it_does_alone(heights):
     """Its measured reference is the value at its tick, although the reference has moved when the group steps."""
     apart, together = heights(SAMPLE_TIME, f"robot,{DRIVES}"), heights(SAMPLE_TIME, f"robot,{DRIVES},controller")
     np.testing.assert_allclose(together, apart, rtol=0, atol=1e-9 * np.ptp(apart))
 
 
+@pytest.mark.slow
 def test_parts_that_tick_one_after_the_other_do_so_in_a_group(opened, library):
     """PD whose force a second sampled part converts to a voltage: identical to the last bit, fused or not."""
     scene = load_scene("stage_tracking", {"motion": "three_axis", "law": "pd", "delay": "true"})
@@ -242,6 +244,7 @@ def test_levels_that_do_not_fit_are_refused_within_an_fmu_too():
         check_levels(System([whole]))
 
 
+@pytest.mark.slow
 def test_a_level_to_be_chosen_has_no_fused_fmu():
     scene = load_scene("sdelta_hfsa", {"robot.level": "auto"})
     with pytest.raises(StructureError, match="robot: level auto is a scene's question"):

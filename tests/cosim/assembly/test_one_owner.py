@@ -91,6 +91,7 @@ def test_no_law_saturates_for_the_calibrated_links(ran, law):
 
 
 @pytest.mark.parametrize("law", ["ctc", "pd"])
+@pytest.mark.slow
 def test_the_extremes_hold_for_the_calibrated_links(ran, law):
     """Femtometres, as with the nominal ones."""
     peaks = [
@@ -205,7 +206,9 @@ VERBS = {
 }
 
 
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(
+    "verb", [pytest.param(verb, marks=() if verb in ("run", "loop") else pytest.mark.slow) for verb in VERBS]
+)
 def test_every_verb_says_which_parts_differ(hfsa, verb):
     code, _, warned = hfsa(*VERBS[verb], *ALONE)
     assert code == 0

@@ -192,7 +192,7 @@ ROUNDING = {"sdelta_hfsa": 1e-11}
 IDS = [f"{name}-{'-'.join(arguments.values())}".rstrip("-") for name, arguments in LINEAR]
 
 
-QUICK = ("sdelta_shaker", "mass_on_spring", "beam_bode")
+QUICK = ("mass_on_spring", "beam_bode")
 """Scenes that are compared in every run of the tests."""
 
 

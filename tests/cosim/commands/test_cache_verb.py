@@ -54,7 +54,9 @@ def test_an_empty_cache_is_no_error(tmp_path, monkeypatch, hfsa):
     assert hfsa("cache", "--clear")[0] == 0
 
 
-@pytest.mark.parametrize("cut", [0, 0.5, 0.99], ids=str)
+@pytest.mark.parametrize(
+    "cut", [pytest.param(0, marks=pytest.mark.slow), 0.5, pytest.param(0.99, marks=pytest.mark.slow)], ids=str
+)
 def test_a_cut_fmu_is_built_anew(used, hfsa, cut):
     for file in used.rglob("*.fmu"):
         file.write_bytes(file.read_bytes()[: int(cut * file.stat().st_size)])

@@ -35,6 +35,7 @@ def test_run_and_identify_work_end_to_end(hfsa):
     assert Identification.read("p.h5").value[0] == values["m"]
 
 
+@pytest.mark.slow
 def test_what_is_not_seen_is_said_with_exit_code_1(hfsa):
     assert hfsa(*MANOEUVRE, "-p", "rotation=0,0,0", "-p", "position=0,0,1e-3")[0] == 0
     code, out, _ = hfsa("identify", "m.h5")
@@ -48,6 +49,7 @@ def test_what_is_not_seen_is_said_with_exit_code_1(hfsa):
     assert values["Izz"] is None
 
 
+@pytest.mark.slow
 def test_the_commanded_motion_comes_with_a_warning(hfsa):
     assert hfsa(*MANOEUVRE)[0] == 0
     code, _, err = hfsa("identify", "m.h5", "--motion", "commanded")

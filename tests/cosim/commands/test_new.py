@@ -20,6 +20,7 @@ def run(*command: str, cwd: Path, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_commands_of_its_readme_work_as_they_are(hfsa, tmp_path):
     code, out, err = hfsa("new", "Wafer-Stage")
     assert (code, err) == (0, "")
@@ -41,6 +42,7 @@ def test_the_commands_of_its_readme_work_as_they_are(hfsa, tmp_path):
     assert "cannot be used" not in out
 
 
+@pytest.mark.slow
 def test_its_parts_have_names_once_installed(hfsa, tmp_path):
     hfsa("new", "gantry")
     run(sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", ".", "gantry", cwd=tmp_path)

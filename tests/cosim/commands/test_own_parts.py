@@ -144,6 +144,7 @@ def test_level_auto_of_a_part_of_ones_own(hfsa, machine):
     assert "one: level" in err
 
 
+@pytest.mark.slow
 def test_members_of_an_fmu_may_be_ones_own(hfsa, machine):
     code, out, _ = hfsa("export", "machine/springs.toml", "--fuse", "one,two", "--fmi", "2", "-o", ".")
     assert code == 0

@@ -88,6 +88,7 @@ def test_a_run_records_further_signals_of_any_component(hfsa):
         assert np.array_equal(torque, values[f"controller.axis[{axis}].command"])
 
 
+@pytest.mark.slow
 def test_an_amplitude_of_zero_holds_still(hfsa):
     """A mass at rest stays there exactly; a robot under gravity sags as with a vanishing sine."""
     assert hfsa("run", "mass_on_spring", "--amplitude", "0", "--stop", "0.1", "-o", "rest.h5")[0] == 0
@@ -256,6 +257,7 @@ def test_one_point_where_a_band_begins_and_a_grid_in_hertz(hfsa):
         assert np.allclose(read_sweep("even.h5").frequency, 10 * np.arange(1, 31))
 
 
+@pytest.mark.slow
 def test_a_linear_sweep_needs_no_amplitude(hfsa):
     """Statics of a force and a torque on the stage, units without an amplitude in the scene: those of thesis ch. 2."""
     words = ["--input", "stage.wrench.force[1]", "--input", "stage.wrench.torque", "--from", "1", "--points", "1"]

@@ -163,6 +163,7 @@ def test_file_names_are_safe_and_distinct(hfsa):
     assert len(set(names)) == 2
 
 
+@pytest.mark.slow
 def test_an_interrupted_comparison_keeps_what_is_finished(tmp_path):
     words = ["compare", "mass_on_spring", "--over", "damping=0.5,1,2,3", "--backend", "python", "--stop", "30", "-j1"]
     command = [sys.executable, "-m", "hfsa.cosim.cli", *words]

@@ -78,6 +78,7 @@ def test_a_transient_run_gives_the_body_and_the_payload(loaded, tmp_path):
     assert any("platform alone is that of the model" in sentence for sentence in carried.sentences)
 
 
+@pytest.mark.slow
 def test_the_platform_alone_may_be_identified_as_well(loaded, folder, tmp_path):
     """In another posture, with or without gravity; variances add."""
     empty = written(folder, "empty.h5", {"payload.mass": 0})
@@ -102,6 +103,7 @@ def test_a_linear_sweep_gives_the_body(swept, tmp_path):
     assert (low.residuals.frequency.min() >= 2, low.residuals.frequency.max() <= 10) == (True, True)
 
 
+@pytest.mark.slow
 def test_an_applied_wrench_is_part_of_the_equations(folder, tmp_path):
     """The platform shaken by forces and moments on it: what the limbs exert alone would not accelerate it."""
     inputs = [f"robot.wrench.{kind}[1..3]" for kind in ("torque", "force")]
@@ -130,6 +132,7 @@ def test_a_stepped_sweep_gives_the_body(folder, tmp_path):
     assert_equal(identify(bode.path, path=tmp_path / "it.h5").value, truth(LOADED), 1e-8)
 
 
+@pytest.mark.slow
 def test_the_differentiated_pose_errs_by_the_fourth_power_of_the_step(plain, tmp_path):
     """At steps of 0.2 ms: the tone of 17 Hz, and the free vibration at 24 Hz."""
     found = identify(plain, motion="pose", path=tmp_path / "it.h5")
@@ -138,6 +141,7 @@ def test_the_differentiated_pose_errs_by_the_fourth_power_of_the_step(plain, tmp
     assert len(found.residuals.time) == 10_001 - 4
 
 
+@pytest.mark.slow
 def test_the_commanded_motion_makes_a_body_that_is_too_heavy(tmp_path, folder):
     """After the free vibration has decayed: mass 69 %, moments of inertia by up to 14.5 % of Izz, with a warning."""
     long = written(folder, "long.h5", {"damping": 0.05}, stop_time=3.0)
@@ -218,6 +222,7 @@ def test_given_and_estimated_standard_deviations(plain, tmp_path):
     ],
     ids=["vertical", "about the vertical"],
 )
+@pytest.mark.slow
 def test_what_a_motion_of_one_degree_of_freedom_does_not_see(moved, unseen, folder, tmp_path):
     file = written(folder, f"{len(unseen)}.h5", moved, stop_time=0.2)
     found = identify(file, regressor="linear", path=tmp_path / "it.h5")
@@ -312,6 +317,7 @@ def test_uneven_steps_have_no_differences_but_equations(loaded, tmp_path):
     assert_equal(identify(file, path=tmp_path / "measured.h5").value, truth(LOADED))
 
 
+@pytest.mark.slow
 def test_the_exact_reference_moves_the_robot_elsewhere_and_changes_no_inertia(folder, tmp_path):
     exact = written(folder, "exact.h5", {"reference": "exact", **LOADED})
     assert_equal(identify(exact, path=tmp_path / "it.h5").value, truth(LOADED))

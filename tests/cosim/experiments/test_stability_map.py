@@ -24,6 +24,7 @@ def test_fused_with_its_payload_it_is_stable_at_every_step():
     assert found.agreement[0] == found.agreement[1] > 0
 
 
+@pytest.mark.slow
 def test_the_border_of_sampled_control_with_a_delay():
     """13.3 Hz at 1 ms and 1.58 Hz at 2 ms, with a communication step that adds next to nothing."""
     axes = [parse_axis("bandwidth=1.56:13.4:9"), parse_axis("sample_time=1e-3:2e-3:2")]

@@ -184,6 +184,7 @@ def test_json_has_the_answer_and_no_nan(tmp_path, capsys):
     assert "--force" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_default_whose_step_does_not_resolve_the_band_is_not_run(tmp_path):
     found = trade("mass_on_spring", {"damping": 20}, high=2000.0, tolerance=1e-2, path=tmp_path / "h.h5", **QUIET)
     assert found.own is None

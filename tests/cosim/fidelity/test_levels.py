@@ -60,6 +60,7 @@ def test_an_accelerometer_is_a_gain_inside_its_one_percent_band(library):
     assert choice.together == choice.error
 
 
+@pytest.mark.slow
 def test_it_has_a_mass_above_that_band(library):
     choice = levels.choose(sensor_scene(band=(200.0, 3000.0)), library)["sensor"]
     assert choice.level == "planar"
@@ -150,6 +151,7 @@ def test_two_choices_that_are_too_much_together(library):
     assert one["first"].together == pytest.approx(error, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_motion_of_its_own(library):
     source = Component("shaker", "sine_source", None, {"unit": "m/s2"}, {"frequency": 10.0, "amplitude": 1.0})
     system = System([source, PROTOTYPE], [Connection("shaker.value", ACCELERATION.format(1))])

@@ -108,6 +108,7 @@ def test_a_recorded_counter_does_not_stop_a_run(pair, opened, library):
     assert recording["mass.solver.evaluations"].tolist() == [0.0, 4000.0, 8000.0, 12000.0]
 
 
+@pytest.mark.slow
 def test_a_fused_fmu_counts_once_for_all_its_members(opened):
     """The members share a solver; a name of a member's counter is that of the fused FMU."""
     scene = load_scene("stage_tracking")

@@ -124,6 +124,7 @@ def orders(ends: list[np.ndarray]) -> np.ndarray:
     return np.log2(np.divide(changes[:-1], changes[1:]))
 
 
+@pytest.mark.slow
 def test_it_is_of_second_order_on_the_stage(run):
     """Computed torque of 300 Hz over a period of its fastest axis."""
     omega, names = 2 * np.pi * 300, [f"stage.stack[{i}].elongation" for i in (1, 2, 3)]

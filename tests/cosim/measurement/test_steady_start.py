@@ -28,7 +28,7 @@ LINEAR = [
     ("accelerometer_shaker", {"sensor.level": "planar"}),
     ("beam_payload", {}),
     ("beam_bode", {}),
-    ("sdelta_accelerometer", {}),
+    pytest.param("sdelta_accelerometer", {}, marks=pytest.mark.slow),
 ]
 """The stage is nonlinear at every level with stacks."""
 

@@ -83,7 +83,9 @@ def race(children, path: Path, force: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("kind", "force"), [((), ""), (("no_links",), ""), ((), "force")], ids=["", "no_links", "force"]
+    ("kind", "force"),
+    [((), ""), pytest.param(("no_links",), "", marks=pytest.mark.slow), ((), "force")],
+    ids=["", "no_links", "force"],
 )
 def test_of_two_that_start_together_exactly_one_wins(writers, tmp_path, kind, force):
     children, losers = writers(*kind), set()
@@ -148,7 +150,10 @@ def test_a_file_that_loses_its_name_is_reported(tmp_path, how):
         file.identity.check(path)
 
 
-@pytest.mark.parametrize("code", ["ENOLCK", "ENOTSUP", "ENOSYS"])
+@pytest.mark.parametrize(
+    "code",
+    ["ENOLCK", pytest.param("ENOTSUP", marks=pytest.mark.slow), pytest.param("ENOSYS", marks=pytest.mark.slow)],
+)
 def test_a_file_system_without_locks_will_do(tmp_path, code):
     """As on some network file systems: all verbs work, and an existing file is not replaced without --force."""
     (tmp_path / "flock.c").write_text(f"#include <errno.h>\nint flock(int f, int o) {{ errno = {code}; return -1; }}\n")

@@ -241,6 +241,7 @@ WRITER = """
 """
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_moment_leaves_a_file_that_resumes(path):
     random.seed(4)
     arguments = [sys.executable, "-c", textwrap.dedent(WRITER), str(path), __file__]

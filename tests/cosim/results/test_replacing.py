@@ -54,6 +54,7 @@ def test_a_measurement_is_not_lost_to_the_theory_of_the_same_scene(hfsa):
     assert path_state(Path("results/mass_on_spring.h5")) == before
 
 
+@pytest.mark.slow
 def test_maps_give_way_like_runs(hfsa):
     for verb in ("stability", "analyze"):
         words = [*VERBS[verb], "-o", "map.h5"]
@@ -92,6 +93,7 @@ def test_a_comparison_looks_at_all_its_files_first(hfsa, make, monkeypatch):
     assert f"cannot write {files[2]}: it is a text file" in err
 
 
+@pytest.mark.slow
 def test_a_refused_run_or_sweep_has_touched_nothing(hfsa, monkeypatch):
     exact = ["run", "stage_bode", "-p", "stage=exact", "--stop", "1e-4"]
     assert hfsa(*exact, "-o", "a.h5")[0] == 0

@@ -111,7 +111,7 @@ def points(path: Path) -> int:
     ("number", "code", "words"),
     [
         (signal.SIGTERM, 143, "ended by SIGTERM"),
-        (signal.SIGHUP, 129, "ended by SIGHUP"),
+        pytest.param(signal.SIGHUP, 129, "ended by SIGHUP", marks=pytest.mark.slow),
         (signal.SIGINT, 130, "interrupted"),
     ],
     ids=["term", "hup", "int"],
@@ -141,6 +141,7 @@ def test_a_run_that_is_killed_keeps_what_is_older_than_a_second(child, box, fore
     assert status(path) == "running"
 
 
+@pytest.mark.slow
 def test_what_is_ignored_stays_ignored(child, box, foreign, tmp_path):
     """As under nohup."""
     path = tmp_path / "run.h5"
@@ -192,6 +193,7 @@ def test_steps_are_taken_a_tenth_of_a_second_at_a_stretch(monkeypatch, cost):
 
 
 @pytest.mark.parametrize("is_group", [False, True], ids=["parent", "group"])
+@pytest.mark.slow
 def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp_path, is_group):
     """As batch systems do it: SIGTERM to the parent alone, or to all processes at once. No point counts as failed."""
     path = tmp_path / "sweep.h5"
@@ -211,6 +213,7 @@ def test_a_sweep_keeps_its_points_and_its_processes_end(child, box, foreign, tmp
     assert it.left() == []
 
 
+@pytest.mark.slow
 def test_the_runs_of_a_comparison_keep_what_they_have_recorded(child, box, foreign, tmp_path):
     scene = box(foreign[2], stop_time=60.0, behaviour=DAWDLE)
     it = child("compare", scene, "--over", "box.at=0,0.01", "-j", "2", "-o", "out/it.png")
@@ -347,6 +350,7 @@ def main(words):
 """
 
 
+@pytest.mark.slow
 def test_a_signal_in_the_middle_of_writing_spoils_nothing(child, tmp_path):
     """At five different moments; the file is complete, its columns have equal lengths, and it is closed in order."""
     path = tmp_path / "run.h5"

@@ -103,6 +103,7 @@ def assert_swept_is_linearized(library, opened, excited: int, frequency) -> None
 
 
 @pytest.mark.parametrize(("excited", "frequency"), [(1, [NATURAL[0], 2 * NATURAL[-1]]), (5, [NATURAL[-1]])])
+@pytest.mark.slow
 def test_a_stepped_sweep_is_the_linearized_response(library, opened, excited, frequency):
     """At the lowest mode, at the highest and at twice that."""
     assert_swept_is_linearized(library, opened, excited, frequency)

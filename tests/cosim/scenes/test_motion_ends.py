@@ -53,7 +53,14 @@ def test_the_reach_is_half_a_side_of_the_base(tmp_path):
     assert load_scene("sdelta_shaker", arguments).system["motion"].arguments["reach"] == pytest.approx(0.9 * 3**0.5 / 2)
 
 
-def test_an_end_that_no_file_can_hold_is_refused(monkeypatch, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("stop", "message"),
+    [
+        pytest.param("1e9", "is 1e+13 points, of which a file keeps 1e+09 at most", id="more points than a file keeps"),
+        pytest.param("1e12", "make more than 9.0072e+15 steps, expected fewer", id="more steps than are counted"),
+    ],
+)
+def test_an_end_that_no_file_can_hold_is_refused(stop, message, monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", "mass_on_spring", "--stop", "1e12"]) == 2
-    assert "is 1e+16 points, of which a file keeps 1e+09 at most" in capsys.readouterr().err
+    assert main(["run", "mass_on_spring", "--stop", stop]) == 2
+    assert message in capsys.readouterr().err

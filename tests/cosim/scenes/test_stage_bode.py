@@ -210,6 +210,7 @@ def assert_swept_is_linearized(library, opened, excited: str, frequency) -> None
     rig.close()
 
 
+@pytest.mark.slow
 def test_a_stepped_sweep_is_the_linearized_response(library, opened):
     """Below, at and above the resonances, up to 2 kHz and at the one above it."""
     assert_swept_is_linearized(library, opened, "stack[1].command.voltage", [20.0, 455.0, 912.5, 2000])

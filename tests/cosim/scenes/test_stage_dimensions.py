@@ -64,6 +64,7 @@ def test_the_gain_at_a_bias_is_that_of_the_linkage(opened, level):
 
 
 @pytest.mark.parametrize("model", ["constant_jacobian", pytest.param("exact", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_computed_torque_knows_the_design(ran, model):
     """Three axes by a fifth of a nanometre, as the stage of the source; with thinner hinges in the model by more."""
     drive = {"law": "ctc", "actuator": "force", "motion": "three_axis", "stage": model, "model": model}
@@ -95,6 +96,7 @@ def test_calibrated_links_track_as_nominal_ones(ran):
     assert peaks[1] == pytest.approx(peaks[0], rel=0.02)
 
 
+@pytest.mark.slow
 def test_given_matrices_reach_the_law(ran):
     """A stage with the stiffness and inertia of another one is tracked as that one."""
     matrices = {

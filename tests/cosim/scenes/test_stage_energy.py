@@ -43,6 +43,7 @@ def drift(level: str, opened, tolerance: float, periods: int) -> float:
 
 
 @LEVEL
+@pytest.mark.slow
 def test_energy_is_kept_for_1000_periods(level, opened):
     """It takes a tolerance of 1e-9, which loses 1.6e-9; the default of 1e-8 loses 4e-8."""
     assert drift(level, opened, 1e-9, 1000) < 3e-9
