@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.dimensions import dataset_key, members
 from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
-from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import ErrorEstimate, ResultsError, SystemRecord
 from hfsa.cosim.results.store import Store, reading, translate_errors
 
@@ -60,7 +59,7 @@ class RunFile:
 
         `time` [s] is that of the row, where it is not the planned one.
         """
-        with deferred_interrupts():
+        with self._store.writing():
             if time is not None:
                 self._store.file["time"]["time"][row] = time
             for name, block in values.items():
@@ -69,7 +68,7 @@ class RunFile:
 
     def tell(self, sentences: Iterable[str]) -> None:
         """Keep the warnings of FMUs, one sentence for each instance."""
-        with deferred_interrupts():
+        with self._store.writing():
             hdf5.set_warnings(self._store.file, sentences)
 
     def close(self, failure: str = "") -> None:
@@ -82,10 +81,12 @@ class RunFile:
 
     def _close(self, status: bytes, message: str) -> None:
         """Close the file with a status and a message."""
-        with deferred_interrupts():
-            self._store.file["time"].attrs.modify("message", np.bytes_(clipped(message)))
-            hdf5.set_status(self._store.file, status)
-            self._store.close()
+        with self._store.writing():
+            try:
+                self._store.file["time"].attrs.modify("message", np.bytes_(clipped(message)))
+                hdf5.set_status(self._store.file, status)
+            finally:
+                self._store.close()
 
 
 def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:

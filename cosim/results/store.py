@@ -91,9 +91,15 @@ class Store:
             disk.close()
             raise
 
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """Complete a write before an interrupt; `ResultsError` where somebody has damaged the file meanwhile."""
+        with deferred_interrupts(), translate_errors(self.path, "write"):
+            yield
+
     def flush(self) -> None:
         """Write all buffers to the file; `ResultsError` where that fails, or where the file is gone by now."""
-        with deferred_interrupts():
+        with self.writing():
             self.file.flush()
         self._disk.report()
         self.identity.check(self._real)
@@ -103,9 +109,11 @@ class Store:
 
         `ResultsError` where the disk refused a write, or where the file was removed or replaced meanwhile.
         """
-        with deferred_interrupts():
-            self.file.close()
-            self._disk.close()
+        with self.writing():
+            try:
+                self.file.close()
+            finally:
+                self._disk.close()
         self._disk.report()
         self.identity.check(self._real)
         know(self._real)

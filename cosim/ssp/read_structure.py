@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from hfsa.cosim.archives.archive import Archive, resolved
+from hfsa.cosim.archives.limits import MOST_ENTRIES
 from hfsa.cosim.archives.xml import Node, at, attribute, children, flag, is_of, local, parse
 from hfsa.cosim.ssp.experiment import read_experiment
 from hfsa.cosim.ssp.parameters import bound_values, transformation
@@ -20,8 +21,8 @@ from hfsa.cosim.systems.errors import StructureError
 Keep = Callable[[str, bytes], Path]
 """Function that keeps an FMU, a name and its content, and returns its file."""
 
-_DEEPEST = 20
-"""Most packages and descriptions within each other."""
+_DEEPEST, _DEEPEST_SYSTEMS = 20, 100
+"""Most packages and descriptions within each other, and most systems."""
 
 
 def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
@@ -30,18 +31,37 @@ def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
     `StructureError`, with document and line, for what is no SSP that can be simulated.
     """
     archive = Archive(content, where)
-    document = _Document(archive, MAIN, keep, 0, where)
+    document = _Document(archive, MAIN, keep, _Total(where), 0, 0, where)
     return Structure(document.system(), read_experiment(document.root, document.where))
 
 
 @dataclass
+class _Total:
+    """Number of elements of a package: those of a description count as often as it is used."""
+
+    where: str
+    count: int = 0
+
+    def add(self) -> None:
+        """Count an element; `StructureError` for one too many."""
+        self.count += 1
+        if self.count > MOST_ENTRIES.value:
+            raise StructureError(
+                f"{self.where} has more than {MOST_ENTRIES.value} elements, those of a description counted as often as "
+                f"it is used; {MOST_ENTRIES.advice}"
+            )
+
+
+@dataclass
 class _Document:
-    """A system structure description in an archive."""
+    """A system structure description in an archive, with `depth` documents and `systems` systems around it."""
 
     archive: Archive
     name: str
     keep: Keep
+    total: _Total
     depth: int
+    systems: int
     place: str
 
     def __post_init__(self):
@@ -61,16 +81,19 @@ class _Document:
         node = self.root.find(f"{{{SSD}}}System")
         if node is None:
             raise StructureError(f"{self.where} has no System")
-        return self._nest(node)
+        return self._nest(node, self.systems)
 
-    def _nest(self, node: Node) -> Nest:
-        """Return a system."""
-        elements = tuple(self._elements(node))
+    def _nest(self, node: Node, around: int) -> Nest:
+        """Return a system with a number of systems around it."""
         place = at(self.where, node)
-        names = [element.name for element in elements]
-        for name in names:
-            if names.count(name) > 1:
-                raise StructureError(f"{place}: two elements are called {name}, expected names of their own")
+        if around >= _DEEPEST_SYSTEMS:
+            raise StructureError(f"{place}: more than {_DEEPEST_SYSTEMS} systems lie within each other")
+        elements = tuple(self._elements(node, around + 1))
+        names: set[str] = set()
+        for element in elements:
+            if element.name in names:
+                raise StructureError(f"{place}: two elements are called {element.name}, expected names of their own")
+            names.add(element.name)
         known = [
             attribute(d, "name", self.where) for d in children(node, SSD, "SignalDictionaries", "SignalDictionary")
         ]
@@ -78,23 +101,24 @@ class _Document:
         name, values = node.get("name") or "system", bound_values(node, self.where, self._document_of)
         return Nest(name, place, elements, links, self._ports(node), values, tuple(known))
 
-    def _elements(self, node: Node) -> Iterator[Part | Bus | Nest]:
-        """Yield the elements of a system, in their order."""
+    def _elements(self, node: Node, around: int) -> Iterator[Part | Bus | Nest]:
+        """Yield the elements of a system, in their order, with a number of systems around them."""
         for group in node.findall(f"{{{SSD}}}Elements"):
             for child in group:
+                self.total.add()
                 name, place = attribute(child, "name", self.where), at(self.where, child)
                 if is_of(child, SSD, "System"):
-                    yield self._nest(child)
+                    yield self._nest(child, around)
                 elif is_of(child, SSD, "Component"):
-                    yield self._component(child, name)
+                    yield self._component(child, name, around)
                 elif is_of(child, SSD, "SignalDictionaryReference"):
                     dictionary = attribute(child, "dictionary", self.where)
                     yield Bus(name, dictionary, place, self._ports(child))
                 else:
                     raise StructureError(f"{place}: an element is {child.tag}, expected a Component or a System")
 
-    def _component(self, node: Node, name: str) -> Part | Nest:
-        """Return a component: that of an FMU, or the system of another document."""
+    def _component(self, node: Node, name: str, around: int) -> Part | Nest:
+        """Return a component: that of an FMU, or the system of another document; with a number of systems around."""
         place = at(self.where, node)
         source = attribute(node, "source", self.where)
         kind = node.get("type") or {".ssd": STRUCTURE_TYPE, ".ssp": PACKAGE_TYPE}.get(
@@ -111,7 +135,7 @@ class _Document:
         archive, main = self.archive, entry
         if kind == PACKAGE_TYPE:
             archive, main = Archive(self.archive.read(entry, place), f"{self.archive.where}: {entry}"), MAIN
-        inside = _Document(archive, main, self.keep, self.depth + 1, place).system()
+        inside = _Document(archive, main, self.keep, self.total, self.depth + 1, around, place).system()
         return replace(inside, name=name, ports={**inside.ports, **self._ports(node)}, values=inside.values + values)
 
     def _ports(self, node: Node) -> dict[str, Port]:
