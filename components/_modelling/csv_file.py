@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.components._modelling.errors import ModelError, nearest
+from hfsa.components._modelling.regular_file import check_regular
 
 _HEADING = re.compile(r"^(.*?)\s*(?:\[(.*)\])?$")
 
@@ -98,6 +99,7 @@ def _plain(lines: Sequence[str]) -> NDArray[np.float64] | None:
 
 def _lines(file: Path, label: str) -> list[str]:
     """Return the lines of a text file; `ModelError` where it is none."""
+    check_regular(file, label)
     try:
         return file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:

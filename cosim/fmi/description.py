@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Literal
 
-from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.archives.archive import Archive, check_regular
 from hfsa.cosim.fmi.demands import TRUE, Demands, demands
 from hfsa.cosim.fmi.raw_description import RawDescription, read_raw
 from hfsa.cosim.fmi.soundness import refuse_unsound
@@ -195,6 +195,7 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
 def _read(file: Path, _version: tuple[int, ...]) -> _Whole:
     """Return what an FMU describes, for all interfaces; a changed file has another `_version`."""
     if file.suffix == ".xml":
+        check_regular(file, str(file))
         with open(file, "rb") as stream:
             raw = read_raw(stream, str(file))
     else:

@@ -19,6 +19,9 @@ DERIVATIVES = ("rate", "acceleration", "jerk")
 MOST_MEMBERS = 1_000_000
 """Most members of a name with ranges."""
 
+_MOST_COMPARED = 10_000
+"""Most names that a misspelt one is compared with: of a million, that takes a minute."""
+
 _DIGITS = 18
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
 
@@ -106,7 +109,7 @@ def companions(name: str) -> tuple[str, ...]:
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean a, b?` with the most similar names, or the first few names where none is similar."""
     names = list(names)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    near = difflib.get_close_matches(name, names[:_MOST_COMPARED], n=3, cutoff=0.5)
     if near:
         return f"; did you mean {', '.join(near)}?"
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
