@@ -17,6 +17,7 @@ from hfsa.cosim.ssp.structure import Bus, Link, Nest, Part, Port, Structure
 from hfsa.cosim.ssp.units import Unit, read_units, unit_named
 from hfsa.cosim.ssp.vocabulary import FMU_TYPE, MAIN, PACKAGE_TYPE, SSC, SSD, STRUCTURE_TYPE
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import repeated
 
 Keep = Callable[[str, bytes], Path]
 """Function that keeps an FMU, a name and its content, and returns its file."""
@@ -66,6 +67,7 @@ class _Document:
 
     def __post_init__(self):
         self.where = f"{self.archive.where}: {self.name}"
+        self._fmus: dict[str, Path] = {}
         if self.depth > _DEEPEST:
             raise StructureError(f"{self.where} lies {self.depth} descriptions deep, expected at most {_DEEPEST}")
         self.root = parse(self.archive.read(self.name, self.place), self.where)
@@ -89,11 +91,8 @@ class _Document:
         if around >= _DEEPEST_SYSTEMS:
             raise StructureError(f"{place}: more than {_DEEPEST_SYSTEMS} systems lie within each other")
         elements = tuple(self._elements(node, around + 1))
-        names: set[str] = set()
-        for element in elements:
-            if element.name in names:
-                raise StructureError(f"{place}: two elements are called {element.name}, expected names of their own")
-            names.add(element.name)
+        if (twice := repeated(element.name for element in elements)) is not None:
+            raise StructureError(f"{place}: two elements are called {twice}, expected names of their own")
         known = [
             attribute(d, "name", self.where) for d in children(node, SSD, "SignalDictionaries", "SignalDictionary")
         ]
@@ -129,14 +128,21 @@ class _Document:
         entry = resolved(source, self.name, place)
         values = bound_values(node, self.where, self._document_of)
         if kind == FMU_TYPE:
-            stem = PurePosixPath(entry).name
-            file = self.keep(stem if stem.endswith(".fmu") else f"{stem}.fmu", self.archive.read(entry, place))
-            return Part(name, file, place, self._ports(node), values)
+            return Part(name, self._fmu(entry, place), place, self._ports(node), values)
         archive, main = self.archive, entry
         if kind == PACKAGE_TYPE:
             archive, main = Archive(self.archive.read(entry, place), f"{self.archive.where}: {entry}"), MAIN
         inside = _Document(archive, main, self.keep, self.total, self.depth + 1, around, place).system()
         return replace(inside, name=name, ports={**inside.ports, **self._ports(node)}, values=inside.values + values)
+
+    def _fmu(self, entry: str, place: str) -> Path:
+        """Return the file of an FMU, kept once for all components of it in the document."""
+        if entry not in self._fmus:
+            stem = PurePosixPath(entry).name
+            self._fmus[entry] = self.keep(
+                stem if stem.endswith(".fmu") else f"{stem}.fmu", self.archive.read(entry, place)
+            )
+        return self._fmus[entry]
 
     def _ports(self, node: Node) -> dict[str, Port]:
         """Return the connectors of an element by name."""

@@ -106,6 +106,16 @@ def companions(name: str) -> tuple[str, ...]:
     return tuple(f"{stem}_{derivative}{bracket}{index}" for derivative in DERIVATIVES)
 
 
+def repeated(names: Iterable[str]) -> str | None:
+    """Return the first name that is there for the second time, `None` where all differ."""
+    known: set[str] = set()
+    for name in names:
+        if name in known:
+            return name
+        known.add(name)
+    return None
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean a, b?` with the most similar names, or the first few names where none is similar."""
     names = list(names)
