@@ -52,6 +52,10 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         # the reader of stdout has closed it: nothing may be flushed to it at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except UnicodeEncodeError as error:
+        if not any("\udc80" <= c <= "\udcff" for c in error.object):  # what stands for bytes of a path or an argument
+            raise
+        return _failed(f"{error.object[:200]!a} has bytes that are no UTF-8, expected another name", USAGE, traced)
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
         if code is None:

@@ -47,7 +47,7 @@ def write_page(path: Path, page: Page) -> None:
     cannot be written.
     """
     check_page(path)
-    content = text(page).encode()
+    content = text(page).encode("utf-8", "backslashreplace")
     if len(content) > LARGEST:
         raise ResultsError(
             f"cannot write {path}: the page has {len(content) / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB; a "

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 
 from hfsa.cosim.results.dimensions import attach, dataset_key, set_name
+from hfsa.cosim.systems.names import legible
 
 RUNNING, COMPLETE, INTERRUPTED, FAILED = b"running", b"complete", b"interrupted", b"failed"
 LONGEST_STATUS = 16
@@ -103,4 +104,4 @@ def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 def clipped(message: str, length: int = LONGEST_MESSAGE) -> bytes:
     """Return a message as UTF-8 of at most `length` bytes, cut between characters."""
-    return message.encode()[:length].decode(errors="ignore").encode()
+    return legible(message).encode()[:length].decode(errors="ignore").encode()

@@ -29,6 +29,7 @@ from hfsa.cosim.results.soundness import check_sound, know
 from hfsa.cosim.results.system_group import write_system
 from hfsa.cosim.results.target import Target, check_new
 from hfsa.cosim.results.writers import sign
+from hfsa.cosim.systems.names import legible
 
 FORMAT_VERSION = "1"
 
@@ -222,7 +223,7 @@ def translate_errors(path: Path, verb: str) -> Iterator[None]:
 
 def _write_attributes(file: Node, title: str) -> None:
     """Write the attributes of the file: its program, version, command and date."""
-    file.attrs["title"] = title
+    file.attrs["title"] = legible(title)
     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
     file.attrs["tool"] = TOOL
     file.attrs["tool_version"] = version("hfsa")
@@ -239,7 +240,7 @@ def _write_attributes(file: Node, title: str) -> None:
 
 def command_line() -> str:
     """Return the command of this process."""
-    return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    return legible(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]))
 
 
 def _git_commit() -> str:

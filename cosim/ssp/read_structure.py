@@ -5,7 +5,7 @@ count from their own document.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
 from hfsa.cosim.archives.archive import Archive, resolved
@@ -38,10 +38,24 @@ def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
 
 @dataclass
 class _Total:
-    """Number of elements of a package: those of a description count as often as it is used."""
+    """What a package and those in it hold: each is read once, but its elements count as often as it is used."""
 
     where: str
     count: int = 0
+    _archives: dict[tuple[Archive, str], Archive] = field(default_factory=dict)
+    _roots: dict[tuple[Archive, str], Node] = field(default_factory=dict)
+
+    def archive(self, outer: Archive, entry: str, place: str) -> Archive:
+        """Return the package in an entry of another."""
+        if (outer, entry) not in self._archives:
+            self._archives[outer, entry] = Archive(outer.read(entry, place), f"{outer.where}: {entry}")
+        return self._archives[outer, entry]
+
+    def root(self, archive: Archive, entry: str, place: str) -> Node:
+        """Return the root of a document."""
+        if (archive, entry) not in self._roots:
+            self._roots[archive, entry] = parse(archive.read(entry, place), f"{archive.where}: {entry}")
+        return self._roots[archive, entry]
 
     def add(self) -> None:
         """Count an element; `StructureError` for one too many."""
@@ -70,7 +84,7 @@ class _Document:
         self._fmus: dict[str, Path] = {}
         if self.depth > _DEEPEST:
             raise StructureError(f"{self.where} lies {self.depth} descriptions deep, expected at most {_DEEPEST}")
-        self.root = parse(self.archive.read(self.name, self.place), self.where)
+        self.root = self.total.root(self.archive, self.name, self.place)
         if not is_of(self.root, SSD, "SystemStructureDescription"):
             raise StructureError(f"{self.where}: the document is {self.root.tag}, expected one of {SSD}")
         version = attribute(self.root, "version", self.where)
@@ -131,7 +145,7 @@ class _Document:
             return Part(name, self._fmu(entry, place), place, self._ports(node), values)
         archive, main = self.archive, entry
         if kind == PACKAGE_TYPE:
-            archive, main = Archive(self.archive.read(entry, place), f"{self.archive.where}: {entry}"), MAIN
+            archive, main = self.total.archive(self.archive, entry, place), MAIN
         inside = _Document(archive, main, self.keep, self.total, self.depth + 1, around, place).system()
         return replace(inside, name=name, ports={**inside.ports, **self._ports(node)}, values=inside.values + values)
 
@@ -179,4 +193,4 @@ class _Document:
             raise StructureError(f"{place}: source {source!r} lies in the component, expected one beside the SSD")
         entry = resolved(source, self.name, place)
         document = f"{self.archive.where}: {entry}"
-        return parse(self.archive.read(entry, place), document), document
+        return self.total.root(self.archive, entry, place), document

@@ -125,6 +125,11 @@ def nearest(name: str, names: Iterable[str]) -> str:
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
 
 
+def legible(words: str) -> str:
+    """Return words as a file can hold them: a byte that is no UTF-8, such as in a path, becomes its escape."""
+    return words.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 def refuse_signal(file: Path, known: Iterable[str]) -> None:
     """Raise `StructureError` for an output file named like a signal; `known` holds full names of signals."""
     known = list(known)
