@@ -5,6 +5,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from hfsa.cosim.results.dimensions import attach, dataset_key, set_name
 from hfsa.cosim.systems.names import legible
@@ -91,6 +92,21 @@ def text(value: Any) -> str:
 def texts(dataset: Node) -> list[str]:
     """Return the elements of a dataset of texts."""
     return [text(value) for value in dataset[:]]
+
+
+def array(group: Node, name: str, shape: tuple[int, ...] | None, kinds: str = "fiub") -> NDArray[Any]:
+    """Return the values of a dataset; `ValueError`, which a reader takes for damage, where they are not as expected.
+
+    `shape` is the expected shape, `None` for any row of values, `kinds` the expected kinds of numpy's types.
+    """
+    found = group[name]
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{name} is a group, expected a dataset")
+    is_row = shape is None and len(found.shape or ()) == 1
+    if found.dtype.kind not in kinds or not (is_row or found.shape == shape):
+        expected = "a row" if shape is None else f"shape {shape}"
+        raise ValueError(f"{name} has type {found.dtype} and shape {found.shape}, expected {expected} of other numbers")
+    return found[:]
 
 
 def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
