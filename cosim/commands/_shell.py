@@ -40,6 +40,14 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     `traced` below their traceback; all others are bugs and raised.
     """
     try:
+        return _ended(verb, traced)
+    except KeyboardInterrupt as again:  # while the first one is being handled
+        return getattr(again, "code", INTERRUPTED)
+
+
+def _ended(verb: Callable[[], int | None], traced: bool) -> int:
+    """Run a verb and return its exit code, as `run`."""
+    try:
         with handled_signals():
             return verb() or DONE
     except Interrupted as interruption:

@@ -123,7 +123,7 @@ def read_sweep(path: str | Path) -> Bode:
         if "bode" not in file:
             raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
         group = file["bode"]
-        frequency, amplitude = hdf5.array(group, "frequency", None), hdf5.array(group, "amplitude", None)
+        frequency, amplitude = hdf5.axis(group, "frequency"), hdf5.array(group, "amplitude", None)
         outputs = list(zip(hdf5.texts(group["output"]), hdf5.texts(group["output_unit"]), strict=True))
         inputs = zip(hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), amplitude.tolist(), strict=True)
         shape = len(frequency), len(outputs), len(amplitude)
@@ -182,5 +182,5 @@ def _read_theory(file: Node, entries: tuple[int, ...]) -> Theory | None:
     group = file.get("theory")
     if group is None:
         return None
-    frequency = hdf5.array(group, "frequency", None)
+    frequency = hdf5.axis(group, "frequency")
     return Theory(frequency, hdf5.array(group, "response", (len(frequency), *entries), "c"))

@@ -109,6 +109,14 @@ def array(group: Node, name: str, shape: tuple[int, ...] | None, kinds: str = "f
     return found[:]
 
 
+def axis(group: Node, name: str) -> NDArray[np.float64]:
+    """Return the values of an axis; `ValueError`, as of `array`, also where one of them is not finite."""
+    found = array(group, name, None)
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} has values that are not finite, expected an axis")
+    return found
+
+
 def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Return attributes as plain Python values."""
     values = {}

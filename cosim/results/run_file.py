@@ -97,7 +97,7 @@ def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str
             raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
         found = members(file["time"])
         found = {"time": found.pop("time"), **found}
-        shape = (len(hdf5.array(file["time"], "time", None)),)
+        shape = (len(hdf5.axis(file["time"], "time")),)
         values = {name: hdf5.array(file["time"], dataset.name, shape) for name, dataset in found.items()}
         return values, {name: hdf5.text(dataset.attrs["units"]) for name, dataset in found.items()}
 
