@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hfsa.cosim import commands
+from hfsa.cosim.archives.scratch import scratch_folder
 from hfsa.cosim.commands import _shell
 from hfsa.cosim.fmi.isolation.escaped import escaped_processes_ended
-from hfsa.cosim.results.scratch import scratch_folder
 
 if TYPE_CHECKING:
     from cyclopts import App

@@ -43,6 +43,19 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         return _ended(verb, traced)
     except KeyboardInterrupt as again:  # while the first one is being handled
         return getattr(again, "code", INTERRUPTED)
+    except Exception as error:
+        if (cause := _interruption(error)) is None:
+            raise
+        warn(getattr(cause, "description", "interrupted"))
+        return getattr(cause, "code", INTERRUPTED)
+
+
+def _interruption(error: BaseException) -> KeyboardInterrupt | None:
+    """Return the interruption in whose handling an error was raised, as by a lock that it left half released."""
+    context = error.__context__
+    while context is not None and not isinstance(context, KeyboardInterrupt):
+        context = context.__context__
+    return context
 
 
 def _ended(verb: Callable[[], int | None], traced: bool) -> int:
