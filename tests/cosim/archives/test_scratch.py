@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.cosim.results.scratch import OWNER, enclosing, remove_stale, scratch_folder
+from hfsa.cosim.archives.scratch import OWNER, enclosing, remove_stale, scratch_folder
 
 HOLDER = """
 import sys, tempfile
-from hfsa.cosim.results.scratch import scratch_folder
+from hfsa.cosim.archives.scratch import scratch_folder
 with scratch_folder():
     open(tempfile.mkstemp()[1], "w").close()
     print(tempfile.gettempdir(), flush=True)
