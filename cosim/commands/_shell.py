@@ -79,6 +79,8 @@ def _ended(verb: Callable[[], int | None], traced: bool) -> int:
         return _failed(f"{error.object[:200]!a} has bytes that are no UTF-8, expected another name", USAGE, traced)
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
+        if type(error).__name__ == "LinAlgError":  # numpy's, which may not be imported yet
+            return _failed(f"arguments so large or small give no numbers: {error}", USAGE, traced)
         if code is None:
             raise
         if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:
