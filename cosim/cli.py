@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hfsa.cosim import commands
+from hfsa.cosim.archives.scratch import scratch_folder
 from hfsa.cosim.commands import _shell
-from hfsa.cosim.results.scratch import scratch_folder
+from hfsa.cosim.fmi.isolation.escaped import escaped_processes_ended
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -68,10 +69,10 @@ def main(tokens: list[str] | None = None) -> int:
             return _shell.DONE
         from cyclopts import CycloptsError
 
-        # words are given where another program calls, whose temporary files are its own
-        place = scratch_folder() if tokens is None else nullcontext()
+        # words are given where another program calls, whose temporary files and processes are its own
+        place, ends = (scratch_folder(), escaped_processes_ended()) if tokens is None else (nullcontext(),) * 2
         try:
-            with place:
+            with place, ends:
                 return (
                     parser()(rest, exit_on_error=False, print_error=True, result_action="return_value") or _shell.DONE
                 )

@@ -25,7 +25,7 @@ from hfsa.cosim.figures.style import STYLE
 PAGES = Path(__file__).parent
 PICTURES = PAGES / "pictures"
 
-WIDEST = 1376
+WIDEST = 1280
 """Width of a picture at most [px]."""
 
 
@@ -179,11 +179,11 @@ def run(command: str) -> None:
 
 
 def shrink(picture: Path, file: Path) -> None:
-    """Write a picture with 128 colours, each close to its own, no wider than `WIDEST`: it is kept in the repository."""
+    """Write a picture with 256 colours, each close to its own, no wider than `WIDEST`: it is kept in the repository."""
     with Image.open(picture) as image:
         size = (WIDEST, round(image.height * WIDEST / image.width))
         small = image.resize(size, Image.Resampling.LANCZOS) if image.width > WIDEST else image
-        plain = small.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        plain = small.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
         plain.save(file, optimize=True)
 
 

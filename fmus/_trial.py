@@ -18,7 +18,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import IO, Any, TextIO
 
 import numpy as np
 from fmpy.model_description import ModelDescription, ModelVariable, read_model_description
@@ -61,24 +61,11 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
     with tempfile.TemporaryDirectory(prefix="hfsa-") as scratch:
         report = Path(scratch) / "report"
         command = [sys.executable, "-m", "hfsa.fmus._trial", str(folder), str(report), *interfaces]
-        try:
-            with Path(scratch, "messages").open("w+b") as messages:
-                child = subprocess.run(
-                    command,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=messages,
-                    timeout=timeout,
-                    cwd=scratch,
-                    env=_environment(),
-                    check=False,
-                )
-                messages.seek(max(messages.seek(0, os.SEEK_END) - _LAST, 0))
-                cause = _abnormal_exit(child.returncode, messages.read())
-        except subprocess.TimeoutExpired:
-            cause = f"did not return within {timeout:g} s"
-        lines = report.read_text(encoding="utf-8").splitlines() if report.exists() else []
-    entries = [json.loads(line) for line in lines]
+        with Path(scratch, "messages").open("w+b") as messages:
+            code = _return_code(command, messages, Path(scratch), timeout)
+            messages.seek(max(messages.seek(0, os.SEEK_END) - _LAST, 0))
+            cause = f"did not return within {timeout:g} s" if code is None else _abnormal_exit(code, messages.read())
+        entries = _entries(report)
     if cause is None and sum("done" in entry for entry in entries) < len(interfaces):
         cause = "ended the process"
     problems = [f"{entry['interface']}: {entry['problem']}" for entry in entries if "problem" in entry]
@@ -87,6 +74,44 @@ def _one_child(folder: Path, interfaces: Sequence[str], timeout: float) -> tuple
         last = entries[-1] if entries else {"interface": LABELS[interfaces[0]], "doing": "start"}
         ending = f"{last['interface']}: {last.get('doing', 'end')}: the binary {cause}"
     return problems, ending, len({entry["interface"] for entry in entries})
+
+
+def _return_code(command: Sequence[str], messages: IO[bytes], folder: Path, timeout: float) -> int | None:
+    """Return the return code of a child in a session of its own, `None` where it took too long.
+
+    All that it has started in its session ends with it.
+    """
+    child = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=messages,
+        cwd=folder,
+        env=_environment(),
+        start_new_session=True,
+    )
+    try:
+        return child.wait(timeout)
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        if os.name == "posix":
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(child.pid, signal.SIGKILL)
+        child.kill()
+        child.wait()
+
+
+def _entries(report: Path) -> list[dict[str, str]]:
+    """Return the entries of a report up to the first damaged one: an FMU can write into any file of its process."""
+    entries: list[dict[str, str]] = []
+    with contextlib.suppress(OSError, ValueError):
+        for line in report.read_text(encoding="utf-8", errors="replace").splitlines():
+            entry = json.loads(line)
+            if not isinstance(entry, dict) or "interface" not in entry:
+                break
+            entries.append(entry)
+    return entries
 
 
 def _environment() -> dict[str, str]:
@@ -105,7 +130,8 @@ def _abnormal_exit(code: int, stderr: bytes) -> str | None:
     if code == 0:
         return None
     if code < 0:
-        return f"crashed with {signal.Signals(-code).name}"
+        names = {known.value: known.name for known in signal.Signals}  # without most of the real-time signals
+        return f"crashed with {names.get(-code, f'signal {-code}')}"
     last = stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
     return f"ended the process with exit code {code}" + (f" ({last[0]})" if last else "")
 

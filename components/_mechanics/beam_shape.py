@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from hfsa.components._mechanics.beam_assembly import BASE, PLATFORM, Placed, at_point, displacements
 from hfsa.components._modelling.drawing import Layer, Role
@@ -134,14 +134,20 @@ def _hull(points: np.ndarray, role: Role, name: str) -> list[Layer]:
     flat = (points - center) @ directions[:rank].T
     if rank == 0:
         return []
+    try:
+        return [Layer(points, _faces(flat, rank), role, name)]
+    except QhullError:  # of a size that rounding hides
+        return []
+
+
+def _faces(flat: np.ndarray, rank: int) -> np.ndarray:
+    """Return the faces of the hull of points in `rank` dimensions, by their indices; `QhullError` without a hull."""
     if rank == 1:
-        cells = np.array([[np.argmin(flat), np.argmax(flat)]])
-    elif rank == 2:
+        return np.array([[np.argmin(flat), np.argmax(flat)]])
+    if rank == 2:
         corners = ConvexHull(flat).vertices
-        cells = np.array([[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)])
-    else:
-        cells = np.asarray(ConvexHull(flat).simplices, dtype=int)
-    return [Layer(points, cells, role, name)]
+        return np.array([[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)])
+    return np.asarray(ConvexHull(flat).simplices, dtype=int)
 
 
 def size_of(beams: Sequence[Placed]) -> float:

@@ -11,6 +11,7 @@ A name in the header may be followed by its unit in brackets, `x [m]`.
 import csv
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.components._modelling.errors import ModelError, nearest
+from hfsa.components._modelling.regular_file import check_regular
 
 _HEADING = re.compile(r"^(.*?)\s*(?:\[(.*)\])?$")
 
@@ -76,8 +78,9 @@ def read_columns(file: Path, label: str) -> Columns:
     _check_header(header, (), f"{label}, line {first + 1}")
     headings = [_heading(cell, _ANY_HEADING) for cell in header]
     names = [name for name, _ in headings]
-    if repeated := next((name for name in names if names.count(name) > 1), None):
-        raise ModelError(f"{label}, line {first + 1}: the column {repeated} is given twice")
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise ModelError(f"{label}, line {first + 1}: the column {repeated[0]} is given twice")
     body = lines[first + 1 :]
     numbers = range(first + 2, len(lines) + 1) if all(body) else [i for i, t in enumerate(lines, 1) if t.strip()][1:]
     values = _plain(body) if len(numbers) else None
@@ -98,6 +101,7 @@ def _plain(lines: Sequence[str]) -> NDArray[np.float64] | None:
 
 def _lines(file: Path, label: str) -> list[str]:
     """Return the lines of a text file; `ModelError` where it is none."""
+    check_regular(file, label)
     try:
         return file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:

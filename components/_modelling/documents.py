@@ -23,6 +23,7 @@ from types import UnionType
 from typing import Any, ClassVar, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hfsa.components._modelling.errors import ModelError, nearest
+from hfsa.components._modelling.regular_file import check_regular
 
 ENDINGS = (".toml", ".csv")
 """Endings of the names of documents."""
@@ -131,6 +132,7 @@ def _is_path(value: Any) -> bool:
 
 def _table_of(file: Path) -> Mapping[str, Any]:
     """Return the table of a file; `ModelError` for a file that cannot be read or is no TOML document."""
+    check_regular(file, str(file))
     try:
         return tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     except OSError as error:

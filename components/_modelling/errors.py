@@ -3,6 +3,9 @@
 import difflib
 from collections.abc import Iterable
 
+_MOST_COMPARED = 10_000
+"""Most names that a misspelt one is compared with: of a million, that takes a minute."""
+
 
 class ModelError(ValueError):
     """An invalid quantity, equation or argument of a model; the message names it."""
@@ -13,7 +16,7 @@ class ModelError(ValueError):
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean a, b?` with the names most similar to `name`, or the first names if none is similar."""
     names = list(names)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    near = difflib.get_close_matches(name, names[:_MOST_COMPARED], n=3, cutoff=0.5)
     if near:
         return f"; did you mean {', '.join(near)}?"
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""

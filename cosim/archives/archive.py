@@ -46,6 +46,8 @@ class Archive:
 
     def __init__(self, source: bytes | Path, where: str, kind: str = "SSP"):
         self.where = where
+        if isinstance(source, Path):
+            check_regular(source, where)
         try:
             stream = io.BytesIO(source) if isinstance(source, bytes) else open(source, "rb")  # noqa: SIM115
         except OSError as error:
@@ -168,8 +170,15 @@ def resolved(source: str, base: str, place: str) -> str:
     return name
 
 
+def check_regular(file: Path, where: str) -> None:
+    """Raise `StructureError` for a device or a pipe, which may have no end."""
+    if file.exists() and not (file.is_file() or file.is_dir()):
+        raise StructureError(f"{where} is a device or a pipe, expected a file")
+
+
 def read_file(file: Path) -> bytes:
     """Return the content of a package's file."""
+    check_regular(file, str(file))
     if file.is_dir():
         raise StructureError(f"{file} is a folder, expected an SSP, which is a file")
     try:

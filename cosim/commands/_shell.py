@@ -40,6 +40,27 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
     `traced` below their traceback; all others are bugs and raised.
     """
     try:
+        return _ended(verb, traced)
+    except KeyboardInterrupt as again:  # while the first one is being handled
+        return getattr(again, "code", INTERRUPTED)
+    except Exception as error:
+        if (cause := _interruption(error)) is None:
+            raise
+        warn(getattr(cause, "description", "interrupted"))
+        return getattr(cause, "code", INTERRUPTED)
+
+
+def _interruption(error: BaseException) -> KeyboardInterrupt | None:
+    """Return the interruption in whose handling an error was raised, as by a lock that it left half released."""
+    context = error.__context__
+    while context is not None and not isinstance(context, KeyboardInterrupt):
+        context = context.__context__
+    return context
+
+
+def _ended(verb: Callable[[], int | None], traced: bool) -> int:
+    """Run a verb and return its exit code, as `run`."""
+    try:
         with handled_signals():
             return verb() or DONE
     except Interrupted as interruption:
@@ -52,8 +73,14 @@ def run(verb: Callable[[], int | None], traced: bool = False) -> int:
         # the reader of stdout has closed it: nothing may be flushed to it at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except UnicodeEncodeError as error:
+        if not any("\udc80" <= c <= "\udcff" for c in error.object):  # what stands for bytes of a path or an argument
+            raise
+        return _failed(f"{error.object[:200]!a} has bytes that are no UTF-8, expected another name", USAGE, traced)
     except (ValueError, RuntimeError) as error:
         code: int | None = getattr(error, "exit_code", None)
+        if type(error).__name__ == "LinAlgError":  # numpy's, which may not be imported yet
+            return _failed(f"arguments so large or small give no numbers: {error}", USAGE, traced)
         if code is None:
             raise
         if isinstance(error.__cause__, OSError) and error.__cause__.errno in _DISK:

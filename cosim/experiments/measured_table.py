@@ -40,6 +40,8 @@ def read_measured(file: Path, units: Mapping[str, str]) -> dict[str, NDArray[np.
 
 def _matrix(file: Path) -> NDArray[np.float64] | None:
     """Return the matrix of a file of numbers alone; `None` for any other file."""
+    if not file.is_file():
+        return None
     try:
         rows = [row for row in csv.reader(file.read_text(encoding="utf-8-sig").splitlines()) if any(row)]
         matrix = np.array([[float(cell) for cell in row] for row in rows])

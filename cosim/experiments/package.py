@@ -21,6 +21,7 @@ from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.results.target import check_package, os_refusal
 from hfsa.cosim.ssp.write import write
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import legible
 from hfsa.cosim.systems.scene import Scene
 from hfsa.fmus._platforms import platforms_named, remark
 
@@ -92,6 +93,6 @@ def package(
     assembly = ready_to_step(Assembly.read(built.system, files, built.isolation), fixed.step_size)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        return Package(file, write(file, file.stem, fixed, assembly))
+        return Package(file, write(file, legible(file.stem), fixed, assembly))
     except OSError as error:
         raise os_refusal(file, error) from error

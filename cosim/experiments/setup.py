@@ -31,7 +31,7 @@ from hfsa.cosim.signals.drive import Signal
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.feedthrough import refuse_loops
 from hfsa.cosim.systems.loose_ends import loose_ends
-from hfsa.cosim.systems.names import refuse_signal
+from hfsa.cosim.systems.names import legible, refuse_signal
 from hfsa.cosim.systems.scene import Scene
 
 ALGEBRAIC_LOOPS = ("solve", "refuse")
@@ -109,7 +109,7 @@ def set_up(
     if order is not None:
         loaded = with_order(loaded, order)
     known = available_scenes().get(name)
-    title = known.doc.partition(":")[0].rstrip(".") if known else Path(name).stem or "A scene"
+    title = known.doc.partition(":")[0].rstrip(".") if known else legible(Path(name).stem) or "A scene"
     setup = Setup(loaded, title, order)
     if drive:
         setup = _driven(setup, drive, record)

@@ -15,6 +15,7 @@ from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
 from hfsa.cosim.signals.branches import JUMP_DOWN, JUMP_UP
 from hfsa.cosim.signals.frequency_response import negligible, resonances
+from hfsa.cosim.systems.names import legible
 
 _DOWNWARDS = "stepped downwards"
 
@@ -134,7 +135,7 @@ def name_curves(by_output: Mapping[str, Sequence[Curve]], sweeps: Sequence[Bode]
         method = str(curve.bode.settings.get("method", ""))
         label = METHODS.get(method, method)
         if methods.count(method) > 1:
-            label += f", {curve.bode.path.stem}"
+            label += f", {legible(curve.bode.path.stem)}"
         if len(outputs) > 1:
             label = f"{curve.output.name}: {label}"
         curve.label = label

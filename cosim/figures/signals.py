@@ -27,7 +27,7 @@ from hfsa.cosim.measurement.trial import thinned
 from hfsa.cosim.results.recorded import CASE, ROW, TIME, Recorded, read_recorded
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.signals.prefixes import prefixed
-from hfsa.cosim.systems.names import compact, expand, matching_names, nearest
+from hfsa.cosim.systems.names import compact, expand, legible, matching_names, nearest
 
 __all__ = ["plot", "save", "signals_figure"]
 
@@ -133,7 +133,7 @@ def signals_figure(
             _draw(axes, recorded, members, shade, points)
         if len(recorded) > 1:
             entries = [
-                Line2D([], [], color=_colour(i), linewidth=2.2, label=found.path.stem)
+                Line2D([], [], color=_colour(i), linewidth=2.2, label=legible(found.path.stem))
                 for i, found in enumerate(recorded)
             ]
             figure.legend(handles=entries, loc="outside lower center", ncols=min(len(entries), 4), fontsize=9.5)

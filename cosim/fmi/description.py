@@ -1,13 +1,15 @@
 """Description of an FMU: its modelDescription.xml as plain data, the same for FMI 2 and FMI 3."""
 
+import gc
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.archives.archive import Archive, check_regular
 from hfsa.cosim.fmi.demands import TRUE, Demands, demands
 from hfsa.cosim.fmi.raw_description import RawDescription, read_raw
 from hfsa.cosim.fmi.soundness import refuse_unsound
@@ -195,10 +197,24 @@ def describe(file: Path, interface: Interface | None = None) -> Description:
     return _interface_description(file, interface, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
 
 
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Pause the collection of cycles: looking for them among a million new variables again and again takes seconds."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
 @lru_cache(maxsize=1024)
+@_without_collection()
 def _read(file: Path, _version: tuple[int, ...]) -> _Whole:
     """Return what an FMU describes, for all interfaces; a changed file has another `_version`."""
     if file.suffix == ".xml":
+        check_regular(file, str(file))
         with open(file, "rb") as stream:
             raw = read_raw(stream, str(file))
     else:

@@ -1,13 +1,14 @@
 """FMU loaded for one of the two interface types."""
 
 import shutil
-import tempfile
 from collections.abc import Mapping
+from contextlib import ExitStack
 from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import ClassVar
 
 from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.archives.scratch import new_folder
 from hfsa.cosim.fmi.co_simulation_library import CO_SIMULATION
 from hfsa.cosim.fmi.description import Interface, describe
 from hfsa.cosim.fmi.library import Library
@@ -38,12 +39,12 @@ class Fmu:
         self.holder: str | None = None
         self.name, self.version = self.description.name, self.description.version
         self.variables = self.description.variables
-        folder = tempfile.mkdtemp(prefix="hfsa-")
+        folder, keeper = new_folder()
         # worker processes of a pool run finalizers, but not atexit
-        self._remove = Finalize(self, shutil.rmtree, (folder, True), exitpriority=0)
+        self._remove = Finalize(self, _remove, (folder, keeper), exitpriority=0)
         with Archive(file, str(file), "FMU") as archive:
-            archive.unpack(Path(folder), lambda name: not name.startswith(("sources/", "documentation/")))
-        self.library = _LIBRARIES[interface][self.version](self.description, Path(folder), isolation)
+            archive.unpack(folder, lambda name: not name.startswith(("sources/", "documentation/")))
+        self.library = _LIBRARIES[interface][self.version](self.description, folder, isolation)
 
     @classmethod
     def load(cls, file: str | Path, interface: Interface = "co_simulation", isolation: Path | None = None) -> "Fmu":
@@ -65,3 +66,9 @@ class Fmu:
         self._remove()
         for key in [key for key, fmu in self._loaded.items() if fmu is self]:
             del self._loaded[key]
+
+
+def _remove(folder: Path, keeper: ExitStack) -> None:
+    """Remove the folder of an FMU, then let its owner go."""
+    shutil.rmtree(folder, ignore_errors=True)
+    keeper.close()

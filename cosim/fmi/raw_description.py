@@ -49,14 +49,13 @@ class RawVariable:
     dimensions: tuple[tuple[str, str], ...] = ()
 
 
-_OWN = {"name": "name", "valueReference": "reference"}
-"""Attributes of a variable that no other shares, by the name of the standards."""
 _SHARED = {
     **{word: word for word in ("causality", "variability", "initial", "unit", "start", "nominal", "min", "max")},
     "declaredType": "declared",
     "relativeQuantity": "relative",
     "derivative": "derivative",
 }
+"""Attributes that many variables have alike, by the name of the standards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,15 +114,16 @@ class _Reader:
     def element(self, path: list[str], attributes: dict[str, str], line: int) -> None:
         """Take an element."""
         depth = len(path)
-        if depth == 1:
+        if depth > 2:
+            if (take := self._groups.get(path[1])) is not None:
+                take(path, attributes, line)
+        elif depth == 1:
             self._root(path[0], attributes)
-        elif depth == 2:
+        else:
             if path[1] in INTERFACES:
                 self.found.interfaces[path[1]] = attributes
             elif path[1] == "DefaultExperiment":
                 self.found.experiment = attributes
-        elif path[1] in self._groups:
-            self._groups[path[1]](path, attributes, line)
 
     def _root(self, name: str, attributes: dict[str, str]) -> None:
         version = attributes.get("fmiVersion")
@@ -153,11 +153,7 @@ class _Reader:
             raise StructureError(
                 f"{self.where}, line {line}: there are more than {self._most} variables; {MOST_VARIABLES.advice}"
             )
-        variable = RawVariable(line)
-        self.found.variables.append(variable)
-        for word, text in attributes.items():
-            if word in _OWN:
-                setattr(variable, _OWN[word], text)
+        self.found.variables.append(RawVariable(line, attributes.get("name"), attributes.get("valueReference")))
         self._value(name if self._version == 3 else None, attributes)
 
     def _value(self, kind: str | None, attributes: dict[str, str]) -> None:

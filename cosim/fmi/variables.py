@@ -49,6 +49,7 @@ class Variables:
             v.name == SAMPLE_TIME and v.causality == "parameter" for v in raw.variables
         )
         self._check_count()
+        self._alike: dict[tuple[str | None, ...], Connector] = {}
         outputs = [unknown for unknown in raw.unknowns if unknown.kind in ("Outputs", "Output")]
         self._dependencies = {self._of(unknown).name: self._inputs(unknown) for unknown in outputs}
         self.connectors = dict(self._connectors())
@@ -104,28 +105,50 @@ class Variables:
 
     def _connector(self, v: RawVariable) -> Connector:
         """Return a variable, an array as a whole."""
+        look = v.type, v.causality, v.variability, v.initial, v.unit, v.declared, v.nominal, v.min, v.max, v.relative
+        if look not in self._alike:
+            self._alike[look] = self._prototype(v)
+        like = self._alike[look]
+        is_held = self._ticks and like.variability == "discrete"
+        return Connector(
+            name=str(v.name),
+            reference=int(v.reference or 0),
+            causality=like.causality,
+            variability=like.variability,
+            type=like.type,
+            unit=like.unit,
+            base_unit=like.base_unit,
+            start=None if v.dimensions else number(v.start),
+            nominal=like.nominal,
+            min=like.min,
+            max=like.max,
+            dependencies=() if is_held or like.causality != "output" else self._dependencies.get(str(v.name)),
+            has_nominal=like.has_nominal,
+            is_relative=like.is_relative,
+            is_conventional=like.is_conventional,
+        )
+
+    def _prototype(self, v: RawVariable) -> Connector:
+        """Return what all variables with the type, the declared type and the attributes of one have in common."""
         declared = self._type(v)
-        causality, kind, name = v.causality or "local", str(v.type), str(v.name)
+        causality, kind = v.causality or "local", str(v.type)
         variability = v.variability or self._usual_variability(causality, kind)
         self._check_combination(v, causality, variability)
         is_float = kind in ("Real", "Float64", "Float32")
         unit = (v.unit if is_float else None) or declared.get("unit")
         nominal = number((v.nominal if is_float else None) or declared.get("nominal"))
         relative = v.relative or declared.get("relativeQuantity")
-        is_held = self._ticks and variability == "discrete"
         return Connector(
-            name=name,
-            reference=int(v.reference or 0),
+            name="",
+            reference=0,
             causality=causality,
             variability=variability,
             type=kind,
             unit=unit,
             base_unit=self._units.get(unit) if unit else None,
-            start=None if v.dimensions else number(v.start),
             nominal=nominal or 1.0,
             min=number(v.min or declared.get("min")),
             max=number(v.max or declared.get("max")),
-            dependencies=() if is_held or causality != "output" else self._dependencies.get(name),
             has_nominal=bool(nominal),
             is_relative=relative in ("true", "1"),
             is_conventional=self._is_conventional,
@@ -203,7 +226,7 @@ class Variables:
         """Raise `StructureError` for arrays of more elements than can be held."""
         most, count = MOST_VARIABLES.value, 0
         for variable in self._raw.variables:
-            count += math.prod(self._shape(variable)) * (1 + len(variable.aliases))
+            count += (math.prod(self._shape(variable)) if variable.dimensions else 1) * (1 + len(variable.aliases))
             if count > most:
                 raise StructureError(
                     f"{self._where}, line {variable.line}: with the elements of {variable.name} there are {count:,} "

@@ -27,8 +27,8 @@ from queue import SimpleQueue
 from types import ModuleType
 from typing import TypeVar
 
+from hfsa.cosim.archives.scratch import enclosing, owned
 from hfsa.cosim.fmi.isolation.waiting import interrupted_by
-from hfsa.cosim.results.scratch import enclosing
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -193,7 +193,7 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     context = multiprocessing.get_context("spawn")
     with _signals_blocked():  # the resource tracker starts here too
         stop = context.Event()
-    with tempfile.TemporaryDirectory(prefix="hfsa-", ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(prefix="hfsa-", ignore_cleanup_errors=True) as folder, owned(Path(folder)):
         pool = ProcessPoolExecutor(jobs, context, _initialize, (stop, folder))
         try:
             yield pool

@@ -7,6 +7,7 @@ Scripts of `assets/` are inlined, plotly once, and data as JSON. A page larger t
 
 import html
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -47,7 +48,7 @@ def write_page(path: Path, page: Page) -> None:
     cannot be written.
     """
     check_page(path)
-    content = text(page).encode()
+    content = text(page).encode("utf-8", "backslashreplace")
     if len(content) > LARGEST:
         raise ResultsError(
             f"cannot write {path}: the page has {len(content) / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB; a "
@@ -73,7 +74,20 @@ def text(page: Page) -> str:
 
 def _embedded(data: Mapping[str, Any]) -> str:
     """Return data as JSON that no text can end early."""
-    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    try:
+        found = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    except ValueError:  # JSON has no infinity
+        found = json.dumps(_finite(data), allow_nan=False, separators=(",", ":"))
+    return found.replace("<", "\\u003c")
+
+
+def _finite(data: Any) -> Any:
+    """Return data with `None`, which is no point of a curve, in place of numbers that are not finite."""
+    if isinstance(data, Mapping):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _asset(name: str) -> str:

@@ -158,33 +158,45 @@ def read_sweep(path: str | Path) -> Bode:
         if "bode" not in file:
             raise ResultsError(f"{path} holds no sweep; it has {', '.join(file) or 'nothing'}")
         group = file["bode"]
-        outputs = zip(hdf5.texts(group["output"]), hdf5.texts(group["output_unit"]), strict=True)
-        inputs = zip(
-            hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), group["amplitude"][:].tolist(), strict=True
-        )
+        frequency, amplitude = hdf5.axis(group, "frequency"), hdf5.array(group, "amplitude", None)
+        outputs = list(zip(hdf5.texts(group["output"]), hdf5.texts(group["output_unit"]), strict=True))
+        inputs = zip(hdf5.texts(group["input"]), hdf5.texts(group["input_unit"]), amplitude.tolist(), strict=True)
+        shape = len(frequency), len(outputs), len(amplitude)
         return Bode(
             path=path,
-            frequency=group["frequency"][:],
+            frequency=frequency,
             outputs=tuple(Signal(name, unit) for name, unit in outputs),
             inputs=tuple(Signal(name, unit, amplitude) for name, unit, amplitude in inputs),
             settings=hdf5.plain(file["sweep"].attrs),
             attributes=hdf5.plain(file.attrs) | {"status": hdf5.status_of(file)},
-            step_error=_step_error(group),
-            theory=_read_theory(file),
+            step_error=_step_error(group, shape),
+            theory=_read_theory(file, shape[1:]),
             marks=_marks(hdf5.text(file["system"].attrs["scene"])),
-            downward=Downward(**_points(group, DOWN), branches=group["branches"][:]) if is_downward(group) else None,
-            **_points(group),
+            downward=_downward(group, shape) if is_downward(group) else None,
+            **_points(group, shape),
         )
 
 
-def _points(group: Node, side: str = "") -> dict[str, Any]:
-    """Read the arrays of the points of one sweep, whose names have an ending."""
-    numbers = {name: group[f"{name}{side}"][:] for name in COMPUTED if name != "message"}
-    steps = group[f"steps{side}"][:] if f"steps{side}" in group else np.zeros(numbers["status"].shape, np.int64)
+def _downward(group: Node, shape: tuple[int, int, int]) -> Downward:
+    """Read the downward sweep."""
+    branches = hdf5.array(group, "branches", (shape[0], shape[2]), "i")
+    return Downward(**_points(group, shape, DOWN), branches=branches)
+
+
+def _points(group: Node, shape: tuple[int, int, int], side: str = "") -> dict[str, Any]:
+    """Read the arrays of the points of one sweep, whose names have an ending; `shape` is that of its response."""
+    points = shape[0], shape[2]
+    kinds = {"response": (shape, "c"), "status": (points, "i"), "wall_time": (points, "f")}
+    numbers = {
+        name: hdf5.array(group, f"{name}{side}", *kinds.get(name, (shape, "f")))
+        for name in COMPUTED
+        if name != "message"
+    }
+    has_steps = f"steps{side}" in group
+    steps = hdf5.array(group, f"steps{side}", points, "iu") if has_steps else np.zeros(points, np.int64)
     message = np.array([[hdf5.text(m) for m in row] for row in group[f"message{side}"][:]], dtype=object)
-    frequencies, *entries = group["response"].shape
-    unknown = np.full((frequencies, HARMONICS, *entries), np.nan)
-    harmonics = group[f"harmonics{side}"][:] if f"harmonics{side}" in group else unknown
+    of_harmonics, name = (shape[0], HARMONICS, *shape[1:]), f"harmonics{side}"
+    harmonics = hdf5.array(group, name, of_harmonics, "f") if name in group else np.full(of_harmonics, np.nan)
     return {**numbers, "steps": steps, "message": message, "harmonics": harmonics}
 
 
@@ -195,12 +207,15 @@ def _marks(scene: str) -> dict[str, float]:
     return {}
 
 
-def _step_error(group: Node) -> NDArray[np.float64]:
+def _step_error(group: Node, shape: tuple[int, int, int]) -> NDArray[np.float64]:
     """Read the error due to communication steps; NaN in files of version 0.1, which lack it."""
-    return group["step_error"][:] if "step_error" in group else np.full(group["response"].shape, np.nan)
+    return hdf5.array(group, "step_error", shape) if "step_error" in group else np.full(shape, np.nan)
 
 
-def _read_theory(file: Node) -> Theory | None:
-    """Read the theoretical response, if there is one."""
+def _read_theory(file: Node, entries: tuple[int, ...]) -> Theory | None:
+    """Read the theoretical response, if there is one; `entries` are the numbers of outputs and inputs."""
     group = file.get("theory")
-    return None if group is None else Theory(group["frequency"][:], group["response"][:])
+    if group is None:
+        return None
+    frequency = hdf5.axis(group, "frequency")
+    return Theory(frequency, hdf5.array(group, "response", (len(frequency), *entries), "c"))

@@ -5,8 +5,10 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from hfsa.cosim.results.dimensions import attach, dataset_key, set_name
+from hfsa.cosim.systems.names import legible
 
 RUNNING, COMPLETE, INTERRUPTED, FAILED = b"running", b"complete", b"interrupted", b"failed"
 LONGEST_STATUS = 16
@@ -92,6 +94,29 @@ def texts(dataset: Node) -> list[str]:
     return [text(value) for value in dataset[:]]
 
 
+def array(group: Node, name: str, shape: tuple[int, ...] | None, kinds: str = "fiub") -> NDArray[Any]:
+    """Return the values of a dataset; `ValueError`, which a reader takes for damage, where they are not as expected.
+
+    `shape` is the expected shape, `None` for any row of values, `kinds` the expected kinds of numpy's types.
+    """
+    found = group[name]
+    if not isinstance(found, h5py.Dataset):
+        raise ValueError(f"{name} is a group, expected a dataset")
+    is_row = shape is None and len(found.shape or ()) == 1
+    if found.dtype.kind not in kinds or not (is_row or found.shape == shape):
+        expected = "a row" if shape is None else f"shape {shape}"
+        raise ValueError(f"{name} has type {found.dtype} and shape {found.shape}, expected {expected} of other numbers")
+    return found[:]
+
+
+def axis(group: Node, name: str) -> NDArray[np.float64]:
+    """Return the values of an axis; `ValueError`, as of `array`, also where one of them is not finite."""
+    found = array(group, name, None)
+    if not np.isfinite(found).all():
+        raise ValueError(f"{name} has values that are not finite, expected an axis")
+    return found
+
+
 def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Return attributes as plain Python values."""
     values = {}
@@ -103,4 +128,4 @@ def plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 def clipped(message: str, length: int = LONGEST_MESSAGE) -> bytes:
     """Return a message as UTF-8 of at most `length` bytes, cut between characters."""
-    return message.encode()[:length].decode(errors="ignore").encode()
+    return legible(message).encode()[:length].decode(errors="ignore").encode()

@@ -12,15 +12,21 @@ process after a grace period.
 
 import _thread
 import contextlib
+import math
 import os
+import select
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
 GRACE = 10.0
 """Time [s] after which SIGTERM and SIGHUP end a process whose main thread does not return from a call."""
+
+TWICE = 2.0
+"""Time [s] after the second signal at which the process is ended, whatever it is doing."""
 
 _AGAIN = 0.05
 """Time [s] after which a signal is raised again if its exception was swallowed."""
@@ -30,6 +36,7 @@ _SIGNALS = (signal.SIGINT, *_FINAL)
 
 _depth = 0
 _pending: int | None = None
+_repeated = 0
 _handled = threading.Event()
 
 
@@ -115,7 +122,7 @@ def _raising_again() -> Iterator[None]:
         """Send the signal again; other exceptions that cannot be caught go to the hook before."""
         if isinstance(unraisable.exc_value, Interrupted):
             _handled.clear()
-            again = threading.Timer(_AGAIN, _thread.interrupt_main, (unraisable.exc_value.number,))
+            again = threading.Timer(_AGAIN, _repeat, (unraisable.exc_value.number,))
             again.daemon = True
             again.start()
         else:
@@ -126,6 +133,13 @@ def _raising_again() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = before
+
+
+def _repeat(number: int) -> None:
+    """Send a signal to this process again, which is not a second one."""
+    global _repeated
+    _repeated += 1
+    _thread.interrupt_main(signal.Signals(number))
 
 
 @contextlib.contextmanager
@@ -149,11 +163,26 @@ def _watchdog() -> Iterator[None]:
 
 
 def _watch(reading: int) -> None:
-    """End the process where a signal is not handled within `GRACE`; each signal arrives as a byte, its number."""
-    while numbers := os.read(reading, 64):
-        final = [number for number in numbers if number in _FINAL]
-        if final and not _handled.wait(GRACE):
-            os._exit(128 + final[0])
+    """End the process `GRACE` after a signal that is not handled, and `TWICE` after a second one.
+
+    Each signal arrives as a byte, its number.
+    """
+    first, count, end, last = 0, _repeated, math.inf, math.inf
+    while True:
+        left = min(end, last) - time.monotonic()
+        if not select.select([reading], [], [], None if left == math.inf else max(left, 0))[0]:
+            if time.monotonic() >= last or not _handled.is_set():
+                os._exit(128 + first)
+            end = math.inf
+            continue
+        if not (numbers := os.read(reading, 64)):
+            return
+        arrived = [number for number in numbers if number in _SIGNALS]
+        first, count = first or next(iter(arrived), 0), count + len(arrived)
+        if not _handled.is_set() and any(number in _FINAL for number in arrived):
+            end = min(end, time.monotonic() + GRACE)
+        if count - _repeated > 1:
+            last = min(last, time.monotonic() + TWICE)
 
 
 def _is_main_thread() -> bool:

@@ -9,14 +9,23 @@ Where several processes write the same path at once, exactly one of them succeed
 
 import contextlib
 import errno
+import glob
+import hashlib
 import os
+import re
 import secrets
+import socket
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 from hfsa.cosim.results.file_kind import FileKind
 from hfsa.cosim.results.locks import Identity, lock
 from hfsa.cosim.results.target import Target, check_picture, os_refusal
+from hfsa.cosim.results.writers import is_alive, started
+
+_LEFT = re.compile(r"\.([0-9a-f]{8})-(\d+)-(\d+)-[0-9a-f]{8}\.part$")
+"""End of the name of an unfinished file: machine, number and start of its process."""
 
 _NO_HARD_LINKS = (errno.EPERM, errno.EMLINK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
 """Error codes of a file system without hard links."""
@@ -26,7 +35,9 @@ _NO_HARD_LINKS = (errno.EPERM, errno.EMLINK, errno.ENOSYS, errno.ENOTSUP, errno.
 def temporary_file(path: Path) -> Iterator[Path]:
     """Yield an unused file name beside `path`, making its folder; remove the file afterwards if it still exists."""
     real = Path(os.path.realpath(path))
-    part = real.with_name(f".{real.name[:40]}.{os.getpid()}-{secrets.token_hex(4)}.part")
+    _remove_left(real)
+    me = f"{_machine()}-{os.getpid()}-{started(os.getpid())}"
+    part = real.with_name(f".{real.name[:40]}.{me}-{secrets.token_hex(4)}.part")
     try:
         real.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -36,6 +47,30 @@ def temporary_file(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def _remove_left(real: Path) -> None:
+    """Remove unfinished files for a path that processes of this machine left behind, which have died since.
+
+    Their names have machine, number and start of the process; a file of another form, or machine, is not ours to judge.
+    """
+    if os.name != "posix":
+        return
+    with contextlib.suppress(OSError):
+        for left in real.parent.glob(f".{glob.escape(real.name[:40])}.*.part"):
+            found = _LEFT.search(left.name)
+            if found and found[1] == _machine() and not is_alive(int(found[2]), int(found[3])):
+                left.unlink(missing_ok=True)
+
+
+@cache
+def _machine() -> str:
+    """Return a word for this machine, or the container within it that counts processes on its own."""
+    try:
+        space = os.stat("/proc/self/ns/pid").st_ino
+    except OSError:
+        space = 0
+    return hashlib.sha256(f"{socket.gethostname()} {space}".encode()).hexdigest()[:8]
 
 
 def put_in_place(part: Path, path: Path, check: Callable[[], Target]) -> None:

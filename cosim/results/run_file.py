@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.dimensions import dataset_key, members
 from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
-from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import ErrorEstimate, ResultsError, SystemRecord
 from hfsa.cosim.results.store import Store, reading, translate_errors
 
@@ -60,7 +59,7 @@ class RunFile:
 
         `time` [s] is that of the row, where it is not the planned one.
         """
-        with deferred_interrupts():
+        with self._store.writing():
             if time is not None:
                 self._store.file["time"]["time"][row] = time
             for name, block in values.items():
@@ -69,7 +68,7 @@ class RunFile:
 
     def tell(self, sentences: Iterable[str]) -> None:
         """Keep the warnings of FMUs, one sentence for each instance."""
-        with deferred_interrupts():
+        with self._store.writing():
             hdf5.set_warnings(self._store.file, sentences)
 
     def close(self, failure: str = "") -> None:
@@ -82,10 +81,12 @@ class RunFile:
 
     def _close(self, status: bytes, message: str) -> None:
         """Close the file with a status and a message."""
-        with deferred_interrupts():
-            self._store.file["time"].attrs.modify("message", np.bytes_(clipped(message)))
-            hdf5.set_status(self._store.file, status)
-            self._store.close()
+        with self._store.writing():
+            try:
+                self._store.file["time"].attrs.modify("message", np.bytes_(clipped(message)))
+                hdf5.set_status(self._store.file, status)
+            finally:
+                self._store.close()
 
 
 def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str, str]]:
@@ -96,7 +97,8 @@ def read_run(path: str | Path) -> tuple[dict[str, NDArray[np.float64]], dict[str
             raise ResultsError(f"{path} holds no run; it has {', '.join(file) or 'nothing'}")
         found = members(file["time"])
         found = {"time": found.pop("time"), **found}
-        values = {name: dataset[:] for name, dataset in found.items()}
+        shape = (len(hdf5.axis(file["time"], "time")),)
+        values = {name: hdf5.array(file["time"], dataset.name, shape) for name, dataset in found.items()}
         return values, {name: hdf5.text(dataset.attrs["units"]) for name, dataset in found.items()}
 
 

@@ -29,6 +29,7 @@ from hfsa.cosim.results.soundness import check_sound, know
 from hfsa.cosim.results.system_group import write_system
 from hfsa.cosim.results.target import Target, check_new
 from hfsa.cosim.results.writers import sign
+from hfsa.cosim.systems.names import legible
 
 FORMAT_VERSION = "1"
 
@@ -91,9 +92,15 @@ class Store:
             disk.close()
             raise
 
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """Complete a write before an interrupt; `ResultsError` where somebody has damaged the file meanwhile."""
+        with deferred_interrupts(), translate_errors(self.path, "write"):
+            yield
+
     def flush(self) -> None:
         """Write all buffers to the file; `ResultsError` where that fails, or where the file is gone by now."""
-        with deferred_interrupts():
+        with self.writing():
             self.file.flush()
         self._disk.report()
         self.identity.check(self._real)
@@ -103,9 +110,11 @@ class Store:
 
         `ResultsError` where the disk refused a write, or where the file was removed or replaced meanwhile.
         """
-        with deferred_interrupts():
-            self.file.close()
-            self._disk.close()
+        with self.writing():
+            try:
+                self.file.close()
+            finally:
+                self._disk.close()
         self._disk.report()
         self.identity.check(self._real)
         know(self._real)
@@ -214,7 +223,7 @@ def translate_errors(path: Path, verb: str) -> Iterator[None]:
 
 def _write_attributes(file: Node, title: str) -> None:
     """Write the attributes of the file: its program, version, command and date."""
-    file.attrs["title"] = title
+    file.attrs["title"] = legible(title)
     file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
     file.attrs["tool"] = TOOL
     file.attrs["tool_version"] = version("hfsa")
@@ -231,7 +240,7 @@ def _write_attributes(file: Node, title: str) -> None:
 
 def command_line() -> str:
     """Return the command of this process."""
-    return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    return legible(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]))
 
 
 def _git_commit() -> str:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import LONGEST_MESSAGE, Node, clipped
-from hfsa.cosim.results.interrupts import deferred_interrupts
 from hfsa.cosim.results.records import Plan, Point, Signal, Status, SystemRecord
 from hfsa.cosim.results.resume import check_same, earlier_version
 from hfsa.cosim.results.store import Store, translate_errors
@@ -111,7 +110,7 @@ class SweepFile:
                 up, down = (arrays[f"response{side}"][:, :, i] for side in ("", DOWN))
                 arrays["branches"][:, i] = branch_flags(up, down, self._units, self._tolerance)
                 last = len(arrays["branches"])
-        with deferred_interrupts():
+        with self._store.writing():
             statuses = [name for name in arrays if name.startswith("status")]
             self._write_rows(slice(first, last), [name for name in arrays if name not in statuses])
             self._write_rows(slice(first, last), statuses)
@@ -124,16 +123,18 @@ class SweepFile:
 
     def tell(self, sentences: Iterable[str]) -> None:
         """Add warnings of FMUs to those of the file, one sentence for each instance."""
-        with deferred_interrupts():
+        with self._store.writing():
             known = hdf5.warnings_of(self._store.file)
             hdf5.set_warnings(self._store.file, [*known, *(s for s in sentences if s not in known)])
 
     def close(self) -> None:
         """Close the file with its status: `complete` when every point was measured, otherwise `interrupted`."""
         pending = any(np.any(a == Status.PENDING) for name, a in self._arrays.items() if name.startswith("status"))
-        with deferred_interrupts():
-            hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
-            self._store.close()
+        with self._store.writing():
+            try:
+                hdf5.set_status(self._store.file, hdf5.INTERRUPTED if pending else hdf5.COMPLETE)
+            finally:
+                self._store.close()
 
     def __enter__(self) -> "SweepFile":
         return self

@@ -8,18 +8,20 @@ import numpy as np
 from hfsa.cosim.results.dimensions import dataset_key, members, set_name
 from hfsa.cosim.results.hdf5 import Node, create_dataset, create_scale, text, texts
 from hfsa.cosim.results.records import AlgorithmChoice, DrivenInput, LevelChoice, OrderChoice, SystemRecord
+from hfsa.cosim.systems.names import legible
 
 
 def write_system(group: Node, system: SystemRecord) -> None:
     """Write the scene, and the FMU, start values and level of each instance."""
-    group.attrs["scene"] = system.scene
+    group.attrs["scene"] = legible(system.scene)
     if system.left_out:
         group.attrs["left_out"] = system.left_out
     for record in system.instances:
         instance = group.create_group(dataset_key(record.instance))
         set_name(instance, record.instance)
         for attribute in ("name", "file", "sha256", "fmi_version", "level", "solver"):
-            instance.attrs[attribute] = getattr(record, attribute)
+            value = getattr(record, attribute)
+            instance.attrs[attribute] = legible(value) if isinstance(value, str) else value
         if record.sample_time is not None:
             instance.attrs["sample_time"] = record.sample_time
         # texts are in the scene alone, which has them all
@@ -30,7 +32,7 @@ def write_system(group: Node, system: SystemRecord) -> None:
     _write_named(group, "operating_point", system.operating_point)
     if system.driven:
         for key in ("name", "signal", "sha256"):
-            values = [getattr(one, key) for one in system.driven]
+            values = [legible(getattr(one, key)) for one in system.driven]
             group.attrs.create(f"driven_{key}", values, dtype=h5py.string_dtype())
     if system.order is not None:
         _write_order(group, system.order)

@@ -51,25 +51,19 @@ class Writer:
     @property
     def is_alive(self) -> bool:
         """Whether the process lives, if it is one of this machine."""
-        try:
-            os.kill(self.process, 0)
-        except ProcessLookupError:
-            return False
-        except OSError:
-            return True
-        return self.started in (0, _started(self.process))
+        return is_alive(self.process, self.started)
 
     @property
     def is_self(self) -> bool:
         """Whether it is this process."""
-        return self.is_here and self.process == os.getpid() and self.started == _started(os.getpid())
+        return self.is_here and self.process == os.getpid() and self.started == started(os.getpid())
 
 
 def signature() -> bytes:
     """Return the text of this process, of fixed length so that it can be overwritten in place."""
     words = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])[:_LENGTH].encode(errors="replace").decode()
     since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    facts = [os.getpid(), socket.gethostname()[:64], _started(os.getpid()), since]
+    facts = [os.getpid(), socket.gethostname()[:64], started(os.getpid()), since]
     text = json.dumps([*facts, words])
     while len(text) > _LENGTH:
         words = words.removesuffix("...")[:-8] + "..."
@@ -108,7 +102,18 @@ def is_unfinished(raw: IO[bytes]) -> bool:
     return False
 
 
-def _started(process: int) -> int:
+def is_alive(process: int, start: int) -> bool:
+    """Whether a process of this machine lives, by its number and its start, 0 where that is unknown."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return start in (0, started(process))
+
+
+def started(process: int) -> int:
     """Return the start of a process, 0 where the system does not tell."""
     try:
         return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[19])

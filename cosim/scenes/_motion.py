@@ -34,6 +34,8 @@ def is_file(motion: str, scene: str, names: Sequence[str]) -> bool:
 
 def end_of(motion: str) -> float:
     """Return the last time in a motion file [s]; 1 s for a file that cannot be read, which its reader refuses."""
+    if not Path(motion).is_file():
+        return _NO_END
     try:
         rows = [row for row in csv.reader(Path(motion).read_text(encoding="utf-8-sig").splitlines()) if any(row)]
         header = [heading.partition("[")[0].strip() for heading in rows[0]]

@@ -78,6 +78,7 @@ class _Flattening:
         self._out: dict[Place, list[_Edge]] = {}
         self._buses: dict[Path, str] = {}
         self._connect(system, (), ())
+        self._check_circles()
         for end in self._into:
             if end[0] in self.flat.parts:
                 self._join(end)
@@ -139,14 +140,26 @@ class _Flattening:
         self._into[end] = edge
         self._out.setdefault(start, []).append(edge)
 
+    def _check_circles(self) -> None:
+        """Raise `StructureError` where connectors of systems feed each other in a circle, without an FMU."""
+        sound: set[Place] = set()
+        for place in self._into:
+            way: set[Place] = set()
+            while place in self._into and place not in sound:
+                if place in way:
+                    raise StructureError(f"{self._into[place].link.place}: the connection feeds itself")
+                way.add(place)
+                place = self._into[place].start
+                if place[0] in self.flat.parts:
+                    break
+            sound |= way
+
     def _join(self, end: Place) -> None:
         """Add the connection that feeds an input of an FMU, if it begins at an FMU."""
         edges: list[_Edge] = []
         place = end
         while place in self._into:
             edge = self._into[place]
-            if edge in edges:
-                raise StructureError(f"{edge.link.place}: the connection feeds itself")
             edges.append(edge)
             place = edge.start
             if place[0] in self.flat.parts:
@@ -236,12 +249,15 @@ class _Flattening:
 
     def _pass_on(self, place: Place, value: Value, map_: Affine, unit: Unit | None) -> None:
         """Set the start values of all inputs and parameters of FMUs that a connector of a system feeds."""
-        for edge in self._out.get(place, ()):
-            further, own = self._along([edge], unit)
-            if edge.end[0] in self.flat.parts:
-                self._start(edge.end, value, map_.then(further), None, False)
-            else:
-                self._pass_on(edge.end, value, map_.then(further), own)
+        waiting = [(place, map_, unit)]
+        while waiting:
+            place, map_, unit = waiting.pop()
+            for edge in self._out.get(place, ()):
+                further, own = self._along([edge], unit)
+                if edge.end[0] in self.flat.parts:
+                    self._start(edge.end, value, map_.then(further), None, False)
+                else:
+                    waiting.append((edge.end, map_.then(further), own))
 
     def _start(self, place: Place, value: Value, after: Affine, unit: Unit | None, is_converted: bool) -> None:
         """Set the start value of a variable of an FMU."""

@@ -5,10 +5,11 @@ count from their own document.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
 from hfsa.cosim.archives.archive import Archive, resolved
+from hfsa.cosim.archives.limits import MOST_ENTRIES
 from hfsa.cosim.archives.xml import Node, at, attribute, children, flag, is_of, local, parse
 from hfsa.cosim.ssp.experiment import read_experiment
 from hfsa.cosim.ssp.parameters import bound_values, transformation
@@ -16,12 +17,13 @@ from hfsa.cosim.ssp.structure import Bus, Link, Nest, Part, Port, Structure
 from hfsa.cosim.ssp.units import Unit, read_units, unit_named
 from hfsa.cosim.ssp.vocabulary import FMU_TYPE, MAIN, PACKAGE_TYPE, SSC, SSD, STRUCTURE_TYPE
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.names import repeated
 
 Keep = Callable[[str, bytes], Path]
 """Function that keeps an FMU, a name and its content, and returns its file."""
 
-_DEEPEST = 20
-"""Most packages and descriptions within each other."""
+_DEEPEST, _DEEPEST_SYSTEMS = 20, 100
+"""Most packages and descriptions within each other, and most systems."""
 
 
 def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
@@ -30,25 +32,59 @@ def read_structure(content: bytes, where: str, keep: Keep) -> Structure:
     `StructureError`, with document and line, for what is no SSP that can be simulated.
     """
     archive = Archive(content, where)
-    document = _Document(archive, MAIN, keep, 0, where)
+    document = _Document(archive, MAIN, keep, _Total(where), 0, 0, where)
     return Structure(document.system(), read_experiment(document.root, document.where))
 
 
 @dataclass
+class _Total:
+    """What a package and those in it hold: each is read once, but its elements count as often as it is used."""
+
+    where: str
+    count: int = 0
+    _archives: dict[tuple[Archive, str], Archive] = field(default_factory=dict)
+    _roots: dict[tuple[Archive, str], Node] = field(default_factory=dict)
+
+    def archive(self, outer: Archive, entry: str, place: str) -> Archive:
+        """Return the package in an entry of another."""
+        if (outer, entry) not in self._archives:
+            self._archives[outer, entry] = Archive(outer.read(entry, place), f"{outer.where}: {entry}")
+        return self._archives[outer, entry]
+
+    def root(self, archive: Archive, entry: str, place: str) -> Node:
+        """Return the root of a document."""
+        if (archive, entry) not in self._roots:
+            self._roots[archive, entry] = parse(archive.read(entry, place), f"{archive.where}: {entry}")
+        return self._roots[archive, entry]
+
+    def add(self) -> None:
+        """Count an element; `StructureError` for one too many."""
+        self.count += 1
+        if self.count > MOST_ENTRIES.value:
+            raise StructureError(
+                f"{self.where} has more than {MOST_ENTRIES.value} elements, those of a description counted as often as "
+                f"it is used; {MOST_ENTRIES.advice}"
+            )
+
+
+@dataclass
 class _Document:
-    """A system structure description in an archive."""
+    """A system structure description in an archive, with `depth` documents and `systems` systems around it."""
 
     archive: Archive
     name: str
     keep: Keep
+    total: _Total
     depth: int
+    systems: int
     place: str
 
     def __post_init__(self):
         self.where = f"{self.archive.where}: {self.name}"
+        self._fmus: dict[str, Path] = {}
         if self.depth > _DEEPEST:
             raise StructureError(f"{self.where} lies {self.depth} descriptions deep, expected at most {_DEEPEST}")
-        self.root = parse(self.archive.read(self.name, self.place), self.where)
+        self.root = self.total.root(self.archive, self.name, self.place)
         if not is_of(self.root, SSD, "SystemStructureDescription"):
             raise StructureError(f"{self.where}: the document is {self.root.tag}, expected one of {SSD}")
         version = attribute(self.root, "version", self.where)
@@ -61,16 +97,16 @@ class _Document:
         node = self.root.find(f"{{{SSD}}}System")
         if node is None:
             raise StructureError(f"{self.where} has no System")
-        return self._nest(node)
+        return self._nest(node, self.systems)
 
-    def _nest(self, node: Node) -> Nest:
-        """Return a system."""
-        elements = tuple(self._elements(node))
+    def _nest(self, node: Node, around: int) -> Nest:
+        """Return a system with a number of systems around it."""
         place = at(self.where, node)
-        names = [element.name for element in elements]
-        for name in names:
-            if names.count(name) > 1:
-                raise StructureError(f"{place}: two elements are called {name}, expected names of their own")
+        if around >= _DEEPEST_SYSTEMS:
+            raise StructureError(f"{place}: more than {_DEEPEST_SYSTEMS} systems lie within each other")
+        elements = tuple(self._elements(node, around + 1))
+        if (twice := repeated(element.name for element in elements)) is not None:
+            raise StructureError(f"{place}: two elements are called {twice}, expected names of their own")
         known = [
             attribute(d, "name", self.where) for d in children(node, SSD, "SignalDictionaries", "SignalDictionary")
         ]
@@ -78,23 +114,24 @@ class _Document:
         name, values = node.get("name") or "system", bound_values(node, self.where, self._document_of)
         return Nest(name, place, elements, links, self._ports(node), values, tuple(known))
 
-    def _elements(self, node: Node) -> Iterator[Part | Bus | Nest]:
-        """Yield the elements of a system, in their order."""
+    def _elements(self, node: Node, around: int) -> Iterator[Part | Bus | Nest]:
+        """Yield the elements of a system, in their order, with a number of systems around them."""
         for group in node.findall(f"{{{SSD}}}Elements"):
             for child in group:
+                self.total.add()
                 name, place = attribute(child, "name", self.where), at(self.where, child)
                 if is_of(child, SSD, "System"):
-                    yield self._nest(child)
+                    yield self._nest(child, around)
                 elif is_of(child, SSD, "Component"):
-                    yield self._component(child, name)
+                    yield self._component(child, name, around)
                 elif is_of(child, SSD, "SignalDictionaryReference"):
                     dictionary = attribute(child, "dictionary", self.where)
                     yield Bus(name, dictionary, place, self._ports(child))
                 else:
                     raise StructureError(f"{place}: an element is {child.tag}, expected a Component or a System")
 
-    def _component(self, node: Node, name: str) -> Part | Nest:
-        """Return a component: that of an FMU, or the system of another document."""
+    def _component(self, node: Node, name: str, around: int) -> Part | Nest:
+        """Return a component: that of an FMU, or the system of another document; with a number of systems around."""
         place = at(self.where, node)
         source = attribute(node, "source", self.where)
         kind = node.get("type") or {".ssd": STRUCTURE_TYPE, ".ssp": PACKAGE_TYPE}.get(
@@ -105,14 +142,21 @@ class _Document:
         entry = resolved(source, self.name, place)
         values = bound_values(node, self.where, self._document_of)
         if kind == FMU_TYPE:
-            stem = PurePosixPath(entry).name
-            file = self.keep(stem if stem.endswith(".fmu") else f"{stem}.fmu", self.archive.read(entry, place))
-            return Part(name, file, place, self._ports(node), values)
+            return Part(name, self._fmu(entry, place), place, self._ports(node), values)
         archive, main = self.archive, entry
         if kind == PACKAGE_TYPE:
-            archive, main = Archive(self.archive.read(entry, place), f"{self.archive.where}: {entry}"), MAIN
-        inside = _Document(archive, main, self.keep, self.depth + 1, place).system()
+            archive, main = self.total.archive(self.archive, entry, place), MAIN
+        inside = _Document(archive, main, self.keep, self.total, self.depth + 1, around, place).system()
         return replace(inside, name=name, ports={**inside.ports, **self._ports(node)}, values=inside.values + values)
+
+    def _fmu(self, entry: str, place: str) -> Path:
+        """Return the file of an FMU, kept once for all components of it in the document."""
+        if entry not in self._fmus:
+            stem = PurePosixPath(entry).name
+            self._fmus[entry] = self.keep(
+                stem if stem.endswith(".fmu") else f"{stem}.fmu", self.archive.read(entry, place)
+            )
+        return self._fmus[entry]
 
     def _ports(self, node: Node) -> dict[str, Port]:
         """Return the connectors of an element by name."""
@@ -149,4 +193,4 @@ class _Document:
             raise StructureError(f"{place}: source {source!r} lies in the component, expected one beside the SSD")
         entry = resolved(source, self.name, place)
         document = f"{self.archive.where}: {entry}"
-        return parse(self.archive.read(entry, place), document), document
+        return self.total.root(self.archive, entry, place), document

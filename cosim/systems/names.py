@@ -19,6 +19,9 @@ DERIVATIVES = ("rate", "acceleration", "jerk")
 MOST_MEMBERS = 1_000_000
 """Most members of a name with ranges."""
 
+_MOST_COMPARED = 10_000
+"""Most names that a misspelt one is compared with: of a million, that takes a minute."""
+
 _DIGITS = 18
 _RANGE = re.compile(r"\[(\d+)\.\.(\d+)\]")
 
@@ -103,13 +106,28 @@ def companions(name: str) -> tuple[str, ...]:
     return tuple(f"{stem}_{derivative}{bracket}{index}" for derivative in DERIVATIVES)
 
 
+def repeated(names: Iterable[str]) -> str | None:
+    """Return the first name that is there for the second time, `None` where all differ."""
+    known: set[str] = set()
+    for name in names:
+        if name in known:
+            return name
+        known.add(name)
+    return None
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean a, b?` with the most similar names, or the first few names where none is similar."""
     names = list(names)
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    near = difflib.get_close_matches(name, names[:_MOST_COMPARED], n=3, cutoff=0.5)
     if near:
         return f"; did you mean {', '.join(near)}?"
     return f"; there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}" if names else ""
+
+
+def legible(words: str) -> str:
+    """Return words as a file can hold them: a byte that is no UTF-8, such as in a path, becomes its escape."""
+    return words.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def refuse_signal(file: Path, known: Iterable[str]) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.kinds import instances, is_number, refuse, table, text
-from hfsa.cosim.systems.names import expand, nearest, reorder
+from hfsa.cosim.systems.names import expand, nearest, reorder, repeated
 
 _COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?\Z")
 
@@ -152,10 +152,8 @@ class System:
         pairs = [pair for connection in connections for pair in _pairwise(connection)]
         object.__setattr__(self, "components", instances("components", self.components, Component))
         object.__setattr__(self, "connections", tuple(pairs))
-        names = [component.name for component in self.components]
-        for name in names:
-            if names.count(name) > 1:
-                raise StructureError(f"two components are called {name}; every component needs a name of its own")
+        if (twice := repeated(component.name for component in self.components)) is not None:
+            raise StructureError(f"two components are called {twice}; every component needs a name of its own")
         fed: dict[str, Connection] = {}
         for connection in pairs:
             for end in (connection.start, connection.end):

@@ -106,7 +106,10 @@ class Verification:
 
     def prepare(self, planned: Sequence[Candidate], fine: Sequence[Candidate]) -> None:
         """Choose the places for planned candidates, and the reference; `fine` may be second references."""
-        self._places = self._question.places([c.configuration for c in (*planned, *fine[:1])])
+        compared = [candidate.configuration for candidate in (*planned, *fine[:1])]
+        if not compared:  # none runs, for which the answer has the reason
+            return
+        self._places = self._question.places(compared)
         is_predicted = not all(math.isnan(candidate.predicted.error) for candidate in fine)
         self.reference = self._chosen_reference(fine) if is_predicted else self._extrapolated_reference(fine)
 

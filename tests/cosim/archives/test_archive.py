@@ -8,7 +8,7 @@ import zipfile
 import pytest
 from hostile_archives import BOMB, DOCUMENT, REFUSED, damaged, lying, zipped
 
-from hfsa.cosim.archives.archive import Archive
+from hfsa.cosim.archives.archive import Archive, read_file
 from hfsa.cosim.fmi.description import describe
 from hfsa.cosim.systems.errors import StructureError
 
@@ -135,3 +135,19 @@ def test_a_large_list_of_64_bits_is_seen(tmp_path):
             archive.writestr(f"{number}", b"")
     with Archive(file, str(file), "FMU") as many:
         assert len(many.names) == 70_000
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names")
+@pytest.mark.parametrize(
+    ("ending", "read"),
+    [
+        pytest.param(".fmu", describe, id="an FMU"),
+        pytest.param(".xml", describe, id="a description"),
+        pytest.param(".ssp", read_file, id="a package"),
+    ],
+)
+def test_a_pipe_is_refused_before_anybody_waits_for_it(tmp_path, ending, read):
+    pipe = tmp_path / f"box{ending}"
+    os.mkfifo(pipe)
+    with pytest.raises(StructureError, match="is a device or a pipe, expected a file"):
+        read(pipe)

@@ -1,6 +1,7 @@
 """Design studies on the command line: answers, file and picture of a map, conflicting options."""
 
 import json
+from itertools import combinations
 from pathlib import Path
 
 import h5py
@@ -98,8 +99,8 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
 @pytest.mark.parametrize(
     ("low", "high", "entries"),
     [
-        (1e-5, 4e-5, ["the design, 2.245"]),
-        (1e-5, 3e-4, ["the design, 2.245", "blank: cannot be built"]),
+        (1e-5, 4e-5, ["the design"]),
+        (1e-5, 3e-4, ["the design", "blank: cannot be built"]),
         (3e-5, 4e-5, []),
     ],
 )
@@ -109,6 +110,11 @@ def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
     panels = [axes for axes in figure.axes if axes.get_xlabel()]
     assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
     assert panels[0].get_legend_handles_labels()[1] == entries
+    assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == entries
+    assert panels[0].get_title(loc="left").endswith("\nthe design: 2.245")
+    for axes in panels:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
     left, right = panels[0].get_xlim()
     assert (left, right) == pytest.approx((1e6 * low, 1e6 * high))
 

@@ -98,10 +98,11 @@ def test_a_drawing_shows_the_kinds_that_are_chosen_in_their_order():
     "command",
     [
         pytest.param("sdelta -p posture.rotation=10,5,8", id="robot"),
-        pytest.param("sdelta --show posture,modes --views top,front,side", id="robot-views"),
+        pytest.param("sdelta --show posture,modes --views top,front,side", id="robot-views", marks=pytest.mark.slow),
         pytest.param("sdelta --show modal_screws,compliant_axes,eigenscrews", id="robot-axes"),
         pytest.param("beam_module -p kind=double_tilted", id="beams"),
         pytest.param("rrr_stage", id="stage"),
+        pytest.param("beam_stage", id="beam-stage"),
     ],
 )
 def test_no_text_of_a_part_lies_on_another(command, tmp_path, monkeypatch):

@@ -249,3 +249,41 @@ def test_values_in_a_file_that_are_no_parameter_set(packages):
     file = packages(system, resources__x_dot_ssv="<a/>")
     with pytest.raises(StructureError, match=r"resources/x.ssv: the document is a, expected ParameterSet"):
         package_of(file)
+
+
+CIRCLE = """
+<ssd:Connectors><ssd:Connector name="y" kind="output"/></ssd:Connectors>
+<ssd:Elements>{systems}</ssd:Elements>
+<ssd:Connections>
+  <ssd:Connection startElement="a" startConnector="out" endElement="b" endConnector="in"/>
+  <ssd:Connection startElement="b" startConnector="out" endElement="a" endConnector="in"/>
+  <ssd:Connection startElement="a" startConnector="out" endConnector="y"/>
+</ssd:Connections>
+"""
+THROUGH = (
+    '<ssd:System name="{0}"><ssd:Connectors><ssd:Connector name="in" kind="inout"/>'
+    '<ssd:Connector name="out" kind="inout"/></ssd:Connectors>'
+    '<ssd:Connections><ssd:Connection startConnector="in" endConnector="out"/></ssd:Connections></ssd:System>'
+)
+
+
+def test_connectors_of_systems_that_feed_each_other_in_a_circle(packages):
+    file = packages(CIRCLE.format(systems=THROUGH.format("a") + THROUGH.format("b")))
+    with pytest.raises(StructureError, match="the connection feeds itself"):
+        package_of(file)
+
+
+def test_descriptions_that_use_each_other_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("HFSA_MOST_ENTRIES", "1000")
+    use = '<ssd:Elements><ssd:Component name="a" source="{0}"/><ssd:Component name="b" source="{0}"/></ssd:Elements>'
+    last = {"x15.ssd": structure("")}
+    more = {f"x{k}.ssd": structure(use.format(f"x{k + 1}.ssd")) for k in range(15)}
+    file = packed(tmp_path / "model.ssp", {"SystemStructure.ssd": structure(use.format("x0.ssd")), **more, **last})
+    with pytest.raises(StructureError, match="more than 1000 elements, those of a description counted as often"):
+        package_of(file)
+
+
+def test_systems_too_deep_within_each_other(packages):
+    deep = '<ssd:Elements><ssd:System name="s">' * 101 + "</ssd:System></ssd:Elements>" * 101
+    with pytest.raises(StructureError, match="more than 100 systems lie within each other"):
+        package_of(packages(deep))

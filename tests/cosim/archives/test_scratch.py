@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from hfsa.cosim.results.scratch import OWNER, enclosing, remove_stale, scratch_folder
+from hfsa.cosim.archives.scratch import OWNER, enclosing, remove_stale, scratch_folder
 
 HOLDER = """
 import sys, tempfile
-from hfsa.cosim.results.scratch import scratch_folder
+from hfsa.cosim.archives.scratch import scratch_folder
 with scratch_folder():
     open(tempfile.mkstemp()[1], "w").close()
     print(tempfile.gettempdir(), flush=True)
@@ -80,3 +80,24 @@ def test_a_temporary_folder_that_takes_nothing_is_no_error(monkeypatch, tmp_path
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
     with scratch_folder():
         assert tempfile.gettempdir() == str(tmp_path / "nowhere")
+
+
+PROGRAM = """
+import sys
+from hfsa.cosim.archives.scratch import new_folder
+folder, keeper = new_folder()
+print(folder, flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_folder_of_an_fmu_of_a_killed_program_goes(root):
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as program:
+        folder = Path(program.stdout.readline().strip())
+        remove_stale(root)
+        assert folder.is_dir()
+        program.kill()
+    remove_stale(root)
+    assert not folder.exists()

@@ -2,6 +2,7 @@
 
     with scratch_folder():
         tempfile.mkdtemp()          # within, and so are the files of compilers and other children
+    folder, keeper = new_folder()   # of a program that calls hfsa, whose temporary files are its own
 
 A folder has a file that its process keeps locked. The system frees the lock when the process dies, so that a folder
 without a lock is stale. It never removes a folder that has no such file.
@@ -12,6 +13,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 try:
@@ -42,7 +44,7 @@ def scratch_folder() -> Iterator[None]:
         return
     before, outside = tempfile.tempdir, os.environ.get(_VARIABLE)
     try:
-        with _owned(folder):
+        with owned(folder):
             tempfile.tempdir = os.environ[_VARIABLE] = str(folder)
             yield
     finally:
@@ -80,8 +82,29 @@ def _remove_if_stale(folder: Path) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def new_folder() -> tuple[Path, contextlib.ExitStack]:
+    """Return a new folder for files of this process, and what keeps it owned until it is closed.
+
+    Within the folder of a command it needs no owner of its own. The first one of a process has those removed whose
+    processes died.
+    """
+    keeper, root = contextlib.ExitStack(), Path(tempfile.gettempdir())
+    if (root / OWNER).exists():
+        return Path(tempfile.mkdtemp(prefix=_PREFIX)), keeper
+    _remove_stale_once(root)
+    folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+    keeper.enter_context(owned(folder))
+    return folder, keeper
+
+
+@cache
+def _remove_stale_once(root: Path) -> None:
+    """Remove the folders of processes that died, once in a process."""
+    remove_stale(root)
+
+
 @contextlib.contextmanager
-def _owned(folder: Path) -> Iterator[None]:
+def owned(folder: Path) -> Iterator[None]:
     """Lock the file of a folder, which appears locked."""
     unfinished = folder / f"{OWNER}.new"
     with contextlib.ExitStack() as stack:
