@@ -13,6 +13,7 @@ import os
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,7 @@ def _interruption(error: BaseException) -> KeyboardInterrupt | None:
 def _ended(verb: Callable[[], int | None], traced: bool) -> int:
     """Run a verb and return its exit code, as `run`."""
     try:
-        with handled_signals():
+        with handled_signals(), plain_warnings():
             return verb() or DONE
     except Interrupted as interruption:
         warn(interruption.description)
@@ -129,6 +130,24 @@ def open_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+
+
+@contextlib.contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Print warnings that libraries address to users as `warn`, each once; others as Python does."""
+    printed: set[str] = set()
+    as_python_does = warnings.showwarning
+
+    def shown(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        if category is not UserWarning:
+            as_python_does(message, category, *place)
+        elif str(message) not in printed:
+            printed.add(str(message))
+            warn(str(message))
+
+    with warnings.catch_warnings():
+        warnings.showwarning = shown
+        yield
 
 
 def warn(message: str) -> None:

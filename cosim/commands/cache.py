@@ -16,8 +16,8 @@ _UNITS = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 
 def cache(
     *,
-    size: Annotated[bool, Parameter(negative=())] = False,
-    clear: Annotated[bool, Parameter(negative=())] = False,
+    size: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
+    clear: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     limit: str | None = None,
     json: Json = False,
 ) -> int:

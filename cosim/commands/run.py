@@ -38,7 +38,7 @@ def run(
     tuned: Tuned = None,
     verify: Verify = False,
     time_limit: TimeLimit = None,
-    quiet_inputs: bool = False,
+    quiet_inputs: Annotated[bool, Parameter(negative=(), show_default=False)] = False,
     output: Output = None,
     force: Force = False,
     json: Json = False,

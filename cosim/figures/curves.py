@@ -91,7 +91,15 @@ def downward_sweep(bode: Bode) -> list[Bode]:
 
 
 def select_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[Entry]:
-    """Return the entries to draw; `ResultsError` where there is none.
+    """Return the entries to draw, as `finished_entries`; `ResultsError` where there is none."""
+    entries = finished_entries(sweeps, outputs, inputs)
+    if not entries:
+        raise ResultsError(f"{', '.join(str(bode.path) for bode in sweeps)}: no finished points to draw")
+    return entries
+
+
+def finished_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]) -> list[Entry]:
+    """Return the entries with finished points.
 
     Entries that are zero by symmetry are drawn where their output is named, and are left out otherwise.
     """
@@ -104,10 +112,7 @@ def select_entries(sweeps: Sequence[Bode], outputs: list[str], inputs: list[str]
             if wanted and (not inputs or source.name in inputs):
                 unit, factor = _display_unit(output.unit, source.unit)
                 entries.append(Entry(source, unit, _curve(bode, output, source, factor)))
-    entries = [entry for entry in entries if len(entry.curve.frequency)]
-    if not entries:
-        raise ResultsError(f"{', '.join(str(bode.path) for bode in sweeps)}: no finished points to draw")
-    return entries
+    return [entry for entry in entries if len(entry.curve.frequency)]
 
 
 def _curve(bode: Bode, output: Signal, source: Signal, factor: float) -> Curve:

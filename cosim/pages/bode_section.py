@@ -12,8 +12,8 @@ from hfsa.cosim.figures.curves import (
     align_phases,
     downward_sweep,
     find_peaks,
+    finished_entries,
     name_curves,
-    select_entries,
     theory_sweep,
 )
 from hfsa.cosim.pages.blocks import Plot, Section, paragraph, table
@@ -28,7 +28,7 @@ _MOST_ROWS = 100
 def bode_section(bode: Bode) -> Section:
     """Return the section on a sweep."""
     drawn = [*theory_sweep(bode), bode, *downward_sweep(bode)]
-    entries = select_entries(drawn, [], [])
+    entries = finished_entries(drawn, [], [])
     blocks: list[str | Plot] = [paragraph(_statuses(bode))]
     for source in dict.fromkeys(entry.input.name for entry in entries):
         blocks += _of_input(source, [entry for entry in entries if entry.input.name == source], drawn)

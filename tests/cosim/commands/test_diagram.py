@@ -58,6 +58,17 @@ def test_a_picture_by_its_ending(hfsa, tmp_path, ending):
     assert file.stat().st_size > 1000
 
 
+def test_a_letter_that_no_font_has_is_told_in_one_line(hfsa, tmp_path):
+    scene = 'inputs = ["c箱.base.position"]\noutputs = ["c箱.position"]\namplitude = { m = 1.0 }\nstep_size = 1e-3\n'
+    scene += 'stop_time = 1.0\ncomponents = [{ name = "c箱", part = "mass_on_spring" }]\n'
+    (tmp_path / "mine.toml").write_text(scene)
+    code, _, err = hfsa("view", "mine.toml", "--diagram")
+    assert code == 0
+    assert err.startswith("hfsa: Glyph 31665 ")
+    assert err.count("\n") == 1
+    assert "c箱: mass_on_spring" in (tmp_path / "mine.svg").read_text()
+
+
 WRONG = {
     "part": (["sdelta"], "sdelta is a part, expected a scene"),
     "name": (["sdelta_hfs"], "no scene is called 'sdelta_hfs'; did you mean sdelta_hfsa"),

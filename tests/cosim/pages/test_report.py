@@ -5,6 +5,7 @@ import json
 import re
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from lxml import etree
@@ -13,6 +14,7 @@ from hfsa.cosim.pages.blocks import Section, paragraph, table
 from hfsa.cosim.pages.provenance import provenance
 from hfsa.cosim.pages.report_page import Part, report_page
 from hfsa.cosim.results.files import read_run, read_sweep
+from hfsa.cosim.results.records import Status
 from hfsa.cosim.results.stability_map import read_stability_map
 from hfsa.cosim.results.trade import Trade
 
@@ -43,6 +45,20 @@ def test_a_sweep_is_reported_with_its_points_and_their_errors(hfsa, tmp_path):
     assert ": mass: mass_on_spring. Inputs: mass.base.position." in text
     hash_of_file = re.search(r"[0-9a-f]{16}", text[text.index("sha256") :])
     assert hash_of_file
+
+
+def test_a_sweep_that_failed_everywhere_is_reported_with_its_messages(hfsa, tmp_path):
+    assert hfsa("sweep", "mass_on_spring", "--points", "2", "-o", "s.h5")[0] == 0
+    with h5py.File(tmp_path / "s.h5", "r+") as file:
+        del file["theory"]
+        file["bode"]["response"][...] = complex(np.nan, np.nan)
+        file["bode"]["status"][...] = Status.FAILED
+        file["bode"]["message"][...] = b"the spring <broke>"
+    assert hfsa("report", "s.h5")[0] == 0
+    text, plots = page_of(tmp_path / "s.html")
+    assert plots == []
+    assert "2 failed" in text
+    assert text.count("<td>the spring &lt;broke&gt;</td>") == 2
 
 
 def test_an_old_file_has_its_diagram_where_there_is_graphviz(monkeypatch):
