@@ -259,6 +259,8 @@ def _reason(error: Exception) -> str:
     message = str(error)
     if "unable to lock file" in message:
         return "another process has it open"
+    if "file signature not found" in message:
+        return "it is no HDF5 file, as results files of hfsa are"
     if "error message = '" in message:
         return message.split("error message = '")[1].split("'")[0]
     return getattr(error, "strerror", None) or message

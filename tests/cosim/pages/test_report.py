@@ -121,6 +121,15 @@ def test_numbers_over_arguments_are_reported_as_a_table(hfsa, tmp_path):
     assert "hfsa convert writes all of them" in text
 
 
+def test_texts_stand_to_the_left_and_zeros_have_no_sign(hfsa, tmp_path):
+    assert hfsa("analyze", "rrr_stage", "--level", "exact", "--over", "elongation[2]=0,3e-6", "-o", "a.h5")[0] == 0
+    assert hfsa("report", "a.h5")[0] == 0
+    text, _ = page_of(tmp_path / "a.html")
+    assert "<td>no hinge bends; " in text
+    assert "<td class=number>3e-06</td>" in text
+    assert ">-0<" not in text
+
+
 def test_no_text_of_a_file_becomes_markup():
     section = Section("a < b", [paragraph("<script>alert(1)</script>"), table(["<b>"], [("<i>",)], "<u>")])
     from hfsa.cosim.pages.page import text

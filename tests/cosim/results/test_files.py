@@ -209,7 +209,7 @@ def test_files_that_are_none_are_named(path, tmp_path):
         read_sweep(path)
     text = tmp_path / "text.h5"
     text.write_text("no HDF5")
-    with pytest.raises(ResultsError, match=r"cannot open .*text.h5"):
+    with pytest.raises(ResultsError, match=r"cannot open .*text.h5: it is no HDF5 file"):
         read_sweep(text)
     other = tmp_path / "other.h5"
     h5py.File(other, "w").close()
