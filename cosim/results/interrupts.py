@@ -139,7 +139,7 @@ def _repeat(number: int) -> None:
     """Send a signal to this process again, which is not a second one."""
     global _repeated
     _repeated += 1
-    _thread.interrupt_main(number)
+    _thread.interrupt_main(signal.Signals(number))
 
 
 @contextlib.contextmanager
