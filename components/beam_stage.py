@@ -31,6 +31,7 @@ import numpy as np
 from hfsa.components import Model
 from hfsa.components._mechanics.beam_module import without_rounding
 from hfsa.components._mechanics.beam_spring import DAMPING_RATIO, USUAL, SpringDesign, displacement_outputs
+from hfsa.components._mechanics.beam_stage_picture import stage_drawing, stage_in_motion
 from hfsa.components._mechanics.modes import damping_matrix, modes
 from hfsa.components._mechanics.rigid_body import (
     ACCELERATION,
@@ -43,6 +44,7 @@ from hfsa.components._mechanics.rigid_body import (
     mass_matrix,
     output_vector,
 )
+from hfsa.components._modelling.drawing import Drawing, Moving
 
 
 def beam_stage(
@@ -110,3 +112,20 @@ def analyze(
         "natural_frequencies_hz": found.omega / (2 * np.pi),
         "shapes": np.round(found.shapes / largest, 12) + 0.0,
     }
+
+
+def picture(
+    *,
+    module: SpringDesign = USUAL,
+    platform: Body = DISC,
+) -> Drawing:
+    """Return the stage at rest, and in each of its modes; arguments and errors as `beam_stage`."""
+    M = mass_matrix(platform, "beam_stage: platform")
+    return stage_drawing(
+        module.module("beam_stage"), M, np.array(platform.center), f"Stage on a beam module {module.kind}"
+    )
+
+
+def moving(*, module: SpringDesign = USUAL) -> Moving:
+    """Return the stage in a run, as its platform moves; arguments and errors as `beam_stage`."""
+    return stage_in_motion(module.module("beam_stage"))

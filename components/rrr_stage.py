@@ -262,8 +262,8 @@ def picture(
 ) -> Drawing:
     """Return the stage at elongations [m] or a pose [m, m, rad]: at `continuum` mesh, deformation and stress.
 
-    At every other level the drawing shows its links as a mechanism of ideal joints. The arguments are those of
-    `analyze` at level `continuum`.
+    At every other level the drawing shows its links as a mechanism, with the bending stress of its hinges. The
+    arguments are those of `analyze` at level `continuum`.
 
     Raises:
         ModelError: as `analyze`; a mesh at another level; a parameter set of links without dimensions.
@@ -276,7 +276,7 @@ def picture(
         return drawing(whole, elongation if pose is None else whole.elongations(pose))
     links = dimensions.links_at_rest
     reached = elongation if pose is None else tuple(inverse(links, pose, "rrr_stage").tolist())
-    return links_drawing(links, reached, f"3-RRR stage, kinematics {dimensions.kinematics}")
+    return links_drawing(links, dimensions.hinge, reached, f"3-RRR stage, kinematics {dimensions.kinematics}")
 
 
 def moving(*, dimensions: Dimensions = THESIS_DIMENSIONS) -> Moving:

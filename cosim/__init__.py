@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hfsa.cosim.experiments.stability_map import stability_map
     from hfsa.cosim.experiments.sweep import sweep
     from hfsa.cosim.experiments.trade import trade
+    from hfsa.cosim.figures.drawing import draw
     from hfsa.cosim.figures.signals import plot
     from hfsa.cosim.results.read import read
     from hfsa.cosim.results.stability_map import Axis
@@ -42,6 +43,7 @@ __all__ = [
     "available_scenes",
     "calibrate",
     "compare",
+    "draw",
     "identify",
     "load_scene",
     "open_loop",
@@ -65,6 +67,7 @@ _HOMES = {
     "available_scenes": "assembly.load_scene",
     "calibrate": "experiments.calibrate",
     "compare": "experiments.compare",
+    "draw": "figures.drawing",
     "identify": "experiments.identify",
     "load_scene": "assembly.load_scene",
     "open_loop": "experiments.open_loop",

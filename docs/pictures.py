@@ -25,7 +25,7 @@ from hfsa.cosim.figures.style import STYLE
 PAGES = Path(__file__).parent
 PICTURES = PAGES / "pictures"
 
-WIDEST = 1376
+WIDEST = 1280
 """Width of a picture at most [px]."""
 
 
@@ -67,8 +67,50 @@ def beams(file: Path, _work: Path) -> None:
 
 
 def robot(file: Path, _work: Path) -> None:
-    """The robot at a posture, and its modes."""
-    run(f"analyze sdelta -p posture.rotation=10,5,8 --picture {file}")
+    """The robot at a posture, its compliant axes and its eigenscrews."""
+    run(f"view sdelta -p posture.rotation=10,5,8 --show posture,compliant_axes,eigenscrews -o {file}")
+
+
+def modes(file: Path, _work: Path) -> None:
+    """The modes of the robot at a posture."""
+    run(f"view sdelta -p posture.rotation=10,5,8 --show modes -o {file}")
+
+
+def modal_screws(file: Path, _work: Path) -> None:
+    """The modal screws of the robot at the symmetric posture."""
+    run(f"view sdelta --show modal_screws -o {file}")
+
+
+def all_responses(file: Path, work: Path) -> None:
+    """All responses of the robot's platform at a posture."""
+    run(f"sweep sdelta_shaker -p posture.rotation=10,5,8 --method linear -o {work}/all.h5")
+    run(f"bode {work}/all.h5 -o {file}")
+
+
+def pose_over_elongation(file: Path, work: Path) -> None:
+    """Pose of the stage over the elongation of a stack, by models and as measured."""
+    over = "--over elongation[2]=0:12e-6:13"
+    models = {
+        "exact": "--level exact",
+        "calibrated": "--level exact -p kinematics=calibrated",
+        "measured": "--level jacobian -p kinematics=measured",
+        "flexible_hinges": "--level flexible_hinges",
+        "continuum": "--level continuum",
+    }
+    for name, words in models.items():
+        run(f"analyze rrr_stage {words} {over} -o {work}/{name}.h5")
+    files = " ".join(f"{work}/{name}.h5" for name in models)
+    run(f"plot {files} --x elongation[2] --signal pose[1..3] -o {file}")
+
+
+def sensitivity(file: Path, _work: Path) -> None:
+    """Sensitivity of the accelerometer's frequencies to its dimensions."""
+    run(f"analyze tba_accelerometer --sensitivity -o {file}")
+
+
+def diagram(file: Path, _work: Path) -> None:
+    """The blocks of the piezo stage under control."""
+    run(f"view stage_tracking --diagram -o {file}")
 
 
 def stage_links(file: Path, _work: Path) -> None:
@@ -137,11 +179,12 @@ def run(command: str) -> None:
 
 
 def shrink(picture: Path, file: Path) -> None:
-    """Write a picture with 256 colours, no wider than `WIDEST`: it is kept in the repository."""
+    """Write a picture with 256 colours, each close to its own, no wider than `WIDEST`: it is kept in the repository."""
     with Image.open(picture) as image:
         size = (WIDEST, round(image.height * WIDEST / image.width))
         small = image.resize(size, Image.Resampling.LANCZOS) if image.width > WIDEST else image
-        small.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(file, optimize=True)
+        plain = small.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        plain.save(file, optimize=True)
 
 
 MADE = {
@@ -152,6 +195,12 @@ MADE = {
     "workspace": workspace,
     "beams": beams,
     "robot": robot,
+    "diagram": diagram,
+    "modes": modes,
+    "modal-screws": modal_screws,
+    "all-responses": all_responses,
+    "pose-over-elongation": pose_over_elongation,
+    "sensitivity": sensitivity,
     "stage-links": stage_links,
     "accelerometer": accelerometer,
     "loop": loop,

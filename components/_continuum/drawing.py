@@ -74,7 +74,7 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
     return Drawing(
         f"3-RRR stage, contact {plate.contact}, bolts {plate.bolts}, elongations {at} um",
         [
-            _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles"),
+            _panel([Layer(found.points, _edges(found.triangles), "mark")], f"{len(found.triangles)} triangles", "mesh"),
             _panel(
                 [
                     Layer(found.points, rim, "rest", "at rest"),
@@ -82,15 +82,16 @@ def drawing(design: Continuum, elongation: Sequence[float]) -> Drawing:
                     mark,
                 ],
                 f"Displacements up to {1e6 * largest:.4g} um, times {factor:.3g}",
+                "displaced",
             ),
             _stress(found, away < _WINDOW * size),
         ],
     )
 
 
-def _panel(layers: Sequence[Layer], title: str) -> Panel:
+def _panel(layers: Sequence[Layer], title: str, kind: str) -> Panel:
     """Return a panel of the plane."""
-    return Panel(layers, axes=("X", "Y"), title=title)
+    return Panel(layers, axes=("X", "Y"), title=title, kind=kind)
 
 
 def _stress(found: Field, chosen: np.ndarray) -> Panel:
@@ -100,7 +101,8 @@ def _stress(found: Field, chosen: np.ndarray) -> Panel:
     values = np.hstack([stress, (stress + np.roll(stress, -1, axis=1)) / 2])
     cells = 6 * np.arange(len(nodes))[:, None, None] + _PARTS
     layer = Layer(found.points[nodes.ravel()], cells.reshape(-1, 3), values=values.ravel())
-    return Panel([layer], axes=("X", "Y"), title=title, quantity="von Mises stress", quantity_unit="Pa")
+    stress = {"quantity": "von Mises stress", "quantity_unit": "Pa"}
+    return Panel([layer], axes=("X", "Y"), title=title, kind="stress", **stress)
 
 
 def _edges(triangles: np.ndarray) -> np.ndarray:

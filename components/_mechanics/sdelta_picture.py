@@ -4,7 +4,7 @@ Tubes stand still in a mode, and limb j ends at the displaced joint S_j + theta 
 [theta; d] about C.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -33,15 +33,26 @@ def robot_drawing(robot: Robot, title: str) -> Drawing:
     found = modal_numbers(robot.mass, robot.stiffness, {"_C": np.zeros(3)}, "_C", radius)
     words = ("limbs", "platform")
     first = [*_base(robot, "base, C axes", "tubes"), *_limbs(robot, joints(robot), "body", words), *_centers(robot)]
-    panels = [Panel(first, title="posture")]
+    panels = [Panel(first, title="posture", kind="posture")]
+    axes = []
     for i in range(_MODES):
         kind, pitch = found["modal_kinds"][i], found["modal_pitches"][i]
         heading = f"mode {i + 1}: {found['natural_frequencies_hz'][i]:.4g} Hz, {kind}"
-        text = f"pitch {1e3 * pitch:.3g} mm" if kind == "screw" else ""
-        axis = _axis(robot, found["modal_directions"][:, i], found["modal_points_C"][:, i], text)
+        heading += f", pitch {1e3 * pitch:.3g} mm" if kind == "screw" else ""
+        place = found["modal_directions"][:, i], found["modal_points_C"][:, i]
+        # modes 3 and 6 of the symmetric posture have one axis: texts are at either end in turn
+        text = f"{i + 1}, {kind}"
+        axes.append(_axis(robot, *place, [text, ""] if i % 2 else ["", text]))
         moved = displaced_joints(robot, found["modal_screws_C"][:, i])
-        layers = [*_base(robot), *_limbs(robot, joints(robot), "rest"), *_limbs(robot, moved, "moved"), axis]
-        panels.append(Panel(layers, title=heading))
+        layers = [
+            *_base(robot),
+            *_limbs(robot, joints(robot), "rest"),
+            *_limbs(robot, moved, "moved"),
+            _axis(robot, *place),
+        ]
+        panels.append(Panel(layers, title=heading, kind="modes"))
+    screws = [*_base(robot), *_limbs(robot, joints(robot), "rest"), *_centers(robot), *axes]
+    panels.append(Panel(screws, title="modal screws", kind="modal_screws"))
     return Drawing(title, [*panels, *_elastic_axes(robot)])
 
 
@@ -131,9 +142,13 @@ def _elastic_axes(robot: Robot) -> list[Panel]:
     forces = [f"{k:.4g} N/m" for k in found["translational_stiffness"]]
     moments = [f"{k:.4g} N.m/rad" for k in found["torsional_stiffness"]]
     screws = [f"{k:.4g} N" for k in found["eigenstiffness"]]
+    # rotations and translations, and eigenscrews of either sign, may have one axis: each has an end of its own
     kinds = {
-        "compliant axes": [("wrench_compliant", forces), ("twist_compliant", moments)],
-        "eigenscrews": [("eigenscrew", screws)],
+        "compliant axes": [
+            ("wrench_compliant", [["", k] for k in forces]),
+            ("twist_compliant", [[k, ""] for k in moments]),
+        ],
+        "eigenscrews": [("eigenscrew", [[k, ""] if k.startswith("-") else ["", k] for k in screws])],
     }
     panels = []
     for title, axes in kinds.items():
@@ -141,12 +156,12 @@ def _elastic_axes(robot: Robot) -> list[Panel]:
         for kind, texts in axes:
             directions, points = found[f"{kind}_directions"], found[f"{kind}_points_C"]
             layers += [_axis(robot, directions[:, i], points[:, i], text) for i, text in enumerate(texts)]
-        panels.append(Panel(layers, title=title))
+        panels.append(Panel(layers, title=title, kind=title.replace(" ", "_")))
     return panels
 
 
-def _axis(robot: Robot, direction: np.ndarray, point: np.ndarray, text: str) -> Layer:
-    """Return the axis of a screw through a point relative to C."""
+def _axis(robot: Robot, direction: np.ndarray, point: np.ndarray, texts: Sequence[str] = ()) -> Layer:
+    """Return the axis of a screw through a point relative to C, with texts at its ends."""
     through = robot.kinematics.position + robot.offset + point
     half = _AXIS * robot.machine.mechanism.geometry.platform_radius * direction
-    return Layer(np.array([through - half, through + half]), np.array([[0, 1]]), "axis", texts=["", text])
+    return Layer(np.array([through - half, through + half]), np.array([[0, 1]]), "axis", texts=texts)

@@ -72,7 +72,7 @@ def _panel(shape: Shape, limbs: int, shift: np.ndarray, title: str) -> Panel:
         rest = _moving(shape, limbs, np.zeros(2), "rest", ("", "", ""))
         moved = _moving(shape, limbs, shift, "moved", ("displaced", "", ""))
         layers += [*rest, *departing(moved, rest)]
-    return Panel(layers, axes=("X", "Y"), title=title)
+    return Panel(layers, axes=("X", "Y"), title=title, kind="displaced" if is_moved else "at_rest")
 
 
 def _moving(shape: Shape, limbs: int, shift: np.ndarray, role: Role, words: tuple[str, str, str]) -> list[Layer]:

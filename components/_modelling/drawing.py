@@ -8,7 +8,9 @@
 A part offers pictures by such a function beside `analyze`, with arguments of its own, and by `moving` the drawing of
 what it does in a run: a panel, and the displacements of its layers as functions of the part's signals (`Moving`). How a
 layer looks follows from its role and from the number of points of a cell; with values it is coloured, and the panel has
-a scale.
+a scale. A drawing can be reduced to the kinds of panels that a reader wants, and to views of orthographic projection:
+
+    drawing.showing(["posture"]).seen_from(["top", "front", "side"])
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +24,12 @@ from hfsa.components._modelling.errors import ModelError, one_of
 
 Role = Literal["body", "rest", "moved", "axis", "mark"]
 """What a layer shows: a body, one at rest beside its moved self, the moved one, an axis, or a mark."""
+
+View = Literal["top", "front", "side"]
+"""Direction of an orthographic projection: against Z, along Y, or against X."""
+
+_SEEN: dict[str, tuple[int, int]] = {"top": (0, 1), "front": (0, 2), "side": (1, 2)}
+"""Axes that a view shows, to the right and upwards."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +103,7 @@ class Panel:
         axes: names of the axes, (2,) or (3,).
         title: heading; empty for none.
         quantity, quantity_unit: words and unit of the layers' values; empty without.
+        kind: what it shows, in one word by which readers choose it, as `modes`; empty for none.
 
     Raises:
         ModelError: layers of different dimensions, or of another number than there are axes.
@@ -106,12 +115,25 @@ class Panel:
     title: str = ""
     quantity: str = ""
     quantity_unit: str = "1"
+    kind: str = ""
 
     def __post_init__(self):
         found = {layer.points.shape[1] for layer in self.layers}
         if found != {len(self.axes)}:
             words = " and ".join(map(str, sorted(found))) or "no"
             raise ModelError(f"a panel has {len(self.axes)} axes and layers of {words} dimensions, expected the same")
+
+    def seen_from(self, view: View) -> "Panel":
+        """Return a panel of three dimensions in an orthographic projection; `ModelError` for one of two."""
+        if len(self.axes) != 3:
+            raise ModelError(f"the panel {self.title!r} is flat; of three dimensions there are views from {view}")
+        seen = list(_SEEN[one_of(view, get_args(View), "a view")])
+        layers = [
+            replace(layer, points=layer.points[:, seen], rest=None if layer.rest is None else layer.rest[:, seen])
+            for layer in self.layers
+        ]
+        title = f"{self.title}, {view}" if self.title else view
+        return replace(self, layers=layers, axes=[self.axes[i] for i in seen], title=title)
 
 
 @dataclass(frozen=True)
@@ -124,6 +146,23 @@ class Drawing:
     def __post_init__(self):
         if not self.panels:
             raise ModelError(f"the drawing {self.title!r} has no panel, expected one or more")
+
+    @property
+    def kinds(self) -> list[str]:
+        """Kinds of its panels, each once."""
+        return list(dict.fromkeys(panel.kind for panel in self.panels if panel.kind))
+
+    def showing(self, kinds: Sequence[str]) -> "Drawing":
+        """Return the drawing of the panels of some kinds alone; `ModelError` for a kind that it has not."""
+        for kind in kinds:
+            if not self.kinds:
+                raise ModelError(f"the drawing {self.title!r} has no kinds of panels to choose from, found {kind!r}")
+            one_of(kind, self.kinds, "a kind of panel")
+        return replace(self, panels=[panel for kind in kinds for panel in self.panels if panel.kind == kind])
+
+    def seen_from(self, views: Sequence[View]) -> "Drawing":
+        """Return the drawing with every panel in each of some views; `ModelError` for one of two dimensions."""
+        return replace(self, panels=[panel.seen_from(view) for panel in self.panels for view in views])
 
 
 @dataclass(frozen=True)

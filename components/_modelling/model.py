@@ -17,6 +17,7 @@ each tick the sampled outputs are evaluated from the states and inputs before th
 A name with a range, `drive[1..3].slide`, declares one quantity per member; its symbol is a column vector.
 """
 
+import html
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -34,6 +35,9 @@ _NAME = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?(\.[A-Za-z_]\w*(\[[1-9]\d*\])?)
 
 SOLVERS = ("exact", "rosenbrock", "rk4", "cvode")
 """Names of the solvers of an exported Co-Simulation FMU; `fmus/_solvers.py` has the table of what they are."""
+
+_STARTED = (Kind.PARAMETER, Kind.INPUT, Kind.STATE, Kind.SAMPLED_STATE)
+"""Kinds of quantities that start from a value of their own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +215,19 @@ class Model:
 
     def __iter__(self) -> Iterator[Quantity]:
         return iter(self._quantities.values())
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: name, description, and a table of all quantities but constants."""
+        rows = [
+            (q.kind.replace("_", " "), q.name, q.unit, f"{q.start:.6g}" if q.kind in _STARTED else "", q.description)
+            for q in self
+            if q.kind != Kind.CONSTANT
+        ]
+        cells = ["".join(f"<td>{html.escape(word)}</td>" for word in row) for row in rows]
+        head = "".join(f"<th>{word}</th>" for word in ("kind", "name", "unit", "start", "description"))
+        body = "".join(f"<tr>{row}</tr>" for row in cells)
+        caption = f"{html.escape(self.name)}: {html.escape(self.description)}"
+        return f"<table><caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     def of(self, *kinds: Kind) -> list[Quantity]:
         """Return the quantities of these kinds in the order of declaration."""

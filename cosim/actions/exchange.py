@@ -125,9 +125,19 @@ class Exchange:
         assert failing is not None
         failing.instance.time = self.time
         failing.instance.check(failing, status)
-        name, sentence = failing.instance.name, failing.instance.warning(failing)
+        self._add_warnings(failing.instance.name, 1, failing.instance.warning(failing))
+
+    def hear(self) -> None:
+        """Add the warnings that instances have logged in calls that returned ok."""
+        for name, instance in self.wiring.instances.items():
+            count, sentence = instance.logged_warnings()
+            if count:
+                self._add_warnings(name, count, sentence)
+
+    def _add_warnings(self, name: str, number: int, sentence: str) -> None:
+        """Count warnings of an instance; the first sentence is kept."""
         count, first = self.told.get(name, (0, sentence))
-        self.told[name] = count + 1, first
+        self.told[name] = count + number, first
         if not count:
             self.warnings[name] = "; ".join(filter(None, (self._notices.get(name), first)))
 

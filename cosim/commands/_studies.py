@@ -11,8 +11,11 @@ import numpy as np
 from hfsa.components._modelling import study as studies
 from hfsa.components._modelling.study import Optimum, Range, Response, Study, bounds, optimum, response_map, slopes
 from hfsa.cosim.commands._shell import PICTURE, described_part, rendered, results_file, table
-from hfsa.cosim.figures.response_map import response_map_figure, save
+from hfsa.cosim.figures.response_map import response_map_figure
+from hfsa.cosim.figures.sensitivity import sensitivity_figure
+from hfsa.cosim.figures.style import save
 from hfsa.cosim.results.response_map import MapQuantity, ResponseMap, write_response_map
+from hfsa.cosim.results.target import check_picture
 from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
 
@@ -60,10 +63,10 @@ class StudyRequest:
         if len(requested) > 1:
             raise StructureError(f"{' and '.join(requested)} are different studies; take one at a time")
         has_file = self.map is not None or self.path is not None or self.is_over
-        if self.output is not None and not has_file:
+        if self.output is not None and not has_file and not self.sensitivity:
             raise StructureError(
-                "-o is the file of a map, a path or a table, which takes --map, --path or --over; --picture names its "
-                "own"
+                "-o is the file of a map, a path or a table, or a picture of sensitivities, which takes --map, --path, "
+                "--over or --sensitivity; --picture names its own"
             )
         if self.force and not has_file:
             raise StructureError(
@@ -84,7 +87,13 @@ def study_answer(study: Study, request: StudyRequest, name: str, words: Mapping[
         words: arguments of the study, as typed, with the tables of files.
     """
     if request.sensitivity:
-        return *_sensitivity(study), True
+        if request.output is not None:
+            check_picture(request.output)
+        data, text = _sensitivity(study)
+        if request.output is None:
+            return data, text, True
+        save(sensitivity_figure(study.title, data["sensitivity"]), request.output)
+        return {**data, "picture": request.output}, f"{text}\n{request.output}", True
     if request.map is not None:
         path, described = results_file(request.output, name, "map", request.force), described_part(name, words)
         return *_map(study, _items(request.map, "--map"), path, described, request.force), True

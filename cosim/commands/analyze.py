@@ -56,7 +56,7 @@ def analyze(
         commas, or by semicolons where they have commas; `0:12e-6:7` are seven values from 0 to 12e-6.
     output
         With `--map` or `--path`: file of the results (default: `results/NAME_map.h5` or `results/NAME_path.h5`). With
-        `--over`: file of the table (default: none).
+        `--over`: file of the table, with `--sensitivity`: a picture (default: none).
     """
     from hfsa.components._modelling.catalogue import drawn, following, part_named, studied
     from hfsa.cosim.assembly.models import available_parts

@@ -23,12 +23,12 @@ def plot(
     output: Output = None,
     json: Json = False,
 ) -> int:
-    """Draw recorded signals over time, or over each other: loops, paths of a platform, clouds of a workspace.
+    """Draw recorded signals over time, or over each other: loops, paths, clouds of a workspace, numbers of a table.
 
     Parameters
     ----------
     files
-        Results files of `hfsa run`, `hfsa compare` or `hfsa analyze --path`.
+        Results files of `hfsa run`, `hfsa compare`, `hfsa analyze --path` or `hfsa analyze --over`.
     x
         Signal on the horizontal axis (default: the time, or the row). With a range, `stage.stack[1..3].elongation`,
         there is one for each of the signals.

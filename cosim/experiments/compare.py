@@ -17,7 +17,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hfsa.cosim.assembly import cluster
 from hfsa.cosim.assembly.native_loop import chosen_loop
@@ -30,8 +30,13 @@ from hfsa.cosim.measurement.verification import check_verifiable
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice, ResultsError
 from hfsa.cosim.results.received import write_received
 from hfsa.cosim.results.target import check_new
+from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
 from hfsa.cosim.systems.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _UNSAFE = re.compile(r"[^\w.+,=-]+")
 _LONGEST_NAME = 150
@@ -65,6 +70,23 @@ class Comparison:
     title: str
     over: Mapping[str, tuple[Any, ...]]
     runs: tuple[Run, ...]
+
+    def plot(self) -> "Figure":
+        """Return the figure of all runs; `ResultsError` where none has anything to draw."""
+        outcomes = [run.outcome for run in self.runs]
+        if not any(outcome.groups for outcome in outcomes):
+            raise ResultsError(f"{self.title}: no run has anything to draw")
+        return drawn_by("comparison", "comparison_figure")(self.title, [run.label for run in self.runs], outcomes)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the largest value of each group of outputs, run by run, or why a run failed."""
+        names = list(dict.fromkeys((group.name, group.unit) for run in self.runs for group in run.outcome.groups))
+        rows = []
+        for run in self.runs:
+            peaks = {group.key: readable(group.peak, group.unit) for group in run.outcome.groups}
+            rows.append((run.label, *(peaks.get(name, "") for name in names), run.outcome.failure))
+        return summary(self.title, {"scene": self.scene}, ["run", *(f">{name}" for name, _ in names), "failure"], rows)
 
 
 @checked(zero=("amplitude",))

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,18 @@ from hfsa.cosim.experiments.sweep_plan import usage_errors
 from hfsa.cosim.experiments.sweep_request import EVEN
 from hfsa.cosim.fidelity import levels
 from hfsa.cosim.measurement.sweep import points_of, system_record
-from hfsa.cosim.results.files import Plan, Signal, SweepFile
+from hfsa.cosim.results.files import Plan, Signal, SweepFile, read_sweep
 from hfsa.cosim.results.target import check_new
 from hfsa.cosim.signals import excitation
+from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.errors import StructureError
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.systems.scene_file import scene_text
 from hfsa.cosim.systems.system import Connection
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 OUTPUTS = (Signal("loop_gain", "1"), Signal("sensitivity", "1"))
 """Outputs in the results file: L and S = 1 / (1 + L); the input is the connection."""
@@ -51,6 +56,29 @@ class OpenLoop:
     path: Path
     connection: Connection
     margins: Margins
+
+    def plot(self) -> "Figure":
+        """Return the Bode plot of loop gain and sensitivity; `ResultsError` where the file is gone."""
+        return drawn_by("bode", "bode_figure")([read_sweep(self.path)])
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the margins."""
+        margins = self.margins
+        rows = [("gain", f"{20 * math.log10(one.value):.4g} dB", readable(one.frequency, "Hz")) for one in margins.gain]
+        rows += [
+            ("phase", f"{math.degrees(one.value):.4g} deg", readable(one.frequency, "Hz")) for one in margins.phase
+        ]
+        peak = margins.sensitivity_peak, readable(margins.sensitivity_frequency, "Hz")
+        rows.append(("peak of the sensitivity", f"{20 * math.log10(peak[0]):.4g} dB", peak[1]))
+        facts = {
+            "file": self.path,
+            "closed loop": "stable" if margins.is_stable else "unstable",
+            "delay margin": "none" if math.isinf(margins.delay) else readable(margins.delay, "s"),
+        }
+        return summary(
+            f"loop opened at {self.connection.start} -> {self.connection.end}", facts, ["margin", ">value", ">at"], rows
+        )
 
 
 @checked()

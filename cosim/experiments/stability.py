@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hfsa.cosim.analysis.sampling import SamplingLimit, sampling_limit
 from hfsa.cosim.analysis.step_limits import StepLimit, step_limits
@@ -21,7 +21,12 @@ from hfsa.cosim.fidelity.step_judge import with_algorithm
 from hfsa.cosim.linear.linearize import linearize
 from hfsa.cosim.masters.algorithms import ALGORITHMS, LIMITED
 from hfsa.cosim.results.files import AlgorithmChoice, OrderChoice
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
 from hfsa.cosim.systems.scene import AUTO, Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,23 @@ class Stability:
     choice: AlgorithmChoice | None = None
     order: OrderChoice | None = None
     left_out: str = ""
+
+    def plot(self) -> "Figure":
+        """Return the figure of the longest stable step of each algorithm that can run the scene."""
+        longest = {limit.algorithm: limit.longest for limit in self.limits if not limit.message}
+        return drawn_by("step_limits", "step_limits_figure")(self.title, self.step_size, longest)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the longest stable step of each algorithm."""
+        facts = {"algorithm": self.algorithm, "step": readable(self.step_size, "s"), "not judged": self.left_out}
+        if self.sampling is not None:
+            facts["longest stable sample time"] = readable(self.sampling.longest, "s")
+        words = {math.inf: "every step", 0.0: "none"}
+        rows = [
+            (one.algorithm, one.message or words.get(one.longest) or readable(one.longest, "s")) for one in self.limits
+        ]
+        return summary(self.title, facts, ["algorithm", ">longest stable step"], rows)
 
 
 @checked()

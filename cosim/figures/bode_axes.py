@@ -15,8 +15,10 @@ from hfsa.cosim.figures.sheet import Panel, Sheet
 from hfsa.cosim.figures.style import ACCENT, GRID, INK, LETTER_WIDTH, font_size
 from hfsa.cosim.results.records import Status
 
-_PHASE_TICKS = (45, 90, 180, *range(360, 360_000, 360))
+PHASE_TICKS = (45, 90, 180, *range(360, 360_000, 360))
 """Intervals between phase ticks [deg]."""
+Pair = tuple[Any, Any]
+"""Axes of magnitude and of phase."""
 _DASHES = ("-", (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (3, 1)))
 """Line styles of the published frequencies of a scene."""
 
@@ -28,16 +30,16 @@ _HOLLOW = (
 """Statuses of measured points that are not plain ones, in words, with their markers."""
 
 
-def draw_panel(part: Any, panel: Panel, sheet: Sheet) -> None:
-    """Draw magnitude and phase of a panel into a part of the figure."""
-    upper, lower = part.subplots(2, 1, sharex=True, height_ratios=[1.55, 1])
-    for curve in sorted(panel.curves, key=lambda curve: not curve.is_line):
+def draw_panel(axes: Pair, panel: Panel, sheet: Sheet) -> None:
+    """Draw magnitude and phase of a panel into its axes."""
+    upper, lower = axes
+    for curve in sorted(panel.curves, key=lambda curve: (not curve.is_faint, not curve.is_line)):
         _draw_curve(upper, curve, curve.level)
         _draw_curve(lower, curve, curve.phase)
     _scale_axes(upper, lower, panel, sheet.intervals)
     for peak in panel.peaks:
-        for axes in (upper, lower):
-            axes.axvline(peak.x, color=ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
+        for each in (upper, lower):
+            each.axvline(peak.x, color=ACCENT, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.7, zorder=1)
     _mark_published(upper, lower, panel)
     _mark_failures(lower, panel)
     upper.set_ylabel(sheet.magnitude.format(f"dB re 1 {panel.unit}" if panel.unit else "dB"))
@@ -50,10 +52,11 @@ def draw_panel(part: Any, panel: Panel, sheet: Sheet) -> None:
 def _draw_curve(axes: Any, curve: Curve, values: NDArray[np.float64]) -> None:
     """Draw a theoretical response as a line, a measured one as points."""
     if curve.is_line:
-        axes.plot(curve.frequency, values, color=curve.colour, linewidth=1.6, alpha=0.75, label=curve.label, zorder=2)
+        look = {"linewidth": 1.0, "zorder": 1.2} if curve.is_faint else {"linewidth": 1.6, "alpha": 0.75, "zorder": 2}
+        axes.plot(curve.frequency, values, color=curve.colour, label=curve.label, **look)
         return
     settled = curve.status == Status.DONE
-    look = {"markersize": 5.2, "linestyle": "none", "zorder": 4}
+    look = {"markersize": 3.0 if curve.is_faint else 5.2, "linestyle": "none", "zorder": 1.2 if curve.is_faint else 4}
     axes.plot(
         curve.frequency[settled],
         values[settled],
@@ -89,7 +92,7 @@ def _scale_axes(upper: Any, lower: Any, panel: Panel, intervals: int) -> None:
     phases = np.concatenate([curve.phase for curve in panel.curves])
     span = phases.max() - phases.min()
     if span > 30:
-        lower.yaxis.set_major_locator(MultipleLocator(next(s for s in _PHASE_TICKS if span <= intervals * s)))
+        lower.yaxis.set_major_locator(MultipleLocator(next(s for s in PHASE_TICKS if span <= intervals * s)))
     lower.set_ylim(phases.min() - max(0.07 * span, 5), phases.max() + max(0.07 * span, 5))
     for axes in (upper, lower):
         axes.grid(which="major", color=GRID, linewidth=0.7)
@@ -118,18 +121,28 @@ def _mark_failures(axes: Any, panel: Panel) -> None:
         axes.plot(failed, bottom, "x", color="#b00020", transform=transform, clip_on=False, label="failed", zorder=6)
 
 
+def add_legend(figure: Figure, pairs: Sequence[Pair]) -> None:
+    """Add one legend below the figure, with each entry of any panel once."""
+    _add_legend(figure, {label: handle for pair in pairs for label, handle in _legend_entries(pair).items()}, 10)
+
+
 def add_legends(figure: Figure, parts: Sequence[Any]) -> None:
     """Add one legend below the figure where all parts have the same entries, else one below each part."""
-    found = [_legend_entries(part) for part in parts]
+    found = [_legend_entries(part.axes) for part in parts]
     same = all(entries.keys() == found[0].keys() for entries in found)
     for owner, entries in [(figure, found[0])] if same else zip(parts, found, strict=True):
-        width = owner.bbox.width / figure.dpi
-        fitting = max(int(width / (0.6 + LETTER_WIDTH * max(map(len, entries)))), 1)
-        place = {"loc": "outside lower center", "ncols": min(len(entries), fitting)}
-        owner.legend(list(entries.values()), list(entries), **place, fontsize=10 if same else 8.5)
+        _add_legend(owner, entries, 10 if same else 8.5)
 
 
-def _legend_entries(part: Any) -> dict[str, Any]:
-    """Return the legend entries of a part by label."""
-    drawn = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in part.axes)
+def _add_legend(owner: Any, entries: dict[str, Any], size: float) -> None:
+    """Add a legend below a figure or a part of it, with as many columns as fit."""
+    width = owner.bbox.width / owner.get_figure(root=True).dpi
+    fitting = max(int(width / (0.6 + LETTER_WIDTH * max(map(len, entries)))), 1)
+    place = {"loc": "outside lower center", "ncols": min(len(entries), fitting)}
+    owner.legend(list(entries.values()), list(entries), **place, fontsize=size)
+
+
+def _legend_entries(every: Sequence[Any]) -> dict[str, Any]:
+    """Return the legend entries of axes by label."""
+    drawn = (zip(*axes.get_legend_handles_labels(), strict=True) for axes in every)
     return {label: handle for pairs in reversed(list(drawn)) for handle, label in pairs}

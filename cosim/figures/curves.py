@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.labels import Peak
-from hfsa.cosim.figures.style import COLOURS
+from hfsa.cosim.figures.style import COLOURS, GRID
 from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import ResultsError, Signal, Status
 from hfsa.cosim.signals.branches import JUMP_DOWN, JUMP_UP
@@ -37,7 +37,8 @@ _MOST_PEAKS = 4
 class Curve:
     """Entry of a results file: magnitude [dB] and phase [deg] over frequency [Hz], without missing points.
 
-    `jumps` are pairs of indices: the points before and after a jump from one branch to another.
+    `jumps` are pairs of indices: the points before and after a jump from one branch to another. A faint curve has no
+    colour of its own.
     """
 
     bode: Bode
@@ -50,6 +51,7 @@ class Curve:
     jumps: Sequence[tuple[int, int]] = ()
     colour: str = COLOURS[0]
     label: str = ""
+    is_faint: bool = False
 
     @property
     def is_line(self) -> bool:
@@ -143,6 +145,20 @@ def name_curves(by_output: Mapping[str, Sequence[Curve]], sweeps: Sequence[Bode]
         curve.colour = COLOURS[(outputs.index(curve.output.name) + sibling) % len(COLOURS)]
 
 
+def fade(by_output: Mapping[str, Sequence[Curve]]) -> None:
+    """Make all but the largest outputs of a panel faint where there are more than colours, under one label."""
+    if len(by_output) <= len(COLOURS):
+        return
+    ordered = sorted(by_output, key=lambda name: -max(curve.level.max() for curve in by_output[name]))
+    for place, name in enumerate(ordered):
+        for curve in by_output[name]:
+            if place < len(COLOURS) - 1:
+                curve.colour = COLOURS[place]
+            else:
+                curve.colour, curve.is_faint = GRID, True
+                curve.label = f"{len(ordered) - len(COLOURS) + 1} smaller responses"
+
+
 def align_phases(curves: Sequence[Curve]) -> None:
     """Shift the phases of curves of one output to the branch of the densest curve, which begins in (-180, 180]."""
     dense = _densest(curves)
@@ -154,7 +170,7 @@ def align_phases(curves: Sequence[Curve]) -> None:
 
 def find_peaks(by_output: Mapping[str, Sequence[Curve]]) -> list[Peak]:
     """Return the peaks to label, highest first: 3 dB above their surroundings, the highest of close ones."""
-    dense = [_densest(curves) for curves in by_output.values()]
+    dense = [_densest(curves) for curves in by_output.values() if not curves[0].is_faint]
     positions = [_peak_position(curve, i) for curve in dense for i in resonances(curve.level)]
     peaks: list[Peak] = []
     for f, level in sorted(positions, key=lambda position: -position[1]):

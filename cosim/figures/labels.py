@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import LineCollection
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
@@ -35,8 +36,17 @@ class Peak:
     label: str
 
 
+@dataclass(frozen=True)
+class Text:
+    """Text beside a point at data coordinates x, y."""
+
+    x: float
+    y: float
+    words: str
+
+
 def spread_frequencies(axes: Any) -> None:
-    """Set the ticks of a logarithmic frequency axis, as many as their labels have room for."""
+    """Set the ticks of a logarithmic horizontal axis of frequencies or costs, as many as their labels have room for."""
     low, high = axes.get_xlim()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -89,6 +99,50 @@ def label_peaks(axes: Any, peaks: Sequence[Peak], **look: Any) -> None:
                 text.set_position(((box.x0 - own.x0) / point, (box.y0 - own.y0) / point))
                 break
             text.remove()
+
+
+def place_texts(axes: Any, texts: Sequence[Text], **look: Any) -> None:
+    """Add texts beside their points, each where it lies on no other, within the axes, and if possible on no line.
+
+    `look` holds properties of the texts.
+    """
+    point = axes.get_figure(root=True).dpi / 72
+    inside = axes.get_window_extent()
+    lines = [
+        drawn.get_transform().transform_path(path)
+        for drawn in axes.collections
+        if isinstance(drawn, LineCollection)
+        for path in drawn.get_paths()
+    ]
+    taken: list[Bbox] = []
+    for text in texts:
+        place = {"xytext": (0, 0), "textcoords": "offset points", "ha": "left", "va": "bottom", "in_layout": False}
+        drawn = axes.annotate(text.words, (text.x, text.y), annotation_clip=False, **place, **look)
+        at, own = axes.transData.transform((text.x, text.y)), drawn.get_window_extent()
+        boxes = list(_beside(at, own, _GAP * point))
+        free = [box for box in boxes if not any(box.overlaps(other) for other in taken)]
+        within = [box for box in free if _is_within(box, inside)]
+        clear = [box for box in within if not any(path.intersects_bbox(box, filled=False) for path in lines)]
+        box = (clear or within or free or boxes)[0]
+        taken.append(box)
+        drawn.set_position(((box.x0 - own.x0) / point, (box.y0 - own.y0) / point))
+
+
+def _beside(at: Sequence[float], own: Bbox, gap: float) -> Iterator[Bbox]:
+    """Yield boxes of a text [pixels] around its point, the best first: to its right, to its left, above and below."""
+    right, left, center = gap, -own.width - gap, -own.width / 2
+    middle, above, below = -own.height / 2, gap, -own.height - gap
+    beside = [(x, y) for y in (middle, above, below) for x in (right, left)]
+    for times in (1.0, 2.5):
+        for x, y in [*beside, (center, above), (center, below)]:
+            yield Bbox.from_bounds(
+                at[0] + x, at[1] + y + (times - 1) * own.height * np.sign(y + own.height / 2), *own.size
+            )
+
+
+def _is_within(box: Bbox, around: Bbox) -> bool:
+    """Whether a box lies within another."""
+    return around.x0 <= box.x0 and box.x1 <= around.x1 and around.y0 <= box.y0 and box.y1 <= around.y1
 
 
 def _label(axes: Any, peak: Peak, label: str, look: Mapping[str, Any]) -> Any:

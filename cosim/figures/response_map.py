@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from hfsa.cosim.figures.style import ACCENT, COLOURS, INK, STYLE, save
@@ -46,17 +47,22 @@ def response_map_figure(found: ResponseMap) -> Figure:
             unused.remove()
         for axes, response in zip(panels.ravel(), found.responses.values(), strict=False):
             _draw(figure, axes, x, y, response.values.T, response.unit)
-            axes.set_title(response.description, fontsize=9.5, loc="left")
+            value = f"the design: {readable(response.present, response.unit)}"
+            axes.set_title(f"{response.description}\n{value}", fontsize=9.5, loc="left")
             axes.set_xlabel(labels[0])
             axes.tick_params(labelbottom=True)
             if x[0] <= present[0] <= x[-1] and y[0] <= present[1] <= y[-1]:
-                axes.plot(*present, "o", label=f"the design, {readable(response.present, response.unit)}", **_MARK)
+                axes.plot(*present, "o", label="the design", **_MARK)
             if np.any(np.isnan(response.values)):
                 axes.plot([], [], "s", color="white", markeredgecolor=INK, label="blank: cannot be built")
-            if axes.get_legend_handles_labels()[0]:
-                axes.legend(loc="upper right", frameon=True, fontsize=8.5)
         for axes in panels[:, 0]:
             axes.set_ylabel(labels[1])
+        drawn = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in figure.axes]
+        if entries := {label: handle for pairs in drawn for handle, label in pairs}:
+            figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=2, fontsize=9)
+        figure.draw_without_rendering()
+        for axes in figure.axes:
+            _thin_out(axes)
     return figure
 
 
@@ -76,6 +82,17 @@ def _draw(
     bar = figure.colorbar(filled, ax=axes, pad=0.02)
     bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
     bar.ax.set_title("" if shown == "1" else shown, fontsize=9)
+
+
+def _thin_out(axes: Any) -> None:
+    """Remove the labels of lines that lie on an earlier one, as they do near a pole."""
+    kept: list[Bbox] = []
+    for text in list(axes.texts):
+        box = text.get_window_extent()
+        if any(box.overlaps(other) for other in kept):
+            text.remove()
+        else:
+            kept.append(box)
 
 
 def _label(name: str, axis: MapQuantity, unit: str) -> str:

@@ -1,18 +1,26 @@
-"""Layout of a Bode plot: panels of curves with a common unit, arranged in rows and columns."""
+"""Layout of a Bode plot: panels of curves with a common unit, arranged in rows and columns.
+
+Few responses share panels by unit. More have a small panel each: inputs over outputs where both are several, else row
+after row. Of yet more, those that are largest in their panel have colours, and the others are faint.
+"""
 
 import itertools
+import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from hfsa.cosim.figures.curves import Curve, Entry, align_phases, find_peaks, name_curves
+from hfsa.cosim.figures.curves import Curve, Entry, align_phases, fade, find_peaks, name_curves
 from hfsa.cosim.figures.labels import Peak
-from hfsa.cosim.figures.style import LETTER_WIDTH
+from hfsa.cosim.figures.style import COLOURS, LETTER_WIDTH
 from hfsa.cosim.results.files import Bode
 from hfsa.cosim.results.records import Signal
 
 _MOST_SHARED = 12
 """Number of entries above which each has a small panel of its own."""
-_PANEL, _SMALL_PANEL = (4.2, 4.8), (2.7, 2.6)
+_MOST_PANELS = 64
+"""Number of entries above which they share panels all the same."""
+_PANEL, _SMALL_PANEL = (4.2, 4.8), (2.1, 1.85)
 """Width and height [inch]."""
 
 
@@ -50,6 +58,8 @@ class Sheet:
         magnitude, phase, frequency: labels of the axes.
         intervals: largest number of intervals between phase ticks.
         above, beside: headings of the columns and rows; empty without headings.
+        heading: what all panels have in common; empty for nothing.
+        is_shared: whether panels share the axes of their row and column.
     """
 
     rows: Sequence[Sequence[Panel | None]]
@@ -61,17 +71,23 @@ class Sheet:
     intervals: int = 6
     above: Sequence[str] = ()
     beside: Sequence[str] = ()
+    heading: str = ""
+    is_shared: bool = False
 
 
 def sheet_of(sweeps: Sequence[Bode], entries: Sequence[Entry]) -> Sheet:
     """Return the sheet of entries: panels by unit, or small panels by entry where there are many."""
-    count = len({(curve.output.name, source.name) for source, _, curve in entries})
-    return (sheet_by_entry if count > _MOST_SHARED else sheet_by_unit)(sweeps, entries)
+    names = {(source.name, unit, curve.output.name) for source, unit, curve in entries}
+    together = Counter((source, unit) for source, unit, _ in names)
+    is_few = len(names) <= _MOST_SHARED and max(together.values()) <= len(COLOURS)
+    return (sheet_by_unit if is_few or len(names) > _MOST_PANELS else sheet_by_entry)(sweeps, entries)
 
 
 def sheet_by_unit(sweeps: Sequence[Bode], entries: Sequence[Entry]) -> Sheet:
     """Return a sheet with a column for each input and a panel for each unit in it, the unit of the input first."""
     panels = _panels(sweeps, entries, key=lambda entry: (entry.input.name, entry.unit))
+    for panel in panels:
+        fade(panel.outputs)
     order = list(dict.fromkeys(source.name for bode in sweeps for source in bode.inputs))
     panels.sort(key=lambda panel: (order.index(panel.input.name), panel.unit != ""))
     columns = [list(column) for _, column in itertools.groupby(panels, lambda panel: panel.input.name)]
@@ -86,15 +102,40 @@ def sheet_by_unit(sweeps: Sequence[Bode], entries: Sequence[Entry]) -> Sheet:
 
 
 def sheet_by_entry(sweeps: Sequence[Bode], entries: Sequence[Entry]) -> Sheet:
-    """Return a sheet of small panels with a column for each input and a row for each output, named at its edges."""
+    """Return a sheet of small panels with a column for each input and a row for each output, named at its edges.
+
+    Of one input, or of one output, panels with titles follow each other row by row.
+    """
     panels = _panels(sweeps, entries, key=lambda entry: (entry.input.name, entry.curve.output.name))
     there = {(panel.input.name, name): panel for panel in panels for name in panel.outputs}
-    inputs, outputs = ({name: None for names in there for name in names[side : side + 1]} for side in (0, 1))
-    above = [name for name in dict.fromkeys(s.name for bode in sweeps for s in bode.inputs) if name in inputs]
-    beside = [name for name in dict.fromkeys(s.name for bode in sweeps for s in bode.outputs) if name in outputs]
-    rows = [[there.get((source, output)) for source in above] for output in beside]
-    size = (0.6 + _SMALL_PANEL[0] * len(above), 1.0 + _SMALL_PANEL[1] * len(beside))
-    return Sheet(rows, size, 7.0, "{}", "deg", "Hz", 3, above, beside)
+    for panel in panels:
+        panel.peaks = panel.peaks[:1]
+    above = [name for name in _names(sweeps, "inputs") if any(source == name for source, _ in there)]
+    beside = [name for name in _names(sweeps, "outputs") if any(output == name for _, output in there)]
+    if len(above) > 1 and len(beside) > 1:
+        rows = [[there.get((source, output)) for source in above] for output in beside]
+        return _small(rows, above=above, beside=beside)
+    for (source, output), panel in there.items():
+        panel.title = output if len(above) == 1 else source
+    ordered = [there[pair] for pair in itertools.product(above, beside)]
+    columns = math.ceil(math.sqrt(len(ordered)))
+    padded = [*ordered, *[None] * (-len(ordered) % columns)]
+    arrow = "\N{RIGHTWARDS ARROW}"
+    heading = f"{above[0]}  {arrow}" if len(above) == 1 else f"{arrow}  {beside[0]}"
+    return _small([padded[i : i + columns] for i in range(0, len(padded), columns)], heading=heading)
+
+
+def _small(
+    rows: Sequence[Sequence[Panel | None]], above: Sequence[str] = (), beside: Sequence[str] = (), heading: str = ""
+) -> Sheet:
+    """Return the sheet of small panels that share axes."""
+    size = (1.0 + _SMALL_PANEL[0] * max(len(rows[0]), 2), 1.3 + _SMALL_PANEL[1] * len(rows))
+    return Sheet(rows, size, 7.0, "{}", "deg", "Hz", 3, above, beside, heading, is_shared=True)
+
+
+def _names(sweeps: Sequence[Bode], side: str) -> list[str]:
+    """Return the names of the inputs or outputs of sweeps, each once."""
+    return list(dict.fromkeys(signal.name for bode in sweeps for signal in getattr(bode, side)))
 
 
 def _panels(sweeps: Sequence[Bode], entries: Sequence[Entry], key: Callable[[Entry], tuple[str, str]]) -> list[Panel]:

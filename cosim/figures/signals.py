@@ -3,8 +3,9 @@
     figure = plot("results/stage_tracking_run.h5", ["stage.stack[1..3].force"], x="stage.stack[1..3].elongation")
     figure.savefig("force.pdf")
 
-A panel has the signals whose names differ in their indices only. Of one file each signal has a colour, of several files
-each file has one, and each signal a line style. Over an axis in their own unit, signals have equal scales.
+A panel has the signals of one unit whose names differ in their indices only. Of one file each signal has a colour, of
+several files each file has one, and each signal a line style. Over an axis in their own unit, signals have equal
+scales, but numbers of a table.
 """
 
 import itertools
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from hfsa.cosim.figures.style import COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.measurement.limit_flags import is_limit
 from hfsa.cosim.measurement.trial import thinned
-from hfsa.cosim.results.recorded import ROW, TIME, Recorded, read_recorded
+from hfsa.cosim.results.recorded import CASE, ROW, TIME, Recorded, read_recorded
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.signals.prefixes import prefixed
 from hfsa.cosim.systems.names import compact, expand, legible, matching_names, nearest
@@ -115,9 +116,9 @@ def signals_figure(
     shade = _full_names(recorded, [colour])[0] if colour is not None else None
     if shade is not None and len(recorded) > 1:
         raise ResultsError(f"the colour {shade} is for the points of one file; there are {len(recorded)}")
-    panels: dict[tuple[str, str], list[_Pair]] = {}
-    for pair in pairs:
-        panels.setdefault(pair.panel, []).append(pair)
+    panels: dict[tuple[tuple[str, str], str], list[_Pair]] = {}
+    for pair in pairs:  # elements of a vector, such as a pose, may have several units
+        panels.setdefault((pair.panel, _unit(recorded, pair.signal)), []).append(pair)
     columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
     tall = 4.4 if x is not None else 2.7
@@ -192,7 +193,7 @@ def _draw(
         axes.set_ylabel(up.shown if up.shown != "1" else "")
     else:
         axes.set_ylabel(up.label)
-        if across.unit == up.unit:
+        if across.unit == up.unit and recorded[0].axis != CASE:
             axes.set_aspect("equal", adjustable="datalim")
     if 1 < len(members) <= len(COLOURS) and shade is None:
         _name_members(axes, members, len(recorded) > 1)

@@ -43,7 +43,12 @@ def save(figure: Figure, path: Path) -> None:
 
     An existing picture is replaced; `ResultsError` for any other existing file, or where the file cannot be written.
     """
+    write_picture(path, drawn(figure, picture_format(path)))
+
+
+def drawn(figure: Figure, ending: str) -> bytes:
+    """Return the figure as a picture of the format of a file name ending."""
     written = io.BytesIO()
     with mpl.rc_context(STYLE):
-        figure.savefig(written, format=picture_format(path))
-    write_picture(path, written.getvalue())
+        figure.savefig(written, format=ending)
+    return written.getvalue()

@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from hfsa.cosim.figures.labels import spread_frequencies
 from hfsa.cosim.figures.style import ACCENT, COLOURS, GRID, INK, STYLE, save
 from hfsa.cosim.results.trade import Trade, TradeRow
 from hfsa.cosim.signals.prefixes import prefixed
@@ -51,7 +52,8 @@ def trade_figure(found: Trade) -> Figure:
         axes.set_xlabel(f"CPU time per simulated second ({unit})")
         axes.set_ylabel("Largest relative error")
         axes.grid(which="major", color=GRID, linewidth=0.5)
-        axes.legend(loc="upper right", fontsize=8.5)
+        spread_frequencies(axes)
+        figure.legend(loc="outside lower center", ncols=2, fontsize=8.5)
         axes.set_title(f"{found.title}: {found.purpose}", fontsize=11, loc="left", fontweight="bold")
     return figure
 

@@ -171,7 +171,13 @@ class BaseInstance:
     def warning(self, call: Call) -> str:
         """Return the message for a prepared call that returned a warning."""
         at = "" if self.time is None else f" at t = {self.time:.9g} s"
+        self._log.take_warnings()
         return f"{self.name}: {self._function_of(call.role)}: warning{at}: {self._log.take() or 'without a message'}"
+
+    def logged_warnings(self) -> tuple[int, str]:
+        """Return number and first message of the warnings logged by calls that returned ok, since the last call."""
+        count, text = self._log.take_warnings()
+        return count, f"{self.name}: logged a warning: {text}" if count else ""
 
     def directional(self, unknowns: Handle, knowns: Handle) -> Call:
         """Return the prepared call of a directional derivative: seed in the array of knowns, result in the other.

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from hfsa.cosim.archives.archive import Archive, check_regular
 from hfsa.cosim.fmi.demands import TRUE, Demands, demands
@@ -133,6 +133,10 @@ class Description:
         """Whether it is sampled: it has a parameter `sample_time`, and every output is discrete."""
         outputs = [v for v in self.variables.values() if v.causality == "output"]
         return self.has_sample_time and bool(outputs) and all(v.variability == "discrete" for v in outputs)
+
+    def sample_time(self, start: Mapping[str, Any]) -> float | None:
+        """Return the time [s] between its ticks with start values by name; `None` where it is not sampled."""
+        return float(start.get(SAMPLE_TIME, self.variables[SAMPLE_TIME].start or 0.0)) if self.is_sampled else None
 
     @cached_property
     def has_sample_time(self) -> bool:

@@ -51,7 +51,8 @@ _LOG_CATEGORIES = ("logStatusWarning", "logStatusDiscard", "logStatusError", "lo
 class Log:
     """Log messages of one instance; `environment` is the pointer that the FMU passes to the logger.
 
-    `callbacks` is the structure of functions to which an FMI 2 instance keeps a pointer.
+    `callbacks` is the structure of functions to which an FMI 2 instance keeps a pointer. `warned` counts the messages
+    with the status of a warning since they were last taken, `warning` is the first of them.
     """
 
     _open: ClassVar[dict[int, "Log"]] = {}
@@ -60,6 +61,7 @@ class Log:
     def __init__(self):
         self.environment = next(self._numbers)
         self.messages: deque[str] = deque(maxlen=20)
+        self.warned, self.warning = 0, ""
         self.callbacks: fmi2CallbackFunctions | None = None
         self._open[self.environment] = self
 
@@ -69,22 +71,35 @@ class Log:
         self.messages.clear()
         return text
 
+    def take_warnings(self) -> tuple[int, str]:
+        """Return number and first text of the messages with the status of a warning since the last call."""
+        found = self.warned, self.warning
+        self.warned, self.warning = 0, ""
+        return found
+
     def close(self) -> None:
         """Remove the log from the open ones."""
         self._open.pop(self.environment, None)
 
     @classmethod
-    def write(cls, environment: int | None, message: bytes | None) -> None:
-        """Add a message to the log with an environment."""
+    def write(cls, environment: int | None, status: int, message: bytes | None) -> None:
+        """Add a message with a status to the log with an environment."""
         log = cls._open.get(environment or 0)
-        if log is not None and message:
-            log.messages.append(message.decode(errors="replace").strip())
+        if log is None or not message:
+            return
+        text = message.decode(errors="replace").strip()
+        log.messages.append(text)
+        if status == WARNING:
+            log.warning = log.warning if log.warned else text
+            log.warned += 1
 
 
 _NOEXEC = "failed to map segment"
 """What the linker of a system says of a library in a folder where nothing may be executed."""
 
-LOGGER3 = fmi3LogMessageCallback(lambda environment, _status, _category, message: Log.write(environment, message))
+LOGGER3 = fmi3LogMessageCallback(
+    lambda environment, status, _category, message: Log.write(environment, status, message)
+)
 """Logger of FMI 3 instances."""
 
 
@@ -300,7 +315,7 @@ class Library3(Library):
 _allocate = ctypes.cast(fmpy.calloc, fmi2CallbackAllocateMemoryTYPE)
 _release = ctypes.cast(fmpy.free, fmi2CallbackFreeMemoryTYPE)
 _python_logger2 = fmi2CallbackLoggerTYPE(
-    lambda environment, _name, _status, _category, message: Log.write(environment, message)
+    lambda environment, _name, status, _category, message: Log.write(environment, status, message)
 )
 # the proxy of fmpy, in C, formats the printf arguments that Python cannot receive
 _proxied = fmi2CallbackFunctions(_python_logger2, _allocate, _release)

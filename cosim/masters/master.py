@@ -128,6 +128,7 @@ class Master(ABC):
         self._exchange.enter(start_time, stop_time, {**fed, **(starts or {})})
         self._exchange.leave()
         self._exchange.run([*self._early.values(), *self.point])
+        self._exchange.hear()
         self._watch.check(self.time)
         if self._scheme.moving is not None:
             self._give_slopes()
@@ -165,7 +166,10 @@ class Master(ABC):
         if not self._is_ready:
             raise StructureError("the master is not at a communication point: initialize it first")
         self._is_ready = False  # until the last exchange is complete
-        self._take(steps)
+        try:
+            self._take(steps)
+        finally:
+            self._exchange.hear()
         self._is_ready = True
 
     @abstractmethod

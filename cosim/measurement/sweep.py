@@ -205,6 +205,7 @@ def _instance_record(name: str, component: Component, description: Description) 
         solver="" if component.is_foreign else _solver(description),
         start=component.start,
         is_foreign=component.is_foreign,
+        sample_time=description.sample_time(component.start),
     )
 
 

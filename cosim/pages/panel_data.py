@@ -7,17 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hfsa.cosim.figures.drawing import Layer, Panel
-from hfsa.cosim.figures.style import ACCENT, COLOURS, INK
+from hfsa.cosim.figures.drawing import ROLE_COLOURS, Layer, Panel
 from hfsa.cosim.signals.prefixes import prefixed
 
-_ON_LIGHT = {"body": COLOURS[0], "rest": "#a7aeb8", "moved": COLOURS[1], "axis": ACCENT, "mark": INK}
 _ON_DARK = {"body": "#6fb1ec", "rest": "#6b7280", "moved": "#f08a96", "axis": "#e8a06b", "mark": "#e6e9ee"}
 _WIDTH = {"body": 7, "rest": 4, "moved": 6, "axis": 3, "mark": 2}
 _DIGITS = 7
 """Digits of coordinates, which keep a page small."""
 
-LOOKS = {"colours": {"light": _ON_LIGHT, "dark": _ON_DARK}, "widths": _WIDTH}
+LOOKS = {"colours": {"light": ROLE_COLOURS, "dark": _ON_DARK}, "widths": _WIDTH}
 """Colours and widths of layers by their roles."""
 
 

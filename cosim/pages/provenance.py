@@ -1,9 +1,12 @@
-"""Where a results file comes from: its attributes, the FMUs with their hashes, and the scene with its connections."""
+"""Where a results file comes from: its attributes, the FMUs with their hashes, and the scene with its blocks."""
 
 from pathlib import Path
 
-from hfsa.cosim.pages.blocks import Section, folded, paragraph, table
+from hfsa.cosim.figures.diagram import diagram_figure, svg
+from hfsa.cosim.figures.diagram_layout import is_available, layout
+from hfsa.cosim.pages.blocks import Section, folded, paragraph, picture, table
 from hfsa.cosim.results.source import Source, read_source
+from hfsa.cosim.systems.diagram import Diagram, Facts, diagram
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.names import compact
 from hfsa.cosim.systems.scene_file import read_scene_text
@@ -28,18 +31,22 @@ def provenance(file: Path) -> Section:
 
 
 def _scene(found: Source) -> list[str]:
-    """Return the connections of a scene as a table, and its text."""
+    """Return the block diagram of a scene, its connections as a table, and its text."""
     try:
-        system = read_scene_text(found.scene).system
+        scene = read_scene_text(found.scene)
     except StructureError:
         return [paragraph(found.scene)] if found.scene else []
-    pairs: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for connection in system.connections:
-        ends = [system.split(name) for name in (connection.start, connection.end)]
-        pairs.setdefault((ends[0][0], ends[1][0]), []).append((ends[0][1], ends[1][1]))
-    rows = [
-        (start, end, ", ".join(compact([a for a, _ in names])), ", ".join(compact([b for _, b in names])))
-        for (start, end), names in pairs.items()
-    ]
+    facts = {one.instance: Facts(one.level, one.sample_time) for one in found.instances}
+    made = diagram(scene, found.attributes.get("title", "Scene"), facts)
+    rows = [(link.start, link.end, *(", ".join(compact(names)) for names in link.names)) for link in made.links]
     tables = [table(["from", "to", "outputs", "inputs"], rows, "Connections")] if rows else []
-    return [*tables, folded("The scene as a file", found.scene)]
+    return [*_picture(made), *tables, folded("The scene as a file", found.scene)]
+
+
+def _picture(made: Diagram) -> list[str]:
+    """Return the picture of a diagram; none without the library that places its blocks."""
+    if not is_available():
+        return []
+    drawn = svg(made, diagram_figure(made, layout(made)))
+    remark = "Algebraic loops and conversions of units are not marked, as the file does not have them."
+    return [picture(drawn, "image/svg+xml", f"{made.title}: {made.description}"), paragraph(remark)]

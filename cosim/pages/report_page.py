@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hfsa.cosim.pages.blocks import Plot, Section
+from hfsa.cosim.pages.blocks import Block, Machine, Section
 from hfsa.cosim.pages.page import Page
+from hfsa.cosim.pages.panel_data import LOOKS
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Part:
 
 def report_page(title: str, parts: Sequence[Part]) -> Page:
     """Return the page of a report."""
-    plots: list[Plot] = []
+    places = _Places()
     body = []
     if len(parts) > 1:
         links = "".join(f'<li><a href="#part{i}">{html.escape(part.heading)}</a></li>' for i, part in enumerate(parts))
@@ -31,23 +32,33 @@ def report_page(title: str, parts: Sequence[Part]) -> Page:
         body.append(f'<section id="part{i}" class="file"><h2>{html.escape(part.heading)}</h2>')
         for section in part.sections:
             body.append(f"<section><h3>{html.escape(section.heading)}</h3>")
-            body += [_block(block, plots) for block in section.blocks]
+            body += [places.block(block) for block in section.blocks]
             body.append("</section>")
         body.append("</section>")
-    data = {"plots": [_plot(plot) for plot in plots]}
-    return Page(title, "\n".join(body), ("report.js",), data)
+    data = {"plots": places.plots, "machines": places.machines, **LOOKS}
+    return Page(title, "\n".join(body), ("panel.js", "report.js"), data)
 
 
-def _block(block: str | Plot, plots: list[Plot]) -> str:
-    """Return a block as HTML; a figure is drawn by the page's script in the place that is left for it."""
-    if isinstance(block, str):
-        return f'<div class="wide">{block}</div>'
-    plots.append(block)
-    words, name, height = html.escape(block.words), f"plot{len(plots) - 1}", f"height:{block.height}px"
-    place = f'<div class="plot" id="{name}" role="img" aria-label="{words}" style="{height}"></div>'
+class _Places:
+    """Places that a page leaves for what its script draws, and the data of each."""
+
+    def __init__(self):
+        self.plots: list[dict[str, Any]] = []
+        self.machines: list[dict[str, Any]] = []
+
+    def block(self, block: Block) -> str:
+        """Return a block as HTML."""
+        if isinstance(block, str):
+            return f'<div class="wide">{block}</div>'
+        if isinstance(block, Machine):
+            self.machines.append(block.panel)
+            return _place(f"machine{len(self.machines) - 1}", block.words, block.height)
+        self.plots.append({"traces": list(block.traces), "layout": block.layout})
+        return _place(f"plot{len(self.plots) - 1}", block.words, block.height)
+
+
+def _place(name: str, words: str, height: int) -> str:
+    """Return the place of a figure, with what it shows in words."""
+    words = html.escape(words)
+    place = f'<div class="plot" id="{name}" role="img" aria-label="{words}" style="height:{height}px"></div>'
     return f"<figure>{place}<figcaption>{words}</figcaption></figure>"
-
-
-def _plot(plot: Plot) -> dict[str, Any]:
-    """Return a figure as plain data."""
-    return {"traces": list(plot.traces), "layout": plot.layout}

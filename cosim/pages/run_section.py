@@ -12,12 +12,15 @@ from hfsa.cosim.results.recorded import Recorded
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.signals.prefixes import readable
 
+_POINTS = 20_000
+"""Number of points at most of all curves of a run: a report may hold several."""
+
 
 def run_section(run: Run, recorded: Recorded) -> Section:
     """Return the section on a run."""
     ended = f"Ended {run.status}" + (f": {run.message}" if run.message else "")
     blocks: list[str | Plot] = [paragraph(ended)]
-    signals = signal_data(recorded)
+    signals = signal_data(recorded, _POINTS)
     for unit in dict.fromkeys(signal["unit"] for signal in signals):
         blocks.append(_plot(unit, [signal for signal in signals if signal["unit"] == unit], recorded.axis))
     rows = [(name, *_numbers(run, name)) for name in run.values]

@@ -15,9 +15,12 @@ from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, Signal, Theory
 from hfsa.cosim.results.store import reading
 from hfsa.cosim.results.sweep_file import COMPUTED, DOWN, HARMONICS, is_downward
+from hfsa.cosim.signals.prefixes import readable
 from hfsa.cosim.systems.names import nearest
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from xarray import Dataset
 
 
@@ -82,6 +85,38 @@ class Bode:
     def entry(self, output: str, input: str) -> NDArray[np.complex128]:  # noqa: A002 (name of the axis in the file)
         """Return the response of one output to one input, shape (frequencies,); `ResultsError` if there is none."""
         return self.response[:, self._index(output, self.outputs), self._index(input, self.inputs)]
+
+    def plot(self, *others: "Bode", outputs: Sequence[str] = (), inputs: Sequence[str] = ()) -> "Figure":
+        """Return the Bode plot of the sweep, with others in the same axes; arguments and errors as `bode_figure`."""
+        return drawn_by("bode", "bode_figure")([self, *others], outputs, inputs)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the largest response of each output to each input, and the largest error of the steps."""
+        facts = {
+            "file": self.path,
+            "status": self.attributes.get("status", ""),
+            "method": self.settings.get("method", ""),
+            "frequencies": f"{len(self.frequency)}, {self.frequency.min():g} to {self.frequency.max():g} Hz"
+            if len(self.frequency)
+            else "none",
+        }
+        rows = (self._summary(o, i) for i in range(len(self.inputs)) for o in range(len(self.outputs)))
+        headings = ["input", "output", ">points", ">largest", ">at", ">largest step error"]
+        return summary(str(self.attributes.get("title", "sweep")), facts, headings, rows)
+
+    def _summary(self, output: int, source: int) -> tuple[object, ...]:
+        """Return the row of an output per input in the summary."""
+        to, by = self.outputs[output], self.inputs[source]
+        size, error = np.abs(self.response[:, output, source]), self.step_error[:, output, source]
+        done, known = np.flatnonzero(np.isfinite(size)), error[np.isfinite(error)]
+        points = f"{len(done)} of {len(size)}"
+        if not len(done):
+            return by.name, to.name, points, "", "", ""
+        at = done[size[done].argmax()]
+        unit = "" if to.unit == by.unit else f" {to.unit}/({by.unit})"
+        worst = f"{100 * known.max():.2g} %" if len(known) else "not known"
+        return by.name, to.name, points, f"{size[at]:.4g}{unit}", readable(float(self.frequency[at]), "Hz"), worst
 
     def to_xarray(self) -> "Dataset":
         """Return the sweep as an `xarray.Dataset` over frequency, output and input; requires the extra `analysis`."""

@@ -4,6 +4,7 @@ identify(path, os.lstat(path))      # -> (FileKind.RESULTS, "a results file")
 """
 
 import enum
+import json
 import os
 import re
 import stat
@@ -32,11 +33,17 @@ PICTURE_SIGNATURES = {
 PARAMETER_SET = "# parameter set of hfsa"
 """First line of a file of parameters written by hfsa."""
 
+DIAGRAM = "// block diagram of hfsa"
+"""First line of a block diagram as text."""
+
 PAGE_SIGNATURE = "<!doctype html><!-- page of hfsa -->"
 """First line of a page written by hfsa."""
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"
+_GLTF = b"glTF"
+_LONGEST_HEADER = 1 << 26
+"""Number of bytes at most of the description in a glTF file that is read."""
 _TABLES = {b"MATLAB 5.0 MAT-file": "a MAT file", b"PAR1": "a Parquet file"}
 """First bytes of tables, and their names."""
 
@@ -44,7 +51,7 @@ TABLE_ENDINGS = ("csv", "mat", "parquet")
 """Endings of tables."""
 
 OTHER_ENDINGS = frozenset(
-    (*PICTURE_SIGNATURES, *TABLE_ENDINGS, "html", "fmu", "ssp", "toml", "py", "txt", "json", "xml")
+    (*PICTURE_SIGNATURES, *TABLE_ENDINGS, "dot", "fmu", "glb", "html", "ssp", "toml", "py", "txt", "json", "xml")
 )
 """Endings that promise something else than HDF5."""
 
@@ -62,6 +69,8 @@ class FileKind(enum.Enum):
     PARAMETERS = enum.auto()
     TABLE = enum.auto()
     PAGE = enum.auto()
+    DIAGRAM = enum.auto()
+    MODEL = enum.auto()
     OTHER = enum.auto()
 
 
@@ -84,6 +93,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return _hdf5_kind(real)
     if head.startswith(_ZIP):
         return _archive_kind(real)
+    if head.startswith(_GLTF):
+        return _gltf_kind(real)
     if head.startswith(PARAMETER_SET.encode()):
         return FileKind.PARAMETERS, "a parameter set"
     if table := next((words for signature, words in _TABLES.items() if head.startswith(signature)), ""):
@@ -92,6 +103,8 @@ def identify(real: Path, info: os.stat_result) -> tuple[FileKind, str]:
         return FileKind.TABLE, "a CSV file"
     if head.startswith(PAGE_SIGNATURE.encode()):
         return FileKind.PAGE, "a page"
+    if head.startswith(DIAGRAM.encode()):
+        return FileKind.DIAGRAM, "a block diagram"
     for ending in PICTURE_SIGNATURES:
         if _has_signature(head, ending):
             return FileKind.OTHER, f"a picture ({ending.upper()})"
@@ -126,6 +139,23 @@ def _archive_kind(real: Path) -> tuple[FileKind, str]:
     if "modelDescription.xml" in names:
         return FileKind.FMU, "an FMU"
     return (FileKind.PACKAGE, "an SSP") if "SystemStructure.ssd" in names else (FileKind.OTHER, "a ZIP archive")
+
+
+def _gltf_kind(real: Path) -> tuple[FileKind, str]:
+    """Return the kind of a binary glTF file by its generator."""
+    other = FileKind.OTHER, "a 3D model of another program"
+    with open(real, "rb") as file:
+        header = file.read(20)
+        if len(header) < 20:
+            return other
+        length = int.from_bytes(header[12:16], "little")
+        content = file.read(min(length, _LONGEST_HEADER))
+    try:
+        asset = json.loads(content)["asset"]
+        is_ours = asset["generator"] == TOOL
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return other
+    return (FileKind.MODEL, "a 3D model") if is_ours else other
 
 
 def _head(real: Path) -> bytes:

@@ -21,6 +21,7 @@ from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, SystemRecord
 from hfsa.cosim.results.store import Store, reading
+from hfsa.cosim.systems.notebook import summarized, summary
 
 COMPONENTS = ("torque[1]", "torque[2]", "torque[3]", "force[1]", "force[2]", "force[3]")
 """Components of a wrench."""
@@ -116,6 +117,15 @@ class Identification:
     def is_complete(self) -> bool:
         """Whether the manoeuvre determines all parameters."""
         return self.rank == len(self.parameters)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the parameters with their standard deviations, and what the manoeuvre determines of them."""
+        columns = zip(self.parameters.items(), self.value, self.standard_deviation, self.model, strict=True)
+        rows = [(name, f"{v:.6g}", f"{d:.2g}", f"{m:.6g}", unit) for (name, unit), v, d, m in columns]
+        facts = {"file": self.path, "source": self.source, "rank": f"{self.rank} of {len(self.parameters)}"}
+        headings = ["parameter", ">value", ">standard deviation", ">model", "unit"]
+        return summary(f"inertia of {self.body}", facts, headings, rows)
 
     @classmethod
     def read(cls, path: str | Path) -> "Identification":

@@ -1,10 +1,11 @@
-"""Recorded signals of a results file: those of a run over time, or the numbers of a part along a path over its rows.
+"""Recorded signals of a results file: of a run over time, or the numbers of a part over the rows of a path or a table.
 
 found = read_recorded("results/stage_tracking_run.h5")
 found.values["stage.stack[1].elongation"], found.units, found.axis
 """
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.store import reading
 
-TIME, ROW = "time", "row"
+TIME, ROW, CASE = "time", "row", "case"
 
 _KINDS = {"time": "time", "path": "row"}
 """Coordinate of each group of signals."""
@@ -35,8 +36,8 @@ class Recorded:
     Attributes:
         path: the file.
         title: title of the scene or study.
-        axis: `time`, or `row` where the rows have no time.
-        at: times [s] or numbers of the rows, (rows,), ascending.
+        axis: `time`, `row` where the rows have no time, `case` of a table.
+        at: times [s] or numbers of the rows or cases, (rows,), ascending.
         values: signals by name, (rows,) each, NaN where a part cannot be.
         units: units by name.
     """
@@ -61,9 +62,11 @@ class Recorded:
 
 
 def read_recorded(path: str | Path) -> Recorded:
-    """Read the signals of a run or a path, finished or not; `ResultsError` where the file holds neither."""
+    """Read the signals of a run, a path or a table, finished or not; `ResultsError` where the file holds none."""
     path = Path(path)
     with reading(path) as file:
+        if "analyses" in file and "over" in file:
+            return _read_analyses(path, hdf5.text(file.attrs["title"]), file["over"], file["analyses"])
         kind = next((name for name in _KINDS if name in file), None)
         if kind is None:
             other = next((words for name, words in _OTHERS.items() if name in file), f"{', '.join(file) or 'nothing'}")
@@ -82,3 +85,24 @@ def _read(path: Path, title: str, axis: str, group: Node) -> Recorded:
         return Recorded(path, title, axis, at, values, units)
     reached = np.all([np.isfinite(v) for v in values.values()], axis=0) if values else np.isfinite(rows)
     return Recorded(path, title, axis, rows[reached], {name: v[reached] for name, v in values.items()}, units)
+
+
+def _read_analyses(path: Path, title: str, over: Node, group: Node) -> Recorded:
+    """Return the numbers of a table over its cases, and the varied arguments; elements are `pose[1]`, `stiffness[1,2]`.
+
+    Units of a result stand for its elements along the first axis, where there are several.
+    """
+    values: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    for node in (over, group):  # a result of an argument's name has its unit
+        for name, dataset in members(node).items():
+            if name == "case" or dataset.dtype.kind not in "fi":
+                continue
+            array = np.asarray(dataset[:], dtype=float)
+            each = hdf5.text(dataset.attrs.get("units", "1")).split("; ")
+            for place in itertools.product(*map(range, array.shape[1:])):
+                index = ",".join(str(i + 1) for i in place)
+                full = f"{name}[{index}]" if place else name
+                values[full] = array[(slice(None), *place)]
+                units[full] = each[place[0]] if place and len(each) == array.shape[1] else each[0]
+    return Recorded(path, title, CASE, np.asarray(over["case"][:], dtype=float), values, units)

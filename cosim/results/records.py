@@ -131,6 +131,7 @@ class InstanceRecord:
         start: start values that were set, by variable.
         choice: choice of its level; `None` where the scene names the level.
         is_foreign: whether the FMU is of another maker.
+        sample_time: time between its ticks [s]; `None` where it is not sampled.
     """
 
     instance: str
@@ -143,6 +144,7 @@ class InstanceRecord:
     start: Mapping[str, float] = field(default_factory=dict)
     choice: LevelChoice | None = None
     is_foreign: bool = False
+    sample_time: float | None = None
 
 
 @dataclass(frozen=True)

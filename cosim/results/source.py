@@ -51,7 +51,17 @@ def _instance(name: str, group: h5py.Group) -> InstanceRecord:
     model, file, sha256, level, solver = (
         hdf5.text(group.attrs.get(key, "")) for key in ("name", "file", "sha256", "level", "solver")
     )
-    return InstanceRecord(name, model, file, sha256, int(group.attrs.get("fmi_version", 0)), level, solver)
+    sample_time = group.attrs.get("sample_time")
+    return InstanceRecord(
+        name,
+        model,
+        file,
+        sha256,
+        int(group.attrs.get("fmi_version", 0)),
+        level,
+        solver,
+        sample_time=None if sample_time is None else float(sample_time),
+    )
 
 
 def _sentences(group: h5py.Group) -> list[str]:

@@ -9,6 +9,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,10 @@ from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import SystemRecord
 from hfsa.cosim.results.store import Store, reading
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 GEOMETRIC = 10.0
 """Ratio of the ends of an axis from which its points are spaced geometrically."""
@@ -59,6 +64,25 @@ class StabilityMap:
     def agreement(self) -> tuple[int, int]:
         """Number of points at which a simulation agrees, and of points simulated."""
         return int((self.verified == 1).sum()), int((self.verified >= 0).sum())
+
+    def plot(self) -> "Figure":
+        """Return the figure of the map."""
+        return drawn_by("stability_map", "stability_map_figure")(self, self.scene)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the axes, and how much of them is stable."""
+        agree, simulated = self.agreement
+        facts = {
+            "algorithm": self.algorithm,
+            "step": f"{self.step_size:.4g} s",
+            "stable": f"{int(self.stable.sum())} of {int(self.built.sum())} points",
+            "simulations that agree": f"{agree} of {simulated}",
+        }
+        rows = [
+            (axis.name, f"{axis.values.min():.4g}", f"{axis.values.max():.4g}", len(axis.values)) for axis in self.axes
+        ]
+        return summary(f"stability of {self.scene}", facts, ["axis", ">from", ">to", ">points"], rows)
 
 
 def write_stability_map(path: Path, found: StabilityMap, title: str, force: bool = False) -> None:

@@ -22,6 +22,8 @@ def write_system(group: Node, system: SystemRecord) -> None:
         for attribute in ("name", "file", "sha256", "fmi_version", "level", "solver"):
             value = getattr(record, attribute)
             instance.attrs[attribute] = legible(value) if isinstance(value, str) else value
+        if record.sample_time is not None:
+            instance.attrs["sample_time"] = record.sample_time
         # texts are in the scene alone, which has them all
         numbers = {name: value for name, value in record.start.items() if not isinstance(value, str)}
         _write_named(instance, "start", numbers)

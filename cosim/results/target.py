@@ -4,6 +4,8 @@
     check_continued(path)         # a results file that a sweep resumes
     check_picture(path)           # a figure
     check_page(path)              # a page
+    check_diagram(path)           # a block diagram as text
+    check_model(path)             # a 3D model
     check_fmu(path)               # an exported FMU
     check_package(path)           # an exported SSP
     check_parameters(path, force) # a parameter set
@@ -142,9 +144,24 @@ def check_page(path: Path) -> Target:
     """Return the target of a page; `ResultsError` unless it is a page of hfsa or does not exist."""
     if path.suffix != ".html":
         raise ResultsError(f"cannot write {path}: a page is an HTML file, expected the ending .html")
+    return _check_own(path, FileKind.PAGE)
+
+
+def check_diagram(path: Path) -> Target:
+    """Return the target of a diagram as text; `ResultsError` unless it is one of hfsa or does not exist."""
+    return _check_own(path, FileKind.DIAGRAM)
+
+
+def check_model(path: Path) -> Target:
+    """Return the target of a 3D model; `ResultsError` unless it is one of hfsa or does not exist."""
+    return _check_own(path, FileKind.MODEL)
+
+
+def _check_own(path: Path, kind: FileKind) -> Target:
+    """Return a target of a kind that hfsa alone writes; `ResultsError` unless it is of the kind or does not exist."""
     target = inspect(path)
     if target.kind is not FileKind.NOTHING:
-        if target.kind is not FileKind.PAGE:
+        if target.kind is not kind:
             raise _not_replaced(path, target)
         _check_writable(path, target)
     _check_folder(path, target)

@@ -13,11 +13,17 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hfsa.cosim.results import hdf5
 from hfsa.cosim.results.hdf5 import Node
 from hfsa.cosim.results.records import ResultsError, SystemRecord
 from hfsa.cosim.results.store import Store, reading
+from hfsa.cosim.signals.prefixes import readable
+from hfsa.cosim.systems.notebook import drawn_by, summarized, summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _NUMBERS = {
     "step_size": "s",
@@ -145,6 +151,20 @@ class Trade:
         """The front, with the answer and the default, the cheapest first."""
         others = [self.rows[i] for i in (self.answer, self.own) if i is not None]
         return sorted({id(row): row for row in (*self.front, *others)}.values(), key=lambda row: row.cost)
+
+    def plot(self) -> "Figure":
+        """Return the figure of error over CPU time."""
+        return drawn_by("trade", "trade_figure")(self)
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the front with the answer and the default, the cheapest first, and the answer in words."""
+        facts = {"file": self.path, "tolerance": f"{100 * self.tolerance:g} %", "answer": " ".join(self.sentences[:1])}
+        rows = [
+            ("answer" if row is self.best else "", str(row), f"{100 * row.error:.2g} %", readable(row.cost, "s"))
+            for row in self.shown
+        ]
+        return summary(self.title, facts, ["", "configuration", ">error", ">CPU time per simulated second"], rows)
 
     @classmethod
     def read(cls, path: str | Path) -> "Trade":

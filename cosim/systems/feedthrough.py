@@ -14,9 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 
-import numpy as np
-
 from hfsa.cosim.systems.connectors import Connector
+from hfsa.cosim.systems.cycles import representatives
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.system import Connection, System
 
@@ -40,7 +39,7 @@ class Feedthrough:
 def feedthrough(system: System, connectors: Connectors) -> Feedthrough:
     """Return the order of exchange; `connectors` holds the variables of each component's FMU by name."""
     dependencies = _dependencies(system, connectors)
-    loop_of = _representatives(dependencies)
+    loop_of = representatives(dependencies)
     outside = {name: {loop_of[other] for other in others} - {loop_of[name]} for name, others in dependencies.items()}
     members: dict[str, list[str]] = {}
     for name, loop in loop_of.items():
@@ -95,27 +94,6 @@ def _inputs_of(system: System, connectors: Connectors, output: str) -> set[str]:
     if dependencies is None:
         dependencies = tuple(name for name, found in connectors[component].items() if found.causality == "input")
     return {f"{component}.{name}" for name in dependencies}
-
-
-def _representatives(dependencies: Mapping[str, set[str]]) -> dict[str, str]:
-    """Return a representative of the strongly connected component of each output; mostly the output itself."""
-    try:
-        TopologicalSorter(dependencies).prepare()
-    except CycleError:
-        pass
-    else:
-        return {name: name for name in dependencies}
-    from scipy.sparse import csr_matrix  # imported here, as it takes a third of a second and few systems have loops
-    from scipy.sparse.csgraph import connected_components
-
-    names = list(dependencies)
-    places = {name: i for i, name in enumerate(names)}
-    pairs = [(places[name], places[other]) for name, others in dependencies.items() for other in others]
-    rows, columns = zip(*pairs, strict=True) if pairs else ((), ())
-    graph = csr_matrix((np.ones(len(pairs)), (rows, columns)), shape=(len(names), len(names)))
-    _, labels = connected_components(graph, directed=True, connection="strong") if names else (0, [])
-    first: dict[int, str] = {}
-    return {name: first.setdefault(int(label), name) for name, label in zip(names, labels, strict=True)}
 
 
 def _merge_levels(

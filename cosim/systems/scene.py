@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.kinds import instance, is_number, is_positive, listed, refuse, table, text, texts
 from hfsa.cosim.systems.names import expand
+from hfsa.cosim.systems.notebook import summarized, summary
 from hfsa.cosim.systems.system import Component, System
 
 AUTO = "auto"
@@ -88,6 +89,25 @@ class Scene:
             self.system.split(name)
             if not is_positive(size):
                 refuse(f"the scale of {name}", size, "a positive number in its unit")
+
+    @summarized
+    def _repr_html_(self) -> str:
+        """Return the components, and how they are excited, observed and stepped."""
+        low, high = self.band
+        facts = {
+            "inputs": ", ".join(self.inputs) or "a motion of its own",
+            "outputs": ", ".join(self.outputs),
+            "band": f"{low:g} to {high:g} Hz",
+            "step": f"{self.step_size:g} s",
+            "algorithm": self.algorithm,
+            "tolerance": f"{100 * self.tolerance:g} %",
+        }
+        rows = [
+            (one.name, one.part, one.level or "", ", ".join(f"{name}={value}" for name, value in one.arguments.items()))
+            for one in self.system.components
+        ]
+        title = f"scene of {len(rows)} components, {len(self.system.connections)} connections"
+        return summary(title, facts, ["component", "part", "level", "arguments"], rows)
 
     def _check_numbers(self) -> None:
         """Raise `StructureError` for a band, step, time, tolerance, amplitude or mark that is no such number."""

@@ -20,7 +20,7 @@ from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.kinds import instances, is_number, refuse, table, text
 from hfsa.cosim.systems.names import expand, nearest, reorder, repeated
 
-_COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?$")
+_COMPONENT = re.compile(r"^[A-Za-z_]\w*(\[[1-9]\d*\])?\Z")
 
 CONVENTIONS = "hfsa"
 """Conventions of names that a scene may declare of an FMU of another maker."""

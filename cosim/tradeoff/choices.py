@@ -17,6 +17,7 @@ from hfsa.cosim.fidelity.nonlinearity import STEADY
 from hfsa.cosim.fmi.assembly import Assembly
 from hfsa.cosim.fmi.co_simulation import StepError
 from hfsa.cosim.results.records import LevelChoice
+from hfsa.cosim.systems.cycles import on_cycles
 from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene import Scene
 from hfsa.cosim.tradeoff.configuration import Composition
@@ -88,33 +89,13 @@ def _groups(parts: Assembly) -> Iterator[tuple[tuple[str, ...], ...]]:
     ours = [c.name for c in system.components if not c.is_foreign]
     continuous = [name for name in ours if not parts.descriptions[name].is_sampled]
     edges = {(system.split(c.start)[0], system.split(c.end)[0]) for c in system.connections}
-    loops = tuple(group for group in _on_loops(continuous, edges) if len(group) > 1)
+    loops = tuple(group for group in on_cycles(continuous, edges) if len(group) > 1)
     for found in (loops, _connected(continuous, edges), _connected(ours, edges)):
         if found:
             yield found
 
 
-def _on_loops(names: Sequence[str], edges: set[tuple[str, str]]) -> list[tuple[str, ...]]:
-    """Return the strongly connected groups of names, in their order."""
-    reached = {name: _reached(name, names, edges) for name in names}
-    groups: dict[str, tuple[str, ...]] = {}
-    for name in names:
-        if name not in groups:
-            group = tuple(other for other in names if other in reached[name] and name in reached[other])
-            groups |= dict.fromkeys(group, group)
-    return list(dict.fromkeys(groups.values()))
-
-
 def _connected(names: Sequence[str], edges: set[tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
     """Return the groups of two or more names that connections join, in their order."""
     either = edges | {(end, start) for start, end in edges}
-    return tuple(group for group in _on_loops(names, either) if len(group) > 1)
-
-
-def _reached(name: str, names: Sequence[str], edges: set[tuple[str, str]]) -> set[str]:
-    """Return the names that connections lead to from one, itself included."""
-    found, new = {name}, {name}
-    while new:
-        new = {end for start, end in edges if start in new and end in names} - found
-        found |= new
-    return found
+    return tuple(group for group in on_cycles(names, either) if len(group) > 1)

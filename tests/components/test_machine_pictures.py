@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hfsa.components import ModelError
@@ -15,6 +15,7 @@ from hfsa.components._mechanics.sdelta_picture import displaced_joints, feet, jo
 from hfsa.components._mechanics.sdelta_robot import THESIS_MACHINE, Robot
 from hfsa.components._mechanics.tba_design import DESIGNS, link_length
 from hfsa.components._mechanics.tba_picture import limb_points
+from hfsa.components.rrr_stage import analyze as analyze_stage
 from hfsa.components.rrr_stage import picture as stage_picture
 from hfsa.components.sdelta import analyze, picture
 from hfsa.components.tba_accelerometer import picture as sensor_picture
@@ -38,6 +39,10 @@ def test_modes_of_the_drawing_have_the_frequencies_and_axes_of_analyze():
         np.testing.assert_allclose(np.abs(along @ numbers["modal_directions"][:, i]), 1, rtol=1e-12)
         offset = axis[0] - (np.array(TILTED.position) + numbers["modal_points_S"][:, i])
         assert np.linalg.norm(np.cross(offset, along)) < 1e-12
+    # all modal screws in one panel are those of the modes
+    (screws,) = drawing.showing(["modal_screws"]).panels
+    for panel, layer in zip(drawing.showing(["modes"]).panels, screws.layers[-6:], strict=True):
+        np.testing.assert_array_equal(layer.points, panel.layers[-1].points)
 
 
 def test_a_displaced_joint_moves_as_a_rigid_body_does():
@@ -54,6 +59,22 @@ def test_links_of_the_stage_keep_their_lengths(elongation):
     A, B, C = moved_hinges(NOMINAL, forward(NOMINAL, elongation))
     np.testing.assert_allclose(np.linalg.norm(B - A, axis=1), NOMINAL.crank, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(C - B, axis=1), NOMINAL.coupler, rtol=1e-12)
+
+
+@settings(max_examples=10)
+@given(st.tuples(*[st.integers(-10_000, 10_000)] * 3).filter(any))
+def test_hinges_have_the_stress_of_analyze(nanometres):
+    elongation = tuple(1e-9 * length for length in nanometres)
+    numbers = analyze_stage(level="exact", elongation=elongation)
+    *_, moved = stage_picture(elongation=elongation).panels
+    (layer,) = [layer for layer in moved.layers if layer.values is not None]
+    np.testing.assert_allclose(layer.values, list(numbers["hinge_stress"].values()), rtol=1e-9, atol=1e-3)
+    assert [note.split(":")[0] for note in layer.notes] == [f"hinge {name}" for name in numbers["hinge_stress"]]
+
+
+@pytest.mark.parametrize("elongation", [0.0, 5e-324, 1e-310, 1e-25], ids=str)
+def test_a_stage_that_hardly_moves_is_drawn_at_rest(elongation):
+    assert [panel.title for panel in stage_picture(elongation=(elongation, 0.0, 0.0)).panels] == ["at rest"]
 
 
 @pytest.mark.parametrize("limbs", [3, 4, 6], ids=["three", "four", "six"])

@@ -2,7 +2,7 @@
  * It cannot reset, has no derivatives, and does not tell that it can get and set its state. Functions that are not here
  * are stubs that return an error. FOLLOW is a lie about its dependencies: y follows u at once, which the description
  * denies; REFUSE gives no state, LOSE takes none back; DAWDLE takes 20 ms for each step, HANG for ever; NEGATIVE and
- * BEYOND return statuses that no standard has. Built with DEADLY, it kills the process as soon as it is loaded: 1 by a
+ * BEYOND return statuses that no standard has; MUTTER logs a warning and returns ok. Built with DEADLY, it kills the process as soon as it is loaded: 1 by a
  * signal, 2 by an exit. */
 
 #define _POSIX_C_SOURCE 200809L
@@ -21,7 +21,7 @@
 #endif
 
 enum { TIME, U, Y, BEHAVIOUR, AT, VALUES };
-enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH, REFUSE, LOSE, DAWDLE, HANG, NEGATIVE, BEYOND };
+enum { WARN = 1, DISCARD, FAIL, DIE, FINISH, GO_NAN, FOLLOW, CRASH, REFUSE, LOSE, DAWDLE, HANG, NEGATIVE, BEYOND, MUTTER };
 
 typedef struct {
   double v[VALUES];
@@ -53,6 +53,8 @@ static int step(Fmu* f, double t, double h, int* finish) {
   if (kind == BEYOND) return 101;
   return kind >= WARN && kind <= DIE ? kind : 0;
 }
+
+static int mutters(Fmu* f, double t) { return t >= f->v[AT] && f->v[BEHAVIOUR] == MUTTER; }
 
 static int values(Fmu* f, const unsigned* r, size_t n, double* out, const double* in) {
   for (size_t i = 0; i < n; i++) {
@@ -118,6 +120,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
   int finish, status = step(f, t, h, &finish);
   *terminate = finish;
   if (status) f->log(f->environment, status, "logStatusError", "the spring is broken");
+  if (mutters(f, t)) f->log(f->environment, fmi3Warning, "logStatusWarning", "the spring creaks");
   return status;
 }
 
@@ -151,6 +154,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
   Fmu* f = c;
   int finish, status = step(f, t, h, &finish);
   if (status) f->host->logger(f->host->componentEnvironment, "f", status, "logStatusError", "the %s is %s", "spring", "broken");
+  if (mutters(f, t)) f->host->logger(f->host->componentEnvironment, "f", fmi2Warning, "logStatusWarning", "it %s", "creaks");
   return status;
 }
 

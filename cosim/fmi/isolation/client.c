@@ -125,17 +125,18 @@ void take(Client* c, int i, void* data) {
   if (c->sizes[i]) memcpy(data, block(c->shared, i), c->sizes[i]);
 }
 
-static void tell(Client* c, const char* message) {
-  if (c->log_2) c->log_2(c->environment, "", 0, "", "%s", message);
-  if (c->log_3) c->log_3(c->environment, 0, "", message);
+static void tell(Client* c, int status, const char* message) {
+  if (c->log_2) c->log_2(c->environment, "", status, "", "%s", message);
+  if (c->log_3) c->log_3(c->environment, status, "", message);
 }
 
+/* Give the logger the messages of the FMU, each of which begins with the digit of its status. */
 static void tell_all(Client* c) {
   Shared* s = c->shared;
   size_t n = s->n_log < LOG ? s->n_log : LOG;
   for (size_t i = 0; i < n; i += strlen(s->log + i) + 1) {
     s->log[LOG - 1] = 0;
-    tell(c, s->log + i);
+    if (s->log[i]) tell(c, s->log[i] - '0', s->log + i + 1);
   }
   s->n_log = 0;
 }
@@ -188,7 +189,7 @@ int ask(Client* c, int function) {
   Shared* s = c->shared;
   if (c->ending) return c->ending;
   if (c->is_too_large) {
-    tell(c, "one call moves more values than the memory shared with the FMU's process holds");
+    tell(c, 0, "one call moves more values than the memory shared with the FMU's process holds");
     return 3;
   }
   s->function = function;

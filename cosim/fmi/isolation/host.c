@@ -43,13 +43,15 @@ static const char* const names[] = {FUNCTIONS(NAME)};
 
 /* Messages and prints ------------------------------------------------------------------------------------------------ */
 
-static void note(const char* message) {
+/* Keep a message after the character of its status: a digit, '9' for one that FMI does not know. */
+static void note(int status, const char* message) {
   Shared* s = host.shared;
   pthread_mutex_lock(&logging);
-  size_t n = s->n_log, length = strlen(message) + 1;
-  if (n < LOG - 1) {
+  size_t n = s->n_log, length = strlen(message) + 2;
+  if (n < LOG - 2) {
     if (length > LOG - n) length = LOG - n;
-    memcpy(s->log + n, message, length);
+    s->log[n] = (char)('0' + (status < 0 || status > 9 ? 9 : status));
+    memcpy(s->log + n + 1, message, length - 1);
     s->log[n + length - 1] = 0;
     s->n_log = (uint32_t)(n + length);
   }
@@ -59,16 +61,16 @@ static void note(const char* message) {
 static void log_2(void* environment, const char* name, int status, const char* category, const char* message, ...) {
   char text[2048];
   va_list arguments;
-  (void)environment, (void)name, (void)status, (void)category;
+  (void)environment, (void)name, (void)category;
   va_start(arguments, message);
   vsnprintf(text, sizeof text, message, arguments);
   va_end(arguments);
-  note(text);
+  note(status, text);
 }
 
 static void log_3(void* environment, int status, const char* category, const char* message) {
-  (void)environment, (void)status, (void)category;
-  note(message ? message : "");
+  (void)environment, (void)category;
+  note(status, message ? message : "");
 }
 
 static void keep(const char* printed, size_t n) {
@@ -244,7 +246,7 @@ static int call(Shared* s) {
   if (!f) {
     char text[256];
     snprintf(text, sizeof text, "the binary lacks %s, a function of the standard", names[s->function]);
-    note(text);
+    note(0, text);
     return NOT_LOADED;
   }
   switch (s->function) {
@@ -285,7 +287,7 @@ static void start(const char* binary) {
   signal(SIGPIPE, SIG_DFL);
   wait_for(1);
   host.binary = dlopen(binary, RTLD_NOW | RTLD_LOCAL);
-  if (!host.binary) note(dlerror());
+  if (!host.binary) note(0, dlerror());
   s->address = 0;
 }
 

@@ -19,6 +19,8 @@ const hfsa = (() => {
 
   const coordinates = (layer, share) => lines(layer, places(layer, share));
 
+  const scale = (panel) => ({ colorscale: "Cividis", colorbar: { title: { text: panel.quantity, side: "right" }, len: 0.9, y: 0.47 } });
+
   function trace(layer, panel) {
     const [x, y, z] = coordinates(layer, 1);
     const kind = layer.cells[0].length;
@@ -31,18 +33,20 @@ const hfsa = (() => {
       const [i, j, k] = [0, 1, 2].map((corner) => layer.cells.map((cell) => cell[corner]));
       const paint = layer.values === null
         ? { color: colour, opacity: 0.45 }
-        : { intensity: layer.values, colorscale: "Cividis", colorbar: { title: { text: panel.quantity } }, hovertemplate: `${where}<br>%{intensity:.4g}<extra>${panel.quantity}</extra>` };
+        : { intensity: layer.values, ...scale(panel), hovertemplate: `${where}<br>%{intensity:.4g}<extra>${panel.quantity}</extra>` };
       const note = layer.notes.length === 1 ? { hovertemplate: `${layer.notes[0]}<br>${where}<extra></extra>` } : {};
       return { type: "mesh3d", ...common, i, j, k, flatshading: true, hoverinfo: "text", ...paint, ...note };
     }
-    const notes = layer.notes.length && kind === 2
-      ? { text: layer.notes.flatMap((note) => [note, note, ""]), hovertemplate: `%{text}<br>${where}<extra></extra>` }
-      : {};
+    const texts = kind === 2 ? layer.notes.flatMap((note) => [note, note, ""]) : layer.notes;
+    const notes = texts.length ? { text: texts, hovertemplate: `%{text}<br>${where}<extra></extra>` } : {};
     if (kind === 2) {
       const dash = layer.role === "axis" ? "dashdot" : "solid";
       return { type: "scatter3d", mode: "lines", ...common, line: { color: colour, width: data.widths[layer.role], dash }, ...notes };
     }
-    return { type: "scatter3d", mode: "markers", ...common, marker: { color: layer.values === null ? colour : layer.values, size: 5 } };
+    const marker = layer.values === null
+      ? { color: colour, size: 5 }
+      : { color: layer.values, size: 10, ...scale(panel) };
+    return { type: "scatter3d", mode: "markers", ...common, marker, ...notes };
   }
 
   // texts beside points
@@ -69,8 +73,8 @@ const hfsa = (() => {
       const half = Math.max((spans[k][1] - spans[k][0]) / 2, 0.02 * largest) * 1.15;
       const middle = (spans[k][0] + spans[k][1]) / 2;
       const title = k < panel.axes.length ? `${panel.axes[k]}${panel.unit ? ` (${panel.unit})` : ""}` : "";
-      found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), showbackground: false, visible: k < panel.axes.length };
-      aspect[name] = ((panel.is_flat ? 1.9 : 1.25) * 2 * half) / (largest * 1.15);
+      found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), showbackground: false, visible: k < panel.axes.length, ...(panel.is_flat ? { tickangle: 0 } : {}) };
+      aspect[name] = ((panel.is_flat ? 1.6 : 1.25) * 2 * half) / (largest * 1.15);
     });
     return { scene: { ...found, aspectratio: aspect }, paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink() }, margin: { l: 0, r: 0, t: 0, b: 0 }, legend: { x: 0, y: 1, bgcolor: paper }, uirevision: panel.title };
   }

@@ -1,11 +1,10 @@
 "use strict";
-// Figures of a report, each in the place that the page leaves for it.
+// Figures and machines of a report, each in the place that the page leaves for it.
 (() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const { data, dark, traces, scene } = hfsa;
 
   function layout(own) {
-    const ink = dark.matches ? "#e6e9ee" : "#20242c";
+    const ink = hfsa.ink();
     const grid = dark.matches ? "#3a404b" : "#dfe3e8";
     const paper = "rgba(0,0,0,0)";
     const found = { paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink }, margin: { l: 70, r: 20, t: 10, b: 50 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom" } };
@@ -16,8 +15,13 @@
     return found;
   }
 
-  const draw = () => data.plots.forEach((plot, i) =>
-    Plotly.react(`plot${i}`, plot.traces, layout(plot.layout), { responsive: true, displaylogo: false }));
+  const looks = { responsive: true, displaylogo: false };
+
+  function draw() {
+    data.plots.forEach((plot, i) => Plotly.react(`plot${i}`, plot.traces, layout(plot.layout), looks));
+    data.machines.forEach((panel, i) => Plotly.react(`machine${i}`, traces(panel), scene(panel), looks));
+  }
+
   dark.addEventListener("change", draw);
   draw();
 })();

@@ -1,6 +1,7 @@
 """Design studies on the command line: answers, file and picture of a map, conflicting options."""
 
 import json
+from itertools import combinations
 from pathlib import Path
 
 import h5py
@@ -98,8 +99,8 @@ def test_a_map_has_a_usual_place_and_says_what_it_found(hfsa):
 @pytest.mark.parametrize(
     ("low", "high", "entries"),
     [
-        (1e-5, 4e-5, ["the design, 2.245"]),
-        (1e-5, 3e-4, ["the design, 2.245", "blank: cannot be built"]),
+        (1e-5, 4e-5, ["the design"]),
+        (1e-5, 3e-4, ["the design", "blank: cannot be built"]),
         (3e-5, 4e-5, []),
     ],
 )
@@ -109,6 +110,11 @@ def test_a_picture_marks_the_design_and_what_is_blank(low, high, entries):
     panels = [axes for axes in figure.axes if axes.get_xlabel()]
     assert [axes.get_xlabel() for axes in panels] == ["Thickness of a foot, tm (um)"] * 3
     assert panels[0].get_legend_handles_labels()[1] == entries
+    assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == entries
+    assert panels[0].get_title(loc="left").endswith("\nthe design: 2.245")
+    for axes in panels:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
     left, right = panels[0].get_xlim()
     assert (left, right) == pytest.approx((1e6 * low, 1e6 * high))
 
@@ -154,7 +160,7 @@ WRONG = {
     "two": ([*PART, "--map", "tm,l", "--optimize"], "--map and --optimize are different studies"),
     "output": (
         [*PART, "--sensitivity", "-o", "x.h5"],
-        "-o is the file of a map, a path or a table, which takes --map, --path or --over",
+        "cannot write x.h5: its ending is no picture format",
     ),
     "bounds": ([*PART, "--bounds", "10"], "--bounds are bounds of an optimum, which takes --optimize"),
     "one dimension": ([*PART, "--map", "tm"], "a map has two dimensions, not 1: tm"),
@@ -194,3 +200,15 @@ def test_help_shows_the_study_apart(hfsa):
     assert "Design study" in out
     for option in ("--sensitivity", "--map", "--optimize", "--bounds", "-o"):
         assert option in out
+
+
+def test_sensitivities_are_drawn_as_bars(hfsa, tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr("hfsa.cosim.commands._studies.save", lambda figure, _: made.append(figure))
+    code, out, _ = hfsa(*PART, "--sensitivity", "-o", str(tmp_path / "bars.png"), "--json")
+    found = json.loads(out)
+    assert code == 0
+    (axes,) = made[0].axes
+    for bars, of in zip(axes.containers, found["sensitivity"].values(), strict=True):
+        assert [bar.get_height() for bar in bars] == pytest.approx(list(of.values()))
+    assert [text.get_text() for text in axes.get_xticklabels()] == list(found["dimensions"])

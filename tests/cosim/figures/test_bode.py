@@ -281,6 +281,20 @@ def single(sweep):
     return [sweep("single.h5", "stepped", np.array([24.0]), {(Z, Y): np.array([3.0 + 1j])})]
 
 
+def modules(count):
+    """Many modules of one machine, the first the stiffest, respond to one input."""
+    pairs = {((f"machine.module[{k}].sensor.displacement", "m"), ("shaker.force", "N")): k for k in range(1, count + 1)}
+    return {pair: resonance(DENSE * (0.6 + 0.01 * k)) * 1e-6 * k for pair, k in pairs.items()}
+
+
+def listed(sweep):
+    return [sweep("listed.h5", "linear", DENSE, modules(14))]
+
+
+def countless(sweep):
+    return [sweep("countless.h5", "linear", DENSE, modules(70))]
+
+
 @pytest.fixture(scope="module")
 def draw(sweep):
     """Draw a case once, which fixes the layout."""
@@ -294,7 +308,7 @@ def draw(sweep):
     return figure
 
 
-@pytest.fixture(params=[crowded, measured, high, narrow, single], ids=lambda case: case.__name__)
+@pytest.fixture(params=[crowded, measured, listed, countless, high, narrow, single], ids=lambda case: case.__name__)
 def drawn(draw, request):
     return draw(request.param)
 
@@ -338,8 +352,11 @@ def test_curves_run_through_no_legend_and_no_label_of_a_peak(drawn):
                 assert not np.any((box.x0 < x) & (x < box.x1) & (box.y0 < y) & (y < box.y1))
 
 
-def test_frequencies_stand_along_every_axis(drawn):
-    for _, lower in axes_of(drawn):
+def test_frequencies_stand_along_the_axes_at_the_bottom_of_every_column(drawn):
+    columns = {round(lower.get_window_extent().x0) for _, lower in axes_of(drawn)}
+    below = [lower for _, lower in axes_of(drawn) if lower.get_xlabel()]
+    assert {round(lower.get_window_extent().x0) for lower in below} == columns
+    for lower in below:
         low, high = lower.get_xlim()
         ticks = [tick for tick in lower.get_xticks() if low <= tick <= high]
         assert len(ticks) >= 2
@@ -351,7 +368,7 @@ def test_many_responses_have_a_panel_each_and_their_highest_peak_a_label(draw):
     panels = axes_of(figure)
     assert len(panels) == 16
     assert legend_of(figure) == ["linear theory"]
-    headings = {text.get_text() for text in figure.findobj(Text)}
+    headings = {text.get_text().replace("\n", "") for text in figure.findobj(Text)}
     moved = ("rotation[1]", "rotation[2]", "rotation[3]", "position[1]")
     assert {f"{end}.{name}" for end in ("robot.platform", "reference.command") for name in moved} <= headings
     for upper, _ in panels:
@@ -359,3 +376,42 @@ def test_many_responses_have_a_panel_each_and_their_highest_peak_a_label(draw):
         peak = curve.get_xdata()[np.argmax(curve.get_ydata())]
         named = [float(text.partition(" Hz")[0]) for text in texts(upper)]
         assert min(abs(f / peak - 1) for f in named) < 0.01
+
+
+def test_small_panels_share_their_axes(draw):
+    panels = axes_of(draw(crowded))
+    rows = [panels[4 * j : 4 * j + 4] for j in range(4)]
+    assert len({lower.get_xlim() for _, lower in panels}) == 1
+    for row in rows:
+        assert len({lower.get_ylim() for _, lower in row}) == 1
+    # three rotations over three rotations, the position over the position, and both over each other
+    same, other = rows[0][0][0].get_ylim(), rows[0][3][0].get_ylim()
+    assert [upper.get_ylim() for upper, _ in rows[1]] == [same, same, same, other]
+    assert rows[3][3][0].get_ylim() == same
+    labelled = [[bool(upper.get_ylabel()) for upper, _ in row] for row in rows]
+    assert labelled == [[True, False, False, True]] * 4
+
+
+def test_responses_to_one_input_follow_each_other_row_by_row(draw):
+    figure = draw(listed)
+    assert [upper.get_title() for upper, _ in axes_of(figure)] == [
+        f"machine.module[{k}].sensor.displacement" for k in range(1, 15)
+    ]
+    assert "shaker.force  \N{RIGHTWARDS ARROW}" in {text.get_text() for text in figure.findobj(Text)}
+
+
+def test_of_countless_responses_the_largest_are_named_and_the_others_faint(draw):
+    figure = draw(countless)
+    ((upper, _),) = axes_of(figure)
+    assert sorted(legend_of(figure)) == [
+        "65 smaller responses",
+        *(f"machine.module[{k}].sensor.displacement: linear theory" for k in range(66, 71)),
+    ]
+    curves = [line for line in upper.lines if np.ptp(line.get_xdata()) > 0]
+    faint = [line for line in curves if line.get_label() == "65 smaller responses"]
+    assert len(curves) == 70
+    assert len(faint) == 65
+    assert max(line.get_zorder() for line in faint) < min(line.get_zorder() for line in curves if line not in faint)
+    assert max(line.get_ydata().max() for line in faint) < min(
+        line.get_ydata().max() for line in curves if line not in faint
+    )

@@ -1,9 +1,10 @@
 """Pictures of parts: what a drawing holds stands in the figure, at its place and in its colour."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from hfsa.components import ModelError
 from hfsa.components._modelling.drawing import Drawing, Layer, Panel
@@ -36,22 +37,83 @@ def test_a_flat_panel_shows_its_cells_in_a_readable_unit():
     assert bar.get_ylabel() == "stress (MPa)"
     assert (faces.norm.vmin, faces.norm.vmax) == (0.0, 6.0)
     assert axes.get_aspect() == 1.0
-    assert [text.get_text().strip() for text in axes.texts] == ["A"]
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["plate", "edge"]
+    assert [text.get_text() for text in axes.texts] == ["A"]
+    (legend,) = axes.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["plate", "edge"]
 
 
-def test_a_solid_panel_has_axes_of_equal_scale():
-    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 4.0]])
-    faces = Layer(corners, np.array([[0, 1, 2]]))
-    lines = Layer(corners, np.array([[0, 3]]), "axis", values=np.array([1.0, 0.0, 0.0, 3.0]))
-    figure = drawing_figure(Drawing("Solid", [Panel([faces, lines], unit="1"), flat()]))
-    solid = figure.axes[0]
-    found = solid.collections
-    assert {type(item) for item in found} == {Poly3DCollection, Line3DCollection}
-    spans = np.diff([solid.get_xlim3d(), solid.get_ylim3d(), solid.get_zlim3d()]).ravel()
-    np.testing.assert_allclose(spans / spans[0], [1.0, 2.0, 4.0])
-    assert solid.get_xlabel() == "X"
-    figure.canvas.draw()
+BOX = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 4.0]])
+
+
+def solid(points=BOX, **more) -> Panel:
+    """A face in the plane of X and Y, and an axis from one corner to another."""
+    faces = Layer(points, np.array([[0, 1, 2]]))
+    lines = Layer(points, np.array([[0, 3]]), "axis", texts=["", "", "", "up"])
+    return Panel([faces, lines], unit="1", **more)
+
+
+def test_panels_of_three_dimensions_are_seen_in_parallel_and_at_one_scale():
+    first, second = drawing_figure(Drawing("Solid", [solid(), solid(0.5 * BOX)])).axes
+    whole, half = [axes.collections[1].get_segments()[0] for axes in (first, second)]
+    # halves are drawn half as large within the same limits: nothing is nearer to the eye
+    np.testing.assert_allclose(half, 0.5 * np.asarray(whole), atol=1e-12)
+    assert (first.get_xlim(), first.get_ylim()) == (second.get_xlim(), second.get_ylim())
+    assert first.get_aspect() == 1.0
+    assert {"X", "Y", "Z", "up", "0.5"} <= {text.get_text() for text in first.texts}
+
+
+@pytest.mark.parametrize(
+    ("view", "kept", "names"),
+    [
+        pytest.param("top", (0, 1), ["X", "Y"], id="top"),
+        pytest.param("front", (0, 2), ["X", "Z"], id="front"),
+        pytest.param("side", (1, 2), ["Y", "Z"], id="side"),
+    ],
+)
+def test_a_view_is_the_orthographic_projection_along_an_axis(view, kept, names):
+    drawing = Drawing("Solid", [solid(title="box", kind="box")]).seen_from([view])
+    (panel,) = drawing.panels
+    np.testing.assert_array_equal(panel.layers[0].points, BOX[:, kept])
+    assert (panel.title, list(panel.axes)) == (f"box, {view}", names)
+    (axes,) = drawing_figure(drawing).axes
+    (face,) = axes.collections[0].get_paths()
+    assert axes.get_xlabel() == names[0]
+    # a face that is seen from its side is a line of some width, elsewhere it has no edge
+    assert (axes.collections[0].get_linewidth()[0] > 0) == (view != "top")
+    np.testing.assert_allclose(face.vertices[:3], BOX[:3, kept])
+
+
+def test_a_drawing_shows_the_kinds_that_are_chosen_in_their_order():
+    drawing = Drawing("Two", [flat(kind="plate"), solid(kind="box"), solid(kind="box")])
+    assert [panel.kind for panel in drawing.showing(["box", "plate"]).panels] == ["box", "box", "plate"]
+    with pytest.raises(ModelError, match="a kind of panel is 'boxes'; did you mean box"):
+        drawing.showing(["boxes"])
+    with pytest.raises(ModelError, match="'Bare' has no kinds of panels to choose from, found 'box'"):
+        Drawing("Bare", [flat()]).showing(["box"])
+    with pytest.raises(ModelError, match="the panel 'loaded' is flat"):
+        Drawing("Plate", [flat(title="loaded")]).seen_from(["top"])
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param("sdelta -p posture.rotation=10,5,8", id="robot"),
+        pytest.param("sdelta --show posture,modes --views top,front,side", id="robot-views", marks=pytest.mark.slow),
+        pytest.param("sdelta --show modal_screws,compliant_axes,eigenscrews", id="robot-axes"),
+        pytest.param("beam_module -p kind=double_tilted", id="beams"),
+        pytest.param("rrr_stage", id="stage"),
+        pytest.param("beam_stage", id="beam-stage"),
+    ],
+)
+def test_no_text_of_a_part_lies_on_another(command, tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr("hfsa.cosim.commands._pictures.save", lambda figure, _: made.append(figure))
+    assert main(["view", *command.split(), "-o", str(tmp_path / "it.png")]) == 0
+    for axes in made[0].axes:
+        shown = [text for text in (*axes.texts, axes.title) if text.get_text()]
+        boxes = [(text.get_text(), text.get_window_extent().padded(-1)) for text in shown]
+        for (one, a), (other, b) in combinations(boxes, 2):
+            assert not a.overlaps(b), (one, other)
 
 
 @pytest.mark.parametrize(

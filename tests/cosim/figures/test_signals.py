@@ -33,6 +33,23 @@ def lines(axes):
     return [line.get_xydata() for line in axes.lines]
 
 
+def test_numbers_of_a_table_are_drawn_over_the_argument_that_varies(tmp_path):
+    from hfsa.components.rrr_stage import analyze
+    from hfsa.cosim.cli import main
+
+    for level in ("exact", "constant_jacobian"):
+        over = ["--over", "elongation[2]=0:12e-6:5", "-o", str(tmp_path / f"{level}.h5")]
+        assert main(["analyze", "rrr_stage", "--level", level, *over]) == 0
+    files = [tmp_path / "exact.h5", tmp_path / "constant_jacobian.h5"]
+    lengths, angles = plot(files, ["pose[1..3]"], x="elongation[2]", points=False).axes
+    # the elements of a pose have two units, and so two panels
+    assert [lengths.get_ylabel(), angles.get_ylabel()] == ["pose[1..2] (um)", "pose[3] (urad)"]
+    poses = [analyze(level="exact", elongation=(0.0, s, 0.0))["pose"] for s in np.linspace(0, 12e-6, 5)]
+    np.testing.assert_allclose(lines(angles)[0][:, 1], 1e6 * np.array(poses)[:, 2], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(lines(angles)[0][:, 0], np.linspace(0, 12, 5), atol=1e-9)
+    assert read_recorded(files[0]).units["jacobian[3,1]"] == "rad/m"
+
+
 def test_signals_over_time_are_those_of_the_file(folder):
     found = read_recorded(folder / "ctc.h5")
     (axes,) = plot(folder / "ctc.h5", [LENGTHS]).axes

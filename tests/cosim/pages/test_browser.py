@@ -100,11 +100,12 @@ def test_the_robot_is_drawn_and_its_modes_are_those_of_analyze(page):
     tabs = [tab.text for tab in browser.find_elements("css selector", "[role=tab]")]
     numbers = analyze(posture=POSTURE)
     frequencies = numbers["natural_frequencies_hz"]
+    pitches = [f", pitch {1e3 * pitch:.3g} mm" for pitch in numbers["modal_pitches"]]
     assert tabs[1:7] == [
-        f"mode {i}: {f:.4g} Hz, {kind}"
-        for i, (f, kind) in enumerate(zip(frequencies, numbers["modal_kinds"], strict=True), 1)
+        f"mode {i}: {f:.4g} Hz, {kind}{pitch if kind == 'screw' else ''}"
+        for i, (f, kind, pitch) in enumerate(zip(frequencies, numbers["modal_kinds"], pitches, strict=True), 1)
     ]
-    assert tabs[7:] == ["compliant axes", "eigenscrews"]
+    assert tabs[7:] == ["modal screws", "compliant axes", "eigenscrews"]
     assert colours(browser) > 20
 
 

@@ -1,12 +1,16 @@
 """Reports: every number on the page is that of its file, for every kind of results file."""
 
+import base64
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from lxml import etree
 
 from hfsa.cosim.pages.blocks import Section, paragraph, table
+from hfsa.cosim.pages.provenance import provenance
 from hfsa.cosim.pages.report_page import Part, report_page
 from hfsa.cosim.results.files import read_run, read_sweep
 from hfsa.cosim.results.stability_map import read_stability_map
@@ -36,8 +40,29 @@ def test_a_sweep_is_reported_with_its_points_and_their_errors(hfsa, tmp_path):
     assert f"{100 * np.nanmax(bode.step_error):.3g} %" in text
     for words in ("5 done", "tool version", "sha256", "MassOnSpring", "gauss_seidel", "The scene as a file"):
         assert words in text
+    assert ": mass: mass_on_spring. Inputs: mass.base.position." in text
     hash_of_file = re.search(r"[0-9a-f]{16}", text[text.index("sha256") :])
     assert hash_of_file
+
+
+def test_an_old_file_has_its_diagram_where_there_is_graphviz(monkeypatch):
+    file = Path(__file__).parents[2] / "data" / "sweep_0.1.h5"
+    drawn = "".join(map(str, provenance(file).blocks))
+    assert drawn.count("<img") == 1
+    monkeypatch.setattr("hfsa.cosim.pages.provenance.is_available", lambda: False)
+    assert "".join(map(str, provenance(file).blocks)).count("<img") == 0
+
+
+@pytest.mark.slow
+def test_a_report_has_the_block_diagram_with_what_is_sampled(hfsa, tmp_path):
+    tokens = ["--method", "linear", "--input", "command.position[3]", "--signal", "platform.position[3]"]
+    assert hfsa("sweep", "sdelta_hfsa", *tokens, "--points", "3", "-o", "s.h5")[0] == 0
+    assert hfsa("report", "s.h5")[0] == 0
+    (content,) = re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', (tmp_path / "s.html").read_text())
+    words = etree.fromstring(base64.b64decode(content)).find("{*}desc").text
+    assert "controller: pd" in words
+    assert words.count("sampled every 0.25 ms") == 1
+    assert "From robot to drive[3]: drive[3].force, drive[3].torque to tube.force, tube.torque" in words
 
 
 def test_a_verified_run_is_reported_with_its_errors(hfsa, tmp_path):
