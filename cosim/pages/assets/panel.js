@@ -85,7 +85,7 @@ const hfsa = (() => {
       const half = Math.max((spans[k][1] - spans[k][0]) / 2, 0.02 * largest) * 1.15;
       const middle = (spans[k][0] + spans[k][1]) / 2;
       const title = k < panel.axes.length ? `${panel.axes[k]}${panel.unit ? ` (${panel.unit})` : ""}` : "";
-      found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), showbackground: false, visible: k < panel.axes.length, ...(panel.is_flat ? { tickangle: 0 } : {}) };
+      found[`${name}axis`] = { title: { text: title }, range: [middle - half, middle + half], color: ink(), gridcolor: dark.matches ? "#3a404b" : "#dfe3e8", showbackground: false, visible: k < panel.axes.length, ...(panel.is_flat ? { tickangle: 0 } : {}) };
       aspect[name] = ((panel.is_flat ? 1.6 : 1.25) * 2 * half) / (largest * 1.15);
     });
     const camera = panel.is_flat
