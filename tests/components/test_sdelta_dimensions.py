@@ -40,6 +40,7 @@ def scaled(factor: float) -> dict:
 
 
 @given(st.floats(0.05, 20.0), st.sampled_from(LEVELS), st.sampled_from(["ch3_full", "ch4"]))
+@pytest.mark.slow
 def test_a_machine_of_another_size_has_frequencies_inverse_to_it(factor, level, preset):
     small = analyze(level=level, stiffness=preset, posture=A)["natural_frequencies_hz"]
     large = analyze(level=level, stiffness=preset, **scaled(factor))["natural_frequencies_hz"]

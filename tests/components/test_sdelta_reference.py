@@ -99,6 +99,7 @@ def test_the_motors_of_exact_lead_to_the_commanded_pose():
 
 @given(postures(), numbers_in(-0.4, 0.4, 3), numbers_in(-0.04, 0.04, 3), st.floats(-15, -7))
 @settings(max_examples=20)
+@pytest.mark.slow
 def test_a_command_however_small_has_all_its_digits(posture, rotation, displacement, exponent):
     """Up and down by as much is 2 L^-1 N of it, curvature cancelled, within a few units in the last place."""
     command = 10.0**exponent * np.concatenate([rotation, displacement])

@@ -274,6 +274,7 @@ def test_the_field_moves_contacts_bolts_and_holes_as_they_are_held():
 # Commands and FMU -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_mesh_and_picture_on_the_command_line(capsys, tmp_path):
     words = ["analyze", "rrr_stage", "--level", "continuum", "--mesh", "0.25e-3"]
     assert main(words) == 0

@@ -41,6 +41,7 @@ def equal(one, other) -> bool:
     ) and np.array_equal(one.mesh.points, other.mesh.points)
 
 
+@pytest.mark.slow
 def test_the_second_use_does_not_mesh(cache, monkeypatch):
     _, made = cache
     first = solution.solution(SHAPE, SIZE)

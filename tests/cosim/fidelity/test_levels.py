@@ -67,6 +67,7 @@ def test_it_has_a_mass_above_that_band(library):
     assert choice.errors["static"] == pytest.approx(static_error(3000.0), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_it_moves_out_of_its_plane_where_that_is_recorded(library):
     choice = levels.choose(sensor_scene("1..3"), library)["sensor"]
     assert choice.level == "spatial"
