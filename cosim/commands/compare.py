@@ -92,8 +92,10 @@ def compare(
     outcomes = [run.outcome for run in compared.runs]
     save(comparison_figure(compared.title, [run.label for run in compared.runs], outcomes), path)
     _shell.answer(comparison_data(compared, path), comparison_text(compared, path), json)
-    failed = [outcome for outcome in outcomes if outcome.failure]
+    failed = [run for run in compared.runs if run.outcome.failure]
     if len(failed) == len(outcomes):
+        first = failed[0]
+        _shell.warn(f"no run was finished of {len(outcomes)}; {first.label} failed: {first.outcome.failure}")
         return _shell.SIMULATION_FAILED
     unverified = [outcome for outcome in outcomes if verify and not outcome.errors]
     return _shell.PROBLEMS if failed or unverified else _shell.DONE

@@ -33,7 +33,8 @@ class Ended:
             return [f"traceback: {last}"]
         if self.code not in codes:  # type: ignore[operator]
             return [f"exit code {self.code}: {last}"]
-        return [] if self.code in (0, 1) or self.err.strip() else [f"exit code {self.code} without a word"]
+        # a signal that comes before hfsa has begun ends the process without a word
+        return [] if self.code <= 1 or self.err.strip() else [f"exit code {self.code} without a word"]
 
 
 def begun(words: list[str], folder: Path, **environment: str) -> subprocess.Popen:

@@ -136,8 +136,9 @@ def test_a_run_that_fails_is_a_row_and_the_others_go_on(hfsa, failing_scene):
     assert "not finite at t = 1.5" in failed["message"]
     assert failed["steps"] == pytest.approx(1500, abs=2)
     assert (fine["status"], fine["steps"], fine["message"]) == ("complete", 2000, "")
-    code, out, _ = hfsa("compare", failing_scene, "--over", "box.at=1.2,1.5", "-j", "1", "--force")
+    code, out, err = hfsa("compare", failing_scene, "--over", "box.at=1.2,1.5", "-j", "1", "--force")
     assert code == 4
+    assert "no run was finished of 2; box.at=1.2 failed: box" in err
     assert out.count("FAILED at 1.") == 2
     assert "box.at=1.5 failed: box" in out
 
