@@ -40,8 +40,8 @@ def set_warnings(file: Node, sentences: Iterable[str]) -> None:
 
 
 def warnings_of(file: Node) -> list[str]:
-    """Return the warnings of FMUs, one sentence for each instance."""
-    return bytes(file.attrs.get("warnings", b"")).rstrip(b"\0").decode().splitlines()
+    """Return the warnings of FMUs, one sentence for each instance; damaged ones have escapes where bytes are no text."""
+    return bytes(file.attrs.get("warnings", b"")).rstrip(b"\0").decode(errors="backslashreplace").splitlines()
 
 
 def create_scale(group: Node, name: str, values: Any, unit: str | None = None) -> Node:

@@ -98,3 +98,12 @@ def test_messages_need_no_fill_value_and_no_attribute_for_netcdf(results):
         assert message.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED
         assert "_Encoding" not in message.attrs
         assert np.isnan(file["bode/phase"].fillvalue)
+
+
+def test_a_sweep_whose_warnings_are_no_text_is_resumed(tmp_path, monkeypatch, hfsa):
+    words = ("sweep", "mass_on_spring", "-p", "damping=5", "--points", "2", "--jobs", "1", "-o", "w.h5")
+    assert hfsa(*words)[0] == 0
+    with h5py.File("w.h5", "r+") as file:
+        file.attrs["warnings"] = np.bytes_(b"spring: worn \xff\x89 out".ljust(len(file.attrs["warnings"]), b"\0"))
+    assert hfsa(*words, "--resume")[0] == 0
+    assert read_warnings("w.h5") == [r"spring: worn \xff\x89 out"]
