@@ -40,7 +40,7 @@ def set_warnings(file: Node, sentences: Iterable[str]) -> None:
 
 
 def warnings_of(file: Node) -> list[str]:
-    """Return the warnings of FMUs, one sentence for each instance; damaged ones have escapes where bytes are no text."""
+    """Return the warnings of FMUs, a sentence for each instance; bytes that are no text become escapes."""
     return bytes(file.attrs.get("warnings", b"")).rstrip(b"\0").decode(errors="backslashreplace").splitlines()
 
 
