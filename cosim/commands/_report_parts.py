@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from hfsa.components._modelling.errors import ModelError
 from hfsa.cosim.commands._bodies import moving_bodies
 from hfsa.cosim.pages.blocks import Section
 from hfsa.cosim.pages.bode_section import bode_section
@@ -16,10 +17,12 @@ from hfsa.cosim.pages.trade_section import trade_section
 from hfsa.cosim.results.choices import read_scene
 from hfsa.cosim.results.files import read_sweep
 from hfsa.cosim.results.recorded import TIME, read_recorded
+from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.run import Run
 from hfsa.cosim.results.source import groups_of, read_source
 from hfsa.cosim.results.stability_map import read_stability_map
 from hfsa.cosim.results.trade import Trade
+from hfsa.cosim.systems.errors import StructureError
 from hfsa.cosim.systems.scene_file import read_scene_text
 
 
@@ -28,7 +31,10 @@ def _of_run(file: Path) -> list[Section]:
     recorded = read_recorded(file)
     sections = [run_section(Run.read(file), recorded)]
     if recorded.axis == TIME:
-        bodies, sentences = moving_bodies(recorded, read_scene_text(read_scene(file)).system)
+        try:
+            bodies, sentences = moving_bodies(recorded, read_scene_text(read_scene(file)).system)
+        except (ModelError, ResultsError, StructureError) as error:  # a file of another version, or without its scene
+            bodies, sentences = [], [f"no machine is drawn: {error}"]
         sections += [machine_section(recorded, bodies, sentences)] if bodies or sentences else []
     return sections
 

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from hfsa.cosim.figures.drawing import ROLE_COLOURS
 from hfsa.cosim.gltf.model import Animation, Model, Shape
 from hfsa.cosim.results.file_kind import TOOL
-from hfsa.cosim.results.placement import write_file
+from hfsa.cosim.results.placement import Bound, write_bounded
 from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.target import check_model
 
 UPRIGHT = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 """Rotation of every node, a quaternion (x, y, z, w): that of Z to Y."""
-LARGEST = 100e6
+LARGEST = Bound(100e6, "model", "a coarser mesh or a shorter stretch of a run")
 """Largest size of a model [bytes]."""
 
 _TUBES = ("body", "moved", "rest")
@@ -45,13 +45,7 @@ def write_model(path: Path, model: Model) -> None:
     of hfsa.
     """
     check_model(path)
-    content = glb(model)
-    if len(content) > LARGEST:
-        raise ResultsError(
-            f"cannot write {path}: the model has {len(content) / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB; a "
-            "coarser mesh or a shorter stretch of a run would do"
-        )
-    write_file(path, content, lambda: check_model(path))
+    write_bounded(path, glb(model), LARGEST, lambda: check_model(path))
 
 
 def glb(model: Model) -> bytes:

@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from hfsa.cosim.results.file_kind import PAGE_SIGNATURE
-from hfsa.cosim.results.placement import write_file
-from hfsa.cosim.results.records import ResultsError
+from hfsa.cosim.results.placement import Bound, write_bounded
 from hfsa.cosim.results.target import check_page
 
-LARGEST = 30e6
+LARGEST = Bound(30e6, "page", "a coarser mesh or fewer points")
 """Largest size of a page [bytes]."""
 
 
@@ -49,12 +48,7 @@ def write_page(path: Path, page: Page) -> None:
     """
     check_page(path)
     content = text(page).encode("utf-8", "backslashreplace")
-    if len(content) > LARGEST:
-        raise ResultsError(
-            f"cannot write {path}: the page has {len(content) / 1e6:.1f} MB, expected at most {LARGEST / 1e6:g} MB; a "
-            "coarser mesh or fewer points would do"
-        )
-    write_file(path, content, lambda: check_page(path))
+    write_bounded(path, content, LARGEST, lambda: check_page(path))
 
 
 def text(page: Page) -> str:

@@ -18,9 +18,11 @@ import socket
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from hfsa.cosim.results.file_kind import FileKind
 from hfsa.cosim.results.locks import Identity, lock
+from hfsa.cosim.results.records import ResultsError
 from hfsa.cosim.results.target import Target, check_picture, os_refusal
 from hfsa.cosim.results.writers import is_alive, started
 
@@ -102,6 +104,24 @@ def write_file(path: Path, content: bytes, check: Callable[[], Target]) -> None:
         except OSError as error:
             raise os_refusal(path, error) from error
         put_in_place(part, path, check)
+
+
+class Bound(NamedTuple):
+    """The largest size of a kind of files [byte], what they are, and what makes one smaller."""
+
+    size: float
+    what: str
+    remedy: str
+
+
+def write_bounded(path: Path, content: bytes, bound: Bound, check: Callable[[], Target]) -> None:
+    """Write a file as `write_file`; `ResultsError` where it is larger than its bound."""
+    if len(content) > bound.size:
+        raise ResultsError(
+            f"cannot write {path}: the {bound.what} has {len(content) / 1e6:.1f} MB, expected at most "
+            f"{bound.size / 1e6:g} MB; {bound.remedy} would do"
+        )
+    write_file(path, content, check)
 
 
 def _is_placed(part: Path, path: Path, target: Target) -> bool:

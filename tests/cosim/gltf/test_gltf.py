@@ -230,7 +230,7 @@ def test_a_damaged_model_is_not_replaced(tmp_path, content):
 
 
 def test_a_model_that_is_too_large_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(gltf_file, "LARGEST", 1e3)
+    monkeypatch.setattr(gltf_file, "LARGEST", gltf_file.LARGEST._replace(size=1e3))
     with pytest.raises(ResultsError, match=r"MB, expected at most 0\.001 MB"):
         write_model(tmp_path / "rod.glb", model_of_drawing(Drawing("Rod", [ONE])))
     assert not list(tmp_path.iterdir())

@@ -69,7 +69,7 @@ def test_only_a_page_of_hfsa_is_replaced(tmp_path):
 
 
 def test_a_page_that_no_browser_would_open_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(page_module, "LARGEST", 1e6)
+    monkeypatch.setattr(page_module, "LARGEST", page_module.LARGEST._replace(size=1e6))
     with pytest.raises(ResultsError, match=r"4\.8 MB, expected at most 1 MB; a coarser mesh"):
         write_page(tmp_path / "part.html", drawing_page(DRAWING))
     assert not list(tmp_path.iterdir())

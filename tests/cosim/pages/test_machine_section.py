@@ -1,5 +1,6 @@
 """Machines in a report: each is drawn at the time of its largest displacement, magnified as its caption says."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -60,6 +61,15 @@ def test_a_motion_that_is_no_number_is_told(recorded, value):
         "<p>bar is not drawn: its motion has values that are no numbers.</p>",
         "<p>Robot is not drawn: &lt;x&gt; not recorded.</p>",
     ]
+
+
+def test_a_run_whose_scene_cannot_be_read_is_reported_without_machines(hfsa, tmp_path, recorded):
+    with h5py.File("r.h5", "r+") as file:
+        file["system"].attrs["scene"] = "no scene"
+    assert hfsa("report", "r.h5")[0] == 0
+    content = (tmp_path / "r.html").read_text()
+    assert "No machine is drawn: " in content
+    assert "<h3>Run</h3>" in content
 
 
 @pytest.mark.slow
